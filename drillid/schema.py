@@ -1,0 +1,368 @@
+"""Every dataset's dimensions, dtypes, units and meaning, in one place; CF conventions where CF has one."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drillid.errors import DatasetError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOBILITY = "rad N-1 m-1 s-1"
+PARAMETERS = {
+    "kappa": ("N s m-4", "external viscous damping of mud and wall"),
+    "delta": ("N s m-2", "internal damping of the steel"),
+    "length": ("m", "length of the drill pipe"),
+    "polar_moment": ("m4", "polar moment of the drill pipe"),
+    "delay": ("s", "delay of the drive"),
+    "inertia_td": ("kg m2", "inertia of the top drive"),
+    "damping_bha": ("N m s rad-1", "viscous damping of the bottom-hole assembly"),
+    "inertia_bha": ("kg m2", "inertia of the bottom-hole assembly, collars included"),
+}
+"""The eight parameters of the paper's model: CF unit and meaning, in the order used everywhere."""
+
+
+class RigState(enum.IntEnum):
+    """What the rig does at one sample."""
+
+    UNKNOWN = 0
+    DRILLING = 1
+    CONNECTION = 2
+    OFF_BOTTOM = 3
+    REAMING = 4
+    SWEEP_OFF = 5
+
+
+class RecordFlag(enum.IntFlag):
+    """What was done to, or is wrong with, one sample of a record."""
+
+    INTERPOLATED = 1
+    GAP = 2
+    SPIKE = 4
+    STUCK = 8
+    DUPLICATE = 16
+    CLOCK_STEP = 32
+
+
+class Gate(enum.IntEnum):
+    """Why a frequency is used or left out."""
+
+    USED = 0
+    OUTSIDE_SWEEP = 1
+    TOO_INCOHERENT = 2
+    TOO_COHERENT = 3
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Declaration of one variable of a dataset."""
+
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    flags: type[enum.IntEnum] | type[enum.IntFlag] | None = None
+
+    def attributes(self) -> dict[str, Any]:
+        """CF attributes: units, long_name and, for coded values, flag meanings."""
+        attributes: dict[str, Any] = {"long_name": self.long_name}
+        if self.units:
+            attributes["units"] = self.units
+        if self.flags is not None:
+            kind = "flag_masks" if issubclass(self.flags, enum.IntFlag) else "flag_values"
+            attributes[kind] = [int(member) for member in self.flags]
+            attributes["flag_meanings"] = " ".join(str(member.name).lower() for member in self.flags)
+        return attributes
+
+
+@dataclass(frozen=True)
+class DatasetSchema:
+    """Declaration of one dataset; variables named like a dimension are coordinates."""
+
+    title: str
+    variables: dict[str, Variable]
+    coordinates: tuple[str, ...] = field(default=())
+
+    def conform(self, dataset: xr.Dataset, **attributes: Any) -> xr.Dataset:
+        """Cast to the declared dtypes, attach the declared attributes, check the rest.
+
+        Raises
+        ------
+        DatasetError
+            If a variable is missing, undeclared or has other dimensions.
+        """
+        missing = self.variables.keys() - dataset.variables.keys()
+        undeclared = dataset.variables.keys() - self.variables.keys()
+        if missing or undeclared:
+            raise DatasetError(
+                self.title,
+                f"variables missing: {sorted(missing)}, undeclared: {sorted(map(str, undeclared))}",
+                "Make the dataset and its schema in drillid/schema.py agree",
+            )
+        result = dataset.copy()
+        for name, declared in self.variables.items():
+            if result[name].dims != declared.dims:
+                raise DatasetError(
+                    f"{self.title}, variable {name}",
+                    f"dimensions are {result[name].dims}, declared are {declared.dims}",
+                    "Make the dataset and its schema in drillid/schema.py agree",
+                )
+            kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
+            kept = kept or {"long_name": declared.long_name}
+            result[name] = (declared.dims, np.asarray(result[name].values).astype(declared.dtype), kept)
+        result = result.set_coords([name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims])
+        result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
+        return result
+
+
+def _each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:
+    return {name: Variable(dims, dtype, units, long_name) for name, (units, long_name) in variables.items()}
+
+
+_CHANNELS = {
+    "torque_command": ("N m", "torque command to the drive, sweep included"),
+    "torque_sweep": ("N m", "injected torque sweep"),
+    "speed": ("rad s-1", "top-drive speed"),
+    "speed_set": ("rad s-1", "set point of the top-drive speed"),
+    "hole_depth": ("m", "measured depth of the hole"),
+    "bit_depth": ("m", "measured depth of the bit"),
+    "weight_on_bit": ("N", "weight on bit"),
+    "flow": ("m3 s-1", "mud flow in"),
+    "standpipe_pressure": ("Pa", "stand-pipe pressure"),
+    "hook_load": ("N", "hook load"),
+}
+
+RECORDS = DatasetSchema(
+    "Regular records of a well's rig logs",
+    {
+        "time": Variable(("time",), "datetime64[ns]", "", "time, UTC"),
+        **_each(("time",), "float32", **_CHANNELS),
+        "flags": Variable(("time",), "uint8", "", "what was done to the sample", RecordFlag),
+        "log": Variable(("time",), "int16", "", "number of the log file, in order of time"),
+    },
+)
+
+STATES = DatasetSchema(
+    "State of the rig at every sample of the records",
+    {
+        "time": Variable(("time",), "datetime64[ns]", "", "time, UTC"),
+        "rig_state": Variable(("time",), "int8", "", "state of the rig", RigState),
+    },
+)
+
+_WINDOW_COORDINATES = {
+    "window": Variable(("window",), "int32", "", "number of the window in its well"),
+    "hole_depth": Variable(("window",), "float64", "m", "mean measured depth of the hole"),
+    "start": Variable(("window",), "datetime64[ns]", "", "first sample of the window"),
+    "end": Variable(("window",), "datetime64[ns]", "", "end of the window, exclusive"),
+}
+_IN_WINDOW = ("hole_depth", "start", "end")
+
+WINDOWS = DatasetSchema(
+    "Windows of steady drilling with the sweep on",
+    {
+        **_WINDOW_COORDINATES,
+        **_each(
+            ("window",),
+            depth_from=("m", "hole depth at the window's start"),
+            depth_to=("m", "hole depth at the window's end"),
+            bit_depth=("m", "mean bit depth"),
+            speed=("rad s-1", "mean top-drive speed"),
+            torque=("N m", "mean torque command"),
+            weight_on_bit=("N", "mean weight on bit"),
+            flow=("m3 s-1", "mean mud flow"),
+            sweep_amplitude=("N m", "root mean square of the injected sweep"),
+            flagged_share=("1", "share of interpolated or replaced samples"),
+        ),
+        "first_sample": Variable(("window",), "int64", "", "index of the first sample in the records"),
+        "samples": Variable(("window",), "int64", "", "number of samples"),
+    },
+    _IN_WINDOW,
+)
+
+_FREQUENCY = {"frequency": Variable(("frequency",), "float64", "Hz", "frequency")}
+_WF = ("window", "frequency")
+
+SPECTRA = DatasetSchema(
+    "Cross spectra and spectrograms of each window",
+    {
+        **_WINDOW_COORDINATES,
+        **_FREQUENCY,
+        **_each(
+            _WF,
+            sweep_power=("N2 m2", "mean squared amplitude of the sweep"),
+            speed_power=("rad2 s-2", "mean squared amplitude of the speed"),
+            speed_noise=("rad2 s-2", "variance of the speed's amplitude not due to the sweep, per average"),
+        ),
+        **_each(
+            _WF,
+            "complex128",
+            cross_speed=("N m rad s-1", "cross spectrum of speed and sweep"),
+            cross_command=("N2 m2", "cross spectrum of torque command and sweep"),
+        ),
+        "averages": Variable(_WF, "float64", "1", "equivalent number of independent averages"),
+        "degrees_of_freedom": Variable(_WF, "float64", "1", "complex degrees of freedom of the noise variance"),
+        "sweep_period": Variable(("window",), "float64", "s", "period of the sweep; 0 where it does not repeat"),
+        "spectrogram_time": Variable(("spectrogram_time",), "float64", "s", "time since the window's start"),
+        "spectrogram_frequency": Variable(("spectrogram_frequency",), "float64", "Hz", "frequency of the spectrograms"),
+        "torque_spectrogram": Variable(
+            ("window", "spectrogram_frequency", "spectrogram_time"), "float32", "N2 m2 Hz-1", "power density of the torque command"
+        ),
+        "speed_spectrogram": Variable(
+            ("window", "spectrogram_frequency", "spectrogram_time"), "float32", "rad2 s-2 Hz-1", "power density of the top-drive speed"
+        ),
+    },
+    _IN_WINDOW,
+)
+
+
+def _mobility(row: str) -> dict[str, Variable]:
+    dims = (row, "frequency")
+    return {
+        "command_mobility": Variable(dims, "complex128", MOBILITY, "command mobility: top-drive speed per injected torque"),
+        "command_mobility_variance": Variable(dims, "float64", f"({MOBILITY})2", "variance of the complex command mobility"),
+        "degrees_of_freedom": Variable(dims, "float64", "1", "complex degrees of freedom of the variance"),
+        "coherence": Variable(dims, "float64", "1", "squared coherence of speed and sweep"),
+        "coherence_minimum": Variable(dims, "float64", "1", "least coherence of the band that passes the gate"),
+        "coherence_maximum": Variable(dims, "float64", "1", "largest coherence that passes the gate"),
+        "gate": Variable(dims, "int8", "", "why the frequency is used or left out", Gate),
+    }
+
+
+MOBILITIES = DatasetSchema(
+    "Command mobility of each window", {**_WINDOW_COORDINATES, **_FREQUENCY, **_mobility("window")}, _IN_WINDOW
+)
+
+STACKS = DatasetSchema(
+    "Command mobility of stacked windows",
+    {
+        "stack": Variable(("stack",), "int32", "", "number of the stack in its well"),
+        "hole_depth": Variable(("stack",), "float64", "m", "mean measured depth of the hole"),
+        "first_window": Variable(("stack",), "int32", "", "first window of the stack"),
+        "last_window": Variable(("stack",), "int32", "", "last window of the stack"),
+        "agreement_probability": Variable(("stack",), "float64", "1", "chance of so much disagreement between equal windows"),
+        "agree": Variable(("stack",), "bool", "", "the windows agree, so that their stack stands for them"),
+        **_FREQUENCY,
+        **_mobility("stack"),
+    },
+    ("hole_depth", "first_window", "last_window"),
+)
+
+
+def _parameters(row: str) -> dict[str, Variable]:
+    dims = (row, "parameter")
+    return {
+        "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
+        "parameter_": Variable(("parameter_",), "str", "", "second axis of the correlations"),
+        "value": Variable(dims, "float64", "", "fitted value, SI"),
+        "standard_error": Variable(dims, "float64", "", "standard error of the fitted value"),
+        "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
+        "prior": Variable(dims, "float64", "", "value from the rig's papers; NaN where not given"),
+        "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's papers"),
+        "correlation": Variable((row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"),
+        "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
+        "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
+        "fit_probability": Variable((row,), "float64", "1", "chance of so large a chi-squared with the right model"),
+        "accepted": Variable((row,), "bool", "", "the fit is accepted"),
+        "reason": Variable((row,), "str", "", "why the fit is not accepted"),
+    }
+
+
+FITS = DatasetSchema(
+    "Fitted transmission-line model of each window", {**_WINDOW_COORDINATES, **_parameters("window")}, _IN_WINDOW
+)
+
+STACK_FITS = DatasetSchema(
+    "Fitted transmission-line model of stacked windows",
+    {name: STACKS.variables[name] for name in ("stack", "hole_depth", "first_window", "last_window")} | _parameters("stack"),
+    ("hole_depth", "first_window", "last_window"),
+)
+
+DISCREPANCIES = DatasetSchema(
+    "Where the fitted models leave something unexplained",
+    {
+        **_WINDOW_COORDINATES,
+        **_FREQUENCY,
+        "whitened_residual": Variable(_WF, "complex128", "1", "measured less fitted mobility, per standard deviation of each component"),
+        **_each(
+            ("window",),
+            chi2_probability=("1", "chance of so large a chi-squared with the right model"),
+            normality_probability=("1", "chance of such residuals if they are Gaussian"),
+            whiteness_probability=("1", "chance of such residuals if they are independent over frequency"),
+            damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
+            inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+        ),
+        "flagged": Variable(("window",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+    },
+    _IN_WINDOW,
+)
+
+_DF = ("depth", "frequency")
+_DL = ("depth", "lag")
+
+DEPTH = DatasetSchema(
+    "Identified drilling dynamics against depth",
+    {
+        "depth": Variable(("depth",), "float64", "m", "mean measured depth of the hole in the window"),
+        **_FREQUENCY,
+        "lag": Variable(("lag",), "float64", "s", "time since the torque step at the bit"),
+        "window": Variable(("depth",), "int32", "", "number of the window in its well"),
+        "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
+        "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
+        "rig_state": Variable(("depth",), "int8", "", "state of the rig in the window", RigState),
+        **_each(
+            _DF,
+            "complex128",
+            command_mobility=(MOBILITY, "measured command mobility"),
+            command_mobility_fitted=(MOBILITY, "command mobility of the fitted model"),
+            bit_mobility_stiff=(MOBILITY, "bit speed per torque on the bit, top drive clamped"),
+            bit_mobility_controlled=(MOBILITY, "bit speed per torque on the bit, top drive as controlled"),
+        ),
+        **_each(
+            _DF,
+            command_mobility_variance=(f"({MOBILITY})2", "variance of the measured command mobility"),
+            coherence=("1", "squared coherence of speed and sweep"),
+        ),
+        "gate": Variable(_DF, "int8", "", "why the frequency is used or left out", Gate),
+        **_each(
+            _DL,
+            bit_step_stiff=("rad s-1 N-1 m-1", "bit speed after a unit torque step at the bit, top drive clamped"),
+            bit_step_controlled=("rad s-1 N-1 m-1", "bit speed after a unit torque step at the bit, top drive as controlled"),
+        ),
+        **{name: Variable(("depth",), "float64", units, text) for name, (units, text) in PARAMETERS.items()},
+        **{
+            f"{name}_error": Variable(("depth",), "float64", units, f"standard error of the {text}")
+            for name, (units, text) in PARAMETERS.items()
+        },
+        **_each(
+            ("depth",),
+            chi2_per_dof=("1", "chi-squared of the residuals per degree of freedom"),
+            damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
+            inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+        ),
+        "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
+        "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+    },
+    ("window", "start", "end"),
+)
+
+PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
+"""Columns of every stage's problems.csv: one row for whatever was rejected, with its reason."""
+
+DATASETS = {
+    "records": RECORDS,
+    "states": STATES,
+    "windows": WINDOWS,
+    "spectra": SPECTRA,
+    "mobility": MOBILITIES,
+    "stacks": STACKS,
+    "fits": FITS,
+    "stack_fits": STACK_FITS,
+    "discrepancy": DISCREPANCIES,
+    "depth": DEPTH,
+}

@@ -1,0 +1,61 @@
+"""Datasets on disk: one zarr store each, written whole under a temporary name, then renamed."""
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import xarray as xr
+
+from drillid.schema import DATASETS, PROBLEM_COLUMNS
+
+STAGES = ("records", "windows", "spectra", "mobility", "fits", "discrepancy", "depth", "figures")
+"""The stages that work well by well, in the order of the data's way."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One rejected thing: a row of the problems table."""
+
+    where: str
+    what: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class WellFolders:
+    """Where one well's datasets are: `<results>/<stage>/<well>/<dataset>.zarr`."""
+
+    results: Path
+    well: str
+
+    def stage(self, stage: str) -> Path:
+        """Folder of one stage's outputs for this well."""
+        return self.results / stage / self.well
+
+    def read(self, stage: str, name: str) -> xr.Dataset:
+        """Open a dataset lazily."""
+        return xr.open_zarr(self.stage(stage) / f"{name}.zarr", consolidated=False)
+
+    def has(self, stage: str, name: str) -> bool:
+        """Whether the stage produced the dataset; it does not where the well failed before."""
+        return (self.stage(stage) / f"{name}.zarr").exists()
+
+    def write(self, stage: str, name: str, dataset: xr.Dataset, **attributes: Any) -> None:
+        """Conform a dataset to its schema and write it; a half-written store never has the final name."""
+        conformed = DATASETS[name].conform(dataset, well=self.well, **attributes)
+        path = self.stage(stage) / f"{name}.zarr"
+        temporary = path.with_suffix(".part")
+        shutil.rmtree(temporary, ignore_errors=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        conformed.to_zarr(temporary, mode="w", consolidated=False)
+        shutil.rmtree(path, ignore_errors=True)
+        os.replace(temporary, path)
+
+
+def problems_table(well: str, stage: str, problems: list[Problem]) -> pd.DataFrame:
+    """The rows of a stage's problems.csv."""
+    rows = [(well, stage, problem.where, problem.what, problem.remedy) for problem in problems]
+    return pd.DataFrame(rows, columns=list(PROBLEM_COLUMNS))

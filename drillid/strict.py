@@ -1,0 +1,79 @@
+"""Frozen models that forbid unknown keys and say which key was probably meant."""
+
+import difflib
+from pathlib import Path
+from typing import Any, Self
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from drillid.errors import SettingsError
+
+
+class Strict(BaseModel):
+    """Base of all settings: immutable, no unknown keys, every field described."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @classmethod
+    def checked(cls, content: Any, where: str | Path) -> Self:
+        """Build the model from parsed YAML.
+
+        Raises
+        ------
+        SettingsError
+            With `where`, the offending key and, for a misspelt key, the likely one.
+        """
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            what, remedy = _explain(cls, error)
+            raise SettingsError(str(where), what, remedy) from error
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Self:
+        """Read and check one YAML file."""
+        try:
+            content = yaml.safe_load(Path(path).read_text())
+        except OSError as error:
+            raise SettingsError(str(path), f"cannot be read ({error.strerror})", "Check the path") from error
+        except yaml.YAMLError as error:
+            raise SettingsError(str(path), f"is not valid YAML ({error})", "Correct the line it names") from error
+        return cls.checked(content or {}, path)
+
+
+def _explain(model: type[BaseModel], error: ValidationError) -> tuple[str, str]:
+    problems, remedies = [], []
+    for item in error.errors():
+        key = ".".join(str(part) for part in item["loc"])
+        if item["type"] == "extra_forbidden":
+            known = _known_keys(model, item["loc"][:-1])
+            close = difflib.get_close_matches(str(item["loc"][-1]), known, n=1)
+            problems.append(f"unknown key '{key}'")
+            remedies.append(f"Did you mean '{close[0]}'?" if close else f"Known keys are {', '.join(known)}.")
+        else:
+            problems.append(f"'{key}': {item['msg'].removeprefix('Value error, ')}")
+    return "; ".join(problems), " ".join(remedies) or "Correct the value."
+
+
+def _known_keys(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:
+    """Keys of the (possibly nested) model at `path`, found by walking the JSON schema."""
+    schema = model.model_json_schema()
+    node: dict[str, Any] = schema
+    for part in path:
+        node = _resolved(schema, node)
+        node = node.get("items", {}) if isinstance(part, int) else node.get("properties", {}).get(part, _values(node))
+    return sorted(_resolved(schema, node).get("properties", {}))
+
+
+def _values(node: dict[str, Any]) -> dict[str, Any]:
+    values = node.get("additionalProperties", {})
+    return values if isinstance(values, dict) else {}
+
+
+def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    for branch in [node, *node.get("anyOf", [])]:
+        if "$ref" in branch:
+            found: dict[str, Any] = schema["$defs"][branch["$ref"].rsplit("/", 1)[-1]]
+            return found
+    return node
