@@ -161,6 +161,8 @@ _WINDOW_COORDINATES = {
     "start": Variable(("window",), "datetime64[ns]", "", "first sample of the window"),
     "end": Variable(("window",), "datetime64[ns]", "", "end of the window, exclusive"),
 }
+WINDOW_COORDINATES = ("window", "hole_depth", "start", "end")
+"""Coordinates that tell in every dataset which window a row is."""
 _IN_WINDOW = ("hole_depth", "start", "end")
 
 WINDOWS = DatasetSchema(

@@ -1,8 +1,16 @@
-"""The equipment, described once: the linear model and the time-domain simulator are both built from it."""
+"""The equipment, described once: the linear model and the time-domain simulator are both built from it.
+
+Any figure may be an array that broadcasts against the Laplace variable, so that one
+description stands for many windows; the simulator takes plain numbers only.
+"""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+Figure = Any
+"""A float, or an array of floats that broadcasts against s."""
 
 STEEL_DENSITY = 7850.0
 """ρ, kg/m³."""
@@ -23,15 +31,15 @@ class Section:
     (internal damping), density kg/m³, shear_modulus Pa.
     """
 
-    length: float
-    polar_moment: float
-    kappa: float = 0.0
-    delta: float = 0.0
+    length: Figure
+    polar_moment: Figure
+    kappa: Figure = 0.0
+    delta: Figure = 0.0
     density: float = STEEL_DENSITY
     shear_modulus: float = STEEL_SHEAR_MODULUS
 
     @property
-    def inertia(self) -> float:
+    def inertia(self) -> Figure:
         """Inertia of the whole section, kg m²."""
         return self.density * self.polar_moment * self.length
 
@@ -40,9 +48,9 @@ class Section:
 class Controller:
     """Speed control A(s) = P + I/s on the speed filtered by H(s) = 1/(1 + s τ_H), torque filtered by E(s) = 1/(1 + s τ_E)."""
 
-    proportional: float
+    proportional: Figure
     """P, N m s/rad."""
-    integral: float = 0.0
+    integral: Figure = 0.0
     """I, N m/rad."""
     speed_filter: float = 0.0
     """τ_H, s."""
@@ -54,8 +62,8 @@ class Controller:
 class TopDrive:
     """Inertia J_td (kg m²), driven with the delay T_d (s) and a first-order lag (s)."""
 
-    inertia: float
-    delay: float
+    inertia: Figure
+    delay: Figure
     controller: Controller
     lag: float = 0.0
 
@@ -64,8 +72,8 @@ class TopDrive:
 class Bit:
     """The lower end: a lumped inertia (kg m²) with viscous damping (N m s/rad)."""
 
-    inertia: float
-    damping: float = 0.0
+    inertia: Figure
+    damping: Figure = 0.0
 
 
 @dataclass(frozen=True)

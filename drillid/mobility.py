@@ -1,0 +1,199 @@
+"""Cross spectra → command mobility, its variance, the coherence gate, and stacks of windows (paper, figure 7)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.schema import WINDOW_COORDINATES, Gate
+from drillid.statistics import sum_of_ratios_probability
+from drillid.store import Problem, WellFolders
+
+if TYPE_CHECKING:
+    from drillid.config import MobilitySettings, Settings
+    from drillid.sheets import Well
+
+Floats = NDArray[np.float64]
+
+_SWEEP_FLOOR = 1e-4
+"""Sweep power below this share of its median counts as outside of the sweep."""
+
+
+def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
+    """Command mobility with the injected sweep as instrument, its variance and coherence.
+
+    The sweep is known without noise and the noise is independent of it, so that the ratio is
+    without bias in closed loop too. The variance is that of the complex value.
+    """
+    power = spectra["sweep_power"]
+    return xr.Dataset(
+        {
+            "command_mobility": spectra["cross_speed"] / power,
+            "command_mobility_variance": spectra["speed_noise"] / spectra["averages"] / power,
+            "degrees_of_freedom": spectra["degrees_of_freedom"],
+            "coherence": (np.abs(spectra["cross_speed"]) ** 2 / (power * spectra["speed_power"])).clip(0, 1),
+        }
+    )
+
+
+def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySettings) -> xr.Dataset:
+    """Least and largest coherence that a frequency may have, and which frequencies pass.
+
+    Coherence γ² of n averages is the share of a signal-to-noise ratio F = (n − 1) γ²/(1 − γ²).
+    Without response the mean of F over a band follows Fisher's F, whose upper quantile at the
+    error rate gives the least coherence: a band passes or fails as a whole, so that no
+    frequency is favoured for a lucky error. With response F follows the non-central F; the
+    best three neighbours of a band set its centre, and its upper quantile, at the error rate
+    shared among the band's frequencies, gives the largest coherence: what is above has a noise
+    too small to be believed.
+    """
+    from scipy.special import fdtri
+    from scipy.stats import ncf
+
+    frequency = spectra["frequency"].values
+    bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
+    shape = coherence.shape
+    least, largest, gates = np.empty(shape), np.empty(shape), np.zeros(shape, dtype=np.int8)
+    inside = (spectra["sweep_power"] >= _SWEEP_FLOOR * spectra["sweep_power"].median("frequency")).values
+    for row in range(shape[0]):
+        for band in np.unique(bands):
+            member = bands == band
+            usable = member & inside[row]
+            count = max(int(usable.sum()), 1)
+            averages = spectra["averages"].values[row, member].mean()
+            freedom = spectra["degrees_of_freedom"].values[row, member].mean()
+            ratio = (averages - 1) * coherence.values[row] / np.maximum(1 - coherence.values[row], 1e-12)
+            noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
+            bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
+            best = _best_neighbours(ratio[usable]) if usable.any() else 0.0
+            top = ncf.isf(settings.error_rate / count, 2, 2 * max(freedom, 1e-3), 2 * best)
+            least[row, member] = bound / (bound + averages - 1)
+            largest[row, member] = top / (top + averages - 1)
+            if usable.any() and ratio[usable].mean() < bound:
+                gates[row, member] = Gate.TOO_INCOHERENT
+    gates[(gates == Gate.USED) & (coherence.values > largest)] = Gate.TOO_COHERENT
+    gates[~inside] = Gate.OUTSIDE_SWEEP
+    dims = coherence.dims
+    return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
+
+
+def _best_neighbours(ratio: Floats) -> float:
+    width = min(3, ratio.size)
+    return float(np.convolve(ratio, np.ones(width) / width, "valid").max())
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """Command mobilities of all windows of a well, and their stacks."""
+    spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
+    mobility = command_mobility(spectra)
+    mobility = mobility.merge(gate(spectra, mobility["coherence"], settings.mobility))
+    folders.write("mobility", "mobility", mobility.assign_coords({name: spectra[name] for name in WINDOW_COORDINATES}))
+    stacks, problems = stack_windows(mobility, spectra["averages"], settings.mobility)
+    folders.write("mobility", "stacks", stacks)
+    return [*_unusable_windows(mobility), *problems]
+
+
+def _unusable_windows(mobility: xr.Dataset) -> list[Problem]:
+    used = (mobility["gate"] == Gate.USED).sum("frequency").values
+    return [
+        Problem(
+            f"window {int(mobility['window'][row])} at {float(mobility['hole_depth'][row]):.1f} m",
+            "no frequency passes the coherence gate",
+            "Raise the sweep's amplitude or check the speed and sweep channels",
+        )
+        for row in np.flatnonzero(used == 0)
+    ]
+
+
+def stack_windows(
+    mobility: xr.Dataset, averages: xr.DataArray, settings: MobilitySettings
+) -> tuple[xr.Dataset, list[Problem]]:
+    """Stacks of successive windows, each weighted by its variance.
+
+    A stack grows window by window up to the settings' number as long as all of its windows
+    agree within their variances; where the next one does not, the stack ends with a row that
+    says so. A window that agrees with no neighbour is in no stack.
+    """
+    stacks, problems = [], []
+    total, first = mobility.sizes["window"], 0
+    while first < total - 1:
+        members, chance, refused = [first], 1.0, np.nan
+        while members[-1] + 1 < total and len(members) < settings.stack_windows:
+            candidate = [*members, members[-1] + 1]
+            refused = agreement_probability(mobility.isel(window=candidate), averages.isel(window=candidate))
+            if not refused >= settings.agreement_error_rate:
+                problems.append(_disagreement(mobility, members, refused))
+                break
+            members, chance = candidate, refused
+        if len(members) > 1:
+            stacks.append(_stack(mobility.isel(window=members), len(stacks), chance))
+        first = members[-1] + 1
+    if not stacks:
+        return _no_stacks(mobility), problems
+    return xr.concat(stacks, "stack", coords="minimal", compat="override", join="exact"), problems
+
+
+def agreement_probability(windows: xr.Dataset, averages: xr.DataArray) -> float:
+    """Chance of so much disagreement between windows (window, frequency) with one common mobility."""
+    used = (windows["gate"] == Gate.USED).values.all(axis=0)
+    if not used.any():
+        return float("nan")
+    mobility = windows["command_mobility"].values[:, used]
+    variance = windows["command_mobility_variance"].values[:, used]
+    freedom = windows["degrees_of_freedom"].values[:, used]
+    mean = np.sum(mobility / variance, axis=0) / np.sum(1 / variance, axis=0)
+    total = float(np.sum(np.abs(mobility - mean) ** 2 / variance))
+    shared = sharing(freedom, averages.values[:, used])
+    return sum_of_ratios_probability(total, freedom.ravel(), shared.ravel(), fitted=float(used.sum()))
+
+
+def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
+    """How many frequencies one noise line serves: its estimate's ν against the n − 1 lines that each frequency brings."""
+    return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
+
+
+def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
+    used = windows["gate"] == Gate.USED
+    weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
+    total = weight.sum("window")
+    some = total > 0
+    mobility = (weight * windows["command_mobility"]).sum("window") / total.where(some)
+    variance = 1 / total.where(some)
+    freedom = xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window")
+    signal = np.abs(mobility) ** 2 / variance
+    count = used.sum("window") * (windows["degrees_of_freedom"].mean("window") + 1)
+    stack = xr.Dataset(
+        {
+            "command_mobility": mobility,
+            "command_mobility_variance": variance,
+            "degrees_of_freedom": freedom,
+            "coherence": (signal / (signal + count - 1)).where(some, 0.0),
+            "coherence_minimum": windows["coherence_minimum"].mean("window"),
+            "coherence_maximum": windows["coherence_maximum"].mean("window"),
+            "gate": xr.where(some, np.int8(Gate.USED), windows["gate"].max("window")),
+            "agreement_probability": chance,
+            "agree": True,
+        }
+    )
+    return stack.expand_dims(stack=[number]).assign_coords(
+        hole_depth=("stack", [float(windows["hole_depth"].mean())]),
+        first_window=("stack", [int(windows["window"][0])]),
+        last_window=("stack", [int(windows["window"][-1])]),
+    )
+
+
+def _disagreement(mobility: xr.Dataset, members: list[int], chance: float) -> Problem:
+    names = [int(mobility["window"][member]) for member in members]
+    depth = float(mobility["hole_depth"][members[-1] + 1])
+    return Problem(
+        f"window {int(mobility['window'][members[-1] + 1])} at {depth:.1f} m",
+        f"does not agree with windows {names[0]} to {names[-1]} (chance {chance:.2g}), so they are not stacked",
+        "None needed: the string changed between them; see the parameters against depth",
+    )
+
+
+def _no_stacks(mobility: xr.Dataset) -> xr.Dataset:
+    return _stack(mobility.isel(window=[0]), 0, 1.0).isel(stack=slice(0, 0))
