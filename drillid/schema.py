@@ -114,10 +114,26 @@ class DatasetSchema:
                 )
             kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
             kept = kept or {"long_name": declared.long_name}
-            result[name] = (declared.dims, np.asarray(result[name].values).astype(declared.dtype), kept)
+            result[name] = (declared.dims, _cast(result[name].values, declared.dtype), kept)
         result = result.set_coords([name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims])
         result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
         return result
+
+
+    def empty(self) -> xr.Dataset:
+        """The dataset without a single row."""
+        import xarray as xr
+
+        empty = {
+            name: (declared.dims, np.empty((0,) * len(declared.dims), dtype=declared.dtype))
+            for name, declared in self.variables.items()
+        }
+        return self.conform(xr.Dataset(empty))
+
+
+def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
+    """Text goes as objects, which zarr stores with variable length."""
+    return np.asarray(values).astype(str).astype(object) if dtype == "str" else np.asarray(values).astype(dtype)
 
 
 def _each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:
@@ -353,6 +369,19 @@ DEPTH = DatasetSchema(
     ("window", "start", "end"),
 )
 
+FLEET = DatasetSchema(
+    "Identified drilling dynamics of the fleet, a row a window",
+    {
+        "well": Variable(("row",), "str", "", "name of the well"),
+        **{
+            name: Variable(("row",), variable.dtype, variable.units, variable.long_name, variable.flags)
+            for name, variable in DEPTH.variables.items()
+            if variable.dims == ("depth",)
+        },
+    },
+    ("well", "depth", "window", "start", "end"),
+)
+
 PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
 """Columns of every stage's problems.csv: one row for whatever was rejected, with its reason."""
 
@@ -367,4 +396,5 @@ DATASETS = {
     "stack_fits": STACK_FITS,
     "discrepancy": DISCREPANCIES,
     "depth": DEPTH,
+    "fleet": FLEET,
 }

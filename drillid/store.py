@@ -45,14 +45,18 @@ class WellFolders:
 
     def write(self, stage: str, name: str, dataset: xr.Dataset, **attributes: Any) -> None:
         """Conform a dataset to its schema and write it; a half-written store never has the final name."""
-        conformed = DATASETS[name].conform(dataset, well=self.well, **attributes)
         path = self.stage(stage) / f"{name}.zarr"
-        temporary = path.with_suffix(".part")
-        shutil.rmtree(temporary, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
-        conformed.to_zarr(temporary, mode="w", consolidated=False)
-        shutil.rmtree(path, ignore_errors=True)
-        os.replace(temporary, path)
+        write_store(DATASETS[name].conform(dataset, well=self.well, **attributes), path)
+
+
+def write_store(dataset: xr.Dataset, path: Path) -> None:
+    """Write one zarr store whole, in the place of an older one."""
+    temporary = path.with_suffix(".part")
+    shutil.rmtree(temporary, ignore_errors=True)
+    dataset.to_zarr(temporary, mode="w", consolidated=False)
+    shutil.rmtree(path, ignore_errors=True)
+    os.replace(temporary, path)
 
 
 def problems_table(well: str, stage: str, problems: list[Problem]) -> pd.DataFrame:

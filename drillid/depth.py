@@ -1,0 +1,121 @@
+"""Everything identified in a well, indexed by depth, and the fleet's table of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.discrepancy import stored_controller
+from drillid.fits import known_equipment
+from drillid.physics.model import drilling_system
+from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
+from drillid.schema import FLEET, PARAMETERS, RigState
+from drillid.store import Problem, WellFolders, write_store
+
+if TYPE_CHECKING:
+    from drillid.config import DepthSettings, Settings
+    from drillid.physics.equipment import Controller
+    from drillid.rig import Rig
+    from drillid.sheets import Well
+
+Floats = NDArray[np.float64]
+
+
+def identified_responses(
+    rig: Rig, controller: Controller, parameters: Floats, bit_depth: Floats, frequency: Floats, settings: DepthSettings
+) -> xr.Dataset:
+    """Command mobility, bit mobility and bit-speed steps of every fitted model, stiff and as controlled.
+
+    Parameters
+    ----------
+    parameters : shape (depth, 8), SI; rows of NaN give responses of NaN
+    bit_depth : shape (depth,), m
+    frequency : shape (frequency,), Hz
+    """
+    s = laplace(frequency)
+    rows = []
+    for values, depth in zip(parameters, bit_depth, strict=True):
+        system = drilling_system(values, known_equipment(rig, controller, float(depth)))
+        steps = {}
+        for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
+            lag, steps[name] = bit_step_response(system, settings.step_duration_s, settings.step_interval_s, stiff=stiff)
+        responses = {
+            "command_mobility_fitted": command_mobility(system, s),
+            "bit_mobility_stiff": bit_mobility(system, s, stiff=True),
+            "bit_mobility_controlled": bit_mobility(system, s),
+        }
+        rows.append(
+            xr.Dataset(
+                {name: ("frequency", response) for name, response in responses.items()}
+                | {name: ("lag", step) for name, step in steps.items()},
+                {"frequency": frequency, "lag": lag},
+            )
+        )
+    return xr.concat(rows, "depth", coords="minimal", compat="override", join="exact")
+
+
+def parameter_variables(fits: xr.Dataset) -> dict[str, tuple[str, Floats]]:
+    """A variable for each parameter and its standard error, along depth."""
+    named = {name: fits.sel(parameter=name) for name in PARAMETERS}
+    values = {name: ("depth", row["value"].values) for name, row in named.items()}
+    return values | {f"{name}_error": ("depth", row["standard_error"].values) for name, row in named.items()}
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """The depth dataset and the parameter table of a well."""
+    fits, mobility = folders.read("fits", "fits").load(), folders.read("mobility", "mobility").load()
+    windows = folders.read("windows", "windows").load()
+    discrepancy = folders.read("discrepancy", "discrepancy").load()
+    responses = identified_responses(
+        well.rig,
+        stored_controller(fits),
+        fits["value"].values,
+        windows["bit_depth"].values,
+        mobility["frequency"].values,
+        settings.depth,
+    )
+    taken_over = {
+        **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
+        **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
+        **{name: discrepancy[name] for name in ("damping_pull", "inertia_pull", "flagged")},
+    }
+    dataset = responses.assign(
+        {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in taken_over.items()}
+        | parameter_variables(fits)
+        | {"rig_state": ("depth", np.full(fits.sizes["window"], RigState.DRILLING))}
+    ).assign_coords(
+        {name: ("depth", fits[name].values) for name in ("window", "start", "end")} | {"depth": fits["hole_depth"].values}
+    )
+    folders.write("depth", "depth", dataset)
+    parameter_table(dataset, fits["reason"].values).to_csv(folders.stage("depth") / "parameters.csv", index=False)
+    return []
+
+
+def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFrame:
+    """The parameters with errors and verdicts of every window, a row each; units in the column names."""
+    columns = {"window": depth["window"].values, "start": depth["start"].values, "depth [m]": depth["depth"].values}
+    for name, (unit, _) in PARAMETERS.items():
+        columns[f"{name} [{unit}]"] = depth[name].values
+        columns[f"{name}_error [{unit}]"] = depth[f"{name}_error"].values
+    verdicts = ("chi2_per_dof", "accepted", "damping_pull", "inertia_pull", "flagged")
+    return pd.DataFrame(columns | {name: depth[name].values for name in verdicts} | {"reason": reasons})
+
+
+def write_fleet(results: Path, wells: Sequence[str]) -> None:
+    """All wells' parameters along one dimension, with the well of each row, in `<results>/fleet.zarr`."""
+    tables = []
+    for well in wells:
+        folders = WellFolders(results, well)
+        if folders.has("depth", "depth"):
+            depth = folders.read("depth", "depth")
+            chosen = depth[[name for name in FLEET.variables if name in depth.variables]].load()
+            row = chosen.reset_coords().rename_dims(depth="row").drop_vars("row", errors="ignore")
+            tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], well, dtype=object))))
+    fleet = xr.concat(tables, "row", join="exact") if tables else FLEET.empty()
+    write_store(FLEET.conform(fleet), Path(results) / "fleet.zarr")
