@@ -105,8 +105,12 @@ class ReportSettings(Strict):
 class SimulateSettings(Strict):
     """The embedded demo fleet: raw logs made by the time-domain rig simulator."""
 
-    stands: int = Field(default=3, ge=1)
-    """Stands a well."""
+    drilling_s: float = Field(default=1220.0, gt=0)
+    """Drilled time of each stand, with the sweep on, in s."""
+    connection_s: float = Field(default=240.0, ge=0)
+    """Connection behind each stand, in s."""
+    time_step_s: float = Field(default=0.0025, gt=0)
+    """Time step of the simulator, in s; a whole number of them makes a log's sample interval of 0.02 s."""
     seed: int = 2025
     """Seed of all noise."""
 

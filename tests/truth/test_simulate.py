@@ -35,7 +35,7 @@ def multisine(steps: int) -> NDArray[np.float64]:
 
 def lines_of(series: NDArray[np.float64], samples: int) -> NDArray[np.complex128]:
     """Fourier coefficients of the last period at FREQUENCIES."""
-    return np.fft.rfft(series[-samples:])[np.rint(FREQUENCIES * PERIOD).astype(int)]
+    return np.asarray(np.fft.rfft(series[-samples:])[np.rint(FREQUENCIES * PERIOD).astype(int)], dtype=complex)
 
 
 def mobility_errors(system: DrillingSystem, time_step: float = TIME_STEP) -> NDArray[np.float64]:
