@@ -129,4 +129,5 @@ def test_reflection_returns_after_twice_the_travel_time() -> None:
     np.testing.assert_allclose(before, 1 / characteristic, rtol=0.005)
     np.testing.assert_allclose(after, -1 / characteristic, rtol=0.02)
     crossing = lags[1:][np.diff(np.sign(bit_speed)) < 0][0]
-    assert crossing == pytest.approx(2 * pipe.length / wave_speed, abs=0.02)
+    rise = 3 * bit.inertia / characteristic
+    assert 0 <= crossing - 2 * pipe.length / wave_speed <= rise
