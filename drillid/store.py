@@ -1,7 +1,9 @@
 """Datasets on disk: one zarr store each, written whole under a temporary name, then renamed."""
 
+import contextlib
 import os
 import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,10 @@ from drillid.schema import DATASETS, PROBLEM_COLUMNS
 
 STAGES = ("records", "windows", "spectra", "mobility", "fits", "discrepancy", "depth", "figures")
 """The stages that work well by well, in the order of the data's way."""
+
+
+_SERIES_CHUNK = 60_000
+"""Samples in a chunk of a long series; ten minutes at 100 Hz."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,30 @@ class WellFolders:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_store(DATASETS[name].conform(dataset, well=self.well, **attributes), path)
 
+    @contextlib.contextmanager
+    def appending(self, stage: str, name: str, **attributes: Any) -> Iterator[Callable[[xr.Dataset], None]]:
+        """Write a long series piece by piece along time, so that memory holds one piece only.
+
+        Gives a function that appends the next piece. The store gets its final name when the
+        block ends without an error; without any piece there is no store.
+        """
+        path = self.stage(stage) / f"{name}.zarr"
+        temporary = path.with_suffix(".part")
+        shutil.rmtree(temporary, ignore_errors=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+        def append(piece: xr.Dataset) -> None:
+            conformed = DATASETS[name].conform(piece, well=self.well, **attributes)
+            if temporary.exists():
+                conformed.to_zarr(temporary, append_dim="time", consolidated=False)
+            else:
+                conformed.to_zarr(temporary, mode="w", consolidated=False, encoding=_series_encoding(conformed))
+
+        yield append
+        shutil.rmtree(path, ignore_errors=True)
+        if temporary.exists():
+            os.replace(temporary, path)
+
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:
     """Write one zarr store whole, in the place of an older one."""
@@ -57,6 +87,18 @@ def write_store(dataset: xr.Dataset, path: Path) -> None:
     dataset.to_zarr(temporary, mode="w", consolidated=False)
     shutil.rmtree(path, ignore_errors=True)
     os.replace(temporary, path)
+
+
+def _series_encoding(series: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Chunks along time and the compression that suits rig channels; times as whole nanoseconds."""
+    from zarr.codecs import BloscCodec
+
+    codec = BloscCodec(cname="zstd", clevel=1, shuffle="bitshuffle")
+    encoding: dict[str, dict[str, Any]] = {
+        str(name): {"chunks": (_SERIES_CHUNK,), "compressors": (codec,)} for name in series.variables
+    }
+    encoding["time"] |= {"units": "nanoseconds since 1970-01-01", "dtype": "int64"}
+    return encoding
 
 
 def problems_table(well: str, stage: str, problems: list[Problem]) -> pd.DataFrame:
