@@ -1,0 +1,250 @@
+"""Time stamps of a log → places of its rows on a regular grid.
+
+A recorder samples by a regular clock; what jitters is mostly the stamp, written when the row
+reaches the recorder. So a regular clock is fitted to the stamps and each row is put on the tick
+that it belongs to. Missing rows leave ticks empty. Where the stamps jump but the signals run on,
+it was the clock that was set, not rows that are missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from drillid.errors import LogError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+_DAY_NS = 86_400_000_000_000
+_FEWEST_ROWS = 10
+_RATE_TOLERANCE = 0.01
+"""Largest relative difference of stated and found sample rate."""
+_NEAR_TICK = 0.3
+"""A grid joins the grid before it where their ticks differ by less than this share of an interval."""
+_WIDE_JITTER = 0.35
+"""Jitter, in intervals, from which single stamps no longer tell the tick."""
+_EITHER_SIDE = 3
+"""Samples on either side of a jump by which it is judged whether a signal runs on."""
+_SHORT_JUMP = 5
+"""Intervals up to which missing rows themselves leave a signal smooth enough to be told from a set clock."""
+
+
+@dataclass(frozen=True)
+class ClockStep:
+    """The recorder's clock was set by `seconds` before `row`; `continues` tells whether the signals ran on."""
+
+    row: int
+    seconds: float
+    continues: bool
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """A log's rows on its regular grid.
+
+    rate : samples per second
+    origin : time of tick 0, ns since 1970 UTC
+    rows : rows in order of time, repeated rows left out, shape (row,)
+    tick : tick of each of `rows`, not decreasing, shape (row,)
+    jitter : stamp less tick, s, shape (row,)
+    duplicate : ticks of the rows that were left out because they repeat another
+    steps : settings of the clock; `row` counts in `rows`
+    reordered : rows that stood out of order
+    """
+
+    rate: float
+    origin: int
+    rows: Integers
+    tick: Integers
+    jitter: Floats
+    duplicate: Integers
+    steps: tuple[ClockStep, ...]
+    reordered: int
+
+    def times(self, ticks: Integers) -> NDArray[np.datetime64]:
+        """UTC times of ticks, ns."""
+        return (self.origin + np.rint(ticks * (1e9 / self.rate)).astype(np.int64)).astype("datetime64[ns]")
+
+
+def place_rows(
+    stamps: Integers, sweep: Floats, speed: Floats, rate: float | None = None, anchor: int | None = None, where: str = "log"
+) -> Ticks:
+    """Fit a regular clock to stamps and place each row on its tick.
+
+    Parameters
+    ----------
+    stamps : time stamps, ns since 1970 UTC, shape (row,), in the file's order
+    sweep, speed : the two signals by which set clocks are told from missing rows, shape (row,)
+    rate : nominal samples per second; found from the stamps where None
+    anchor : time of a tick of the grid before this one, ns; midnight where None
+    where : name of the log for messages
+
+    Raises
+    ------
+    LogError
+        With too few rows, stamps coarser than the samples, or a stated rate that is not the log's.
+    """
+    if stamps.size < _FEWEST_ROWS:
+        raise LogError(where, f"holds only {stamps.size} rows", "Take it out of the logs sheet")
+    rows, repeated = _without_repeats(stamps, sweep, speed)
+    interval = _interval(stamps[rows], rate, where)
+    rows, reordered = _in_order(stamps, rows, interval)
+    seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
+    seconds, steps = _without_steps(seconds, sweep[rows], speed[rows], interval)
+    tick, interval = _fitted(seconds, interval)
+    chosen = _round_rate(interval, int(tick[-1]), rate)
+    offset = float(np.median(seconds - tick / chosen))
+    origin = _joined(int(stamps[rows[0]]) + round(offset * 1e9), chosen, anchor)
+    sorted_at = np.searchsorted(stamps[rows], stamps[repeated]) if repeated.size and not steps else np.zeros(0, np.int64)
+    duplicate = tick[np.minimum(sorted_at, tick.size - 1)]
+    return Ticks(chosen, origin, rows, tick, seconds - tick / chosen - offset, duplicate, steps, reordered)
+
+
+def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
+    """Rows to keep and rows that repeat an earlier row's stamp and signals."""
+    import pandas as pd
+
+    repeats = pd.DataFrame({"stamp": stamps, "sweep": sweep, "speed": speed}).duplicated().to_numpy()
+    return np.flatnonzero(~repeats), np.flatnonzero(repeats)
+
+
+def _interval(stamps: Integers, rate: float | None, where: str) -> float:
+    """Mean interval of unbroken rows, s."""
+    steps = np.diff(stamps) * 1e-9
+    forward = steps[steps > 0]
+    if forward.size < 0.5 * steps.size or forward.size == 0:
+        raise LogError(
+            where, "its time stamps are coarser than its samples: most rows share a stamp", "Export stamps with fractions of a second"
+        )
+    usual = float(np.median(forward))
+    interval = float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
+    if rate is not None and abs(interval * rate - 1) > _RATE_TOLERANCE:
+        raise LogError(
+            where,
+            f"its stamps tell {1 / interval:.4g} samples per second, the rig description {rate:.4g}",
+            "Correct the sample rate in the rig description, or leave it out",
+        )
+    return interval
+
+
+def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
+    """Rows sorted by stamp, where sorting them makes no two claim one tick; else as they are, for the clock was set."""
+    steps = np.diff(stamps[rows]) * 1e-9
+    if not np.any(steps < -0.5 * interval):
+        return rows, 0
+    ordered = rows[np.argsort(stamps[rows], kind="stable")]
+    if np.sum(np.diff(stamps[ordered]) * 1e-9 < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval):
+        return rows, 0
+    return ordered, int(np.sum(ordered != rows))
+
+
+def _without_steps(seconds: Floats, sweep: Floats, speed: Floats, interval: float) -> tuple[Floats, tuple[ClockStep, ...]]:
+    """Stamps (s) with settings of the clock taken out, and those settings."""
+    jumps = np.diff(seconds)
+    doubtful = np.flatnonzero((jumps > 1.5 * interval) | (jumps < -0.5 * interval)).tolist()
+    if not doubtful:
+        return seconds, ()
+    sweep_ends, speed_ends = _RunsOn(sweep, jumps, interval), _RunsOn(speed, jumps, interval)
+    steps, correction = [], np.zeros(seconds.size)
+    for before in doubtful:
+        apart = round(jumps[before] / interval)
+        runs_on = sweep_ends.moving(before) and sweep_ends.smooth(before, 1) and speed_ends.smooth(before, 1)
+        if 1 < apart <= _SHORT_JUMP:
+            runs_on = runs_on and not sweep_ends.smooth(before, apart)
+        if runs_on or apart < 1:
+            hole = interval if runs_on else 1.0
+            correction[before + 1] = jumps[before] - hole
+            steps.append(ClockStep(before + 1, float(jumps[before] - hole), bool(runs_on)))
+    return seconds - np.cumsum(correction), tuple(steps)
+
+
+class _RunsOn:
+    """Whether a signal runs smoothly over a jump of its stamps, judged against its usual smoothness."""
+
+    def __init__(self, signal: Floats, jumps: Floats, interval: float) -> None:
+        self.signal = signal
+        usual = self._misfit(np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE), 1)
+        broken = np.convolve(np.abs(jumps / interval - 1) > 0.5, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
+        usual = usual[~broken & np.isfinite(usual)]
+        self.limit = float(np.quantile(usual, 0.99)) if usual.size else 0.0
+
+    @staticmethod
+    def _misfit(samples: Floats, apart: int) -> Floats:
+        """Root of the squared misfit of a cubic to samples of shape (..., 6), three on either side of `apart` intervals."""
+        place = np.arange(2 * _EITHER_SIDE, dtype=float)
+        place[_EITHER_SIDE:] += apart - 1
+        basis = np.linalg.qr(np.vander(place / place[-1], 4))[0]
+        residual = samples - (samples @ basis) @ basis.T
+        return np.asarray(np.sqrt(np.sum(residual**2, axis=-1)))
+
+    def _around(self, before: int) -> Floats:
+        return self.signal[before + 1 - _EITHER_SIDE : before + 1 + _EITHER_SIDE]
+
+    def moving(self, before: int) -> bool:
+        """Whether the signal changes around the jump by more than its roughness."""
+        around = self._around(before)
+        return around.size == 2 * _EITHER_SIDE and bool(np.ptp(around) > 3 * self.limit)
+
+    def smooth(self, before: int, apart: int) -> bool:
+        """Whether the signal is as smooth as usual if the rows around the jump are `apart` intervals apart."""
+        around = self._around(before)
+        return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, apart) <= self.limit)
+
+
+def _fitted(seconds: Floats, interval: float) -> tuple[Integers, float]:
+    """Tick of each row and the interval (s) of the straight line through stamps against ticks."""
+    tick = np.concatenate([[0], np.cumsum(np.rint(np.diff(seconds) / interval))]).astype(np.int64)
+    slope, start = np.polyfit(tick, seconds, 1)
+    place = (seconds - start) / slope
+    tick = np.rint(place).astype(np.int64)
+    if np.quantile(np.abs(place - tick), 0.999) > _WIDE_JITTER:
+        row = np.arange(tick.size)
+        tick = row + np.rint(median_filter((tick - row).astype(float), 11, mode="nearest")).astype(np.int64)
+    tick = np.maximum.accumulate(tick)
+    return tick - tick[0], float(slope)
+
+
+def _round_rate(interval: float, ticks: int, stated: float | None) -> float:
+    """The stated, else the roundest, rate that drifts against the stamps by less than half an interval over the log."""
+    found = 1 / interval
+    candidates = [round(found, decimals) for decimals in range(4)]
+    for rate in ([stated] if stated else []) + candidates:
+        if rate > 0 and abs(found / rate - 1) * ticks < 0.5:
+            return float(rate)
+    return found
+
+
+def _joined(origin: int, rate: float, anchor: int | None) -> int:
+    """Origin (ns) moved onto the ticks of an earlier grid, where it is near one."""
+    start = origin // _DAY_NS * _DAY_NS if anchor is None else anchor
+    ticks = (origin - start) * 1e-9 * rate
+    near = round(ticks)
+    return start + round(near * 1e9 / rate) if abs(ticks - near) < _NEAR_TICK else origin
+
+
+def share_of_real_jitter(signal: Floats, ticks: Ticks) -> float:
+    """Share of the stamps' jitter that the samples really have.
+
+    A sample taken j late on a signal of slope f′ is off its tick's value by f′ j, which roughens
+    the signal; the share is that which, taken off, leaves it smoothest (least squares on fourth
+    differences): 0 where the clock is regular and only stamps jitter, 1 where stamps are right.
+
+    Parameters
+    ----------
+    signal : shape (row,), in the order of ticks.rows
+    """
+    if np.ptp(ticks.jitter) * ticks.rate < 1e-4:
+        return 0.0
+    slope = np.gradient(signal) * ticks.rate
+    rough, expected = np.diff(signal, 4), np.diff(slope * ticks.jitter, 4)
+    whole = (ticks.tick[4:] - ticks.tick[:-4] == 4) & np.isfinite(rough) & np.isfinite(expected)
+    rough, expected = rough[whole], expected[whole]
+    if rough.size == 0 or not np.any(expected):
+        return 0.0
+    usual = np.abs(rough) <= np.quantile(np.abs(rough), 0.999)
+    return float(np.sum((rough * expected)[usual]) / np.sum((expected**2)[usual]))

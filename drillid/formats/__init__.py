@@ -1,0 +1,174 @@
+"""Rig logs of any file format behind one function.
+
+A format is one module of this package with two things: `SUFFIXES`, the file names' endings it
+answers for, and `read_columns(path, columns)`, which returns those columns (all, if None) as an
+Arrow table, numbers as float64, and raises `FileNotFoundError` or any other `OSError`, or
+`ValueError` with what is wrong. Everything else (a missing column, text among the numbers, time
+that is no time) is checked here, once for all formats.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import pkgutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import pandas as pd
+
+from drillid.errors import LogError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_NULL_VALUES = (-999.25, -9999.0)
+"""Numbers that drilling recorders write where they have no value."""
+_FIRST_ROW = 1
+"""Rows are counted from 1, the header apart."""
+
+
+class LogFormat(Protocol):
+    """What a module of this package must have."""
+
+    SUFFIXES: tuple[str, ...]
+
+    def header(self, path: Path) -> list[str]:
+        """Names of the file's columns."""
+        ...
+
+    def read_columns(self, path: Path, columns: Sequence[str], text: Sequence[str]) -> Any:
+        """The columns as an Arrow table, those in `text` as they are and the others as float64 where they can be."""
+        ...
+
+
+def formats() -> dict[str, LogFormat]:
+    """Every format of this package by the endings it answers for."""
+    found: dict[str, LogFormat] = {}
+    for module in pkgutil.iter_modules(__path__):
+        reader: Any = importlib.import_module(f"{__name__}.{module.name}")
+        found |= dict.fromkeys(reader.SUFFIXES, reader)
+    return found
+
+
+def format_of(path: Path) -> LogFormat:
+    """The format that answers for a file's name; of several endings that fit the longest wins."""
+    known = formats()
+    fitting = [suffix for suffix in known if path.name.lower().endswith(suffix)]
+    if not fitting:
+        raise LogError(str(path), "is of no known format", f"Known endings are {', '.join(sorted(known))}")
+    return known[max(fitting, key=len)]
+
+
+def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -> pd.DataFrame:
+    """Read the time column and some numeric columns of a rig log, rows in the file's order.
+
+    Parameters
+    ----------
+    path : the log
+    time : name of its time column
+    columns : names of the numeric columns
+    zone : time zone of stamps that carry none
+
+    Returns
+    -------
+    Frame with `columns` as float64 (NaN where the log holds no value) in the file's own units;
+    its index holds the stamps, UTC without zone, ns.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read, lacks a column, holds no rows, or holds a cell that is no
+        number or no time; the message names file, column and row.
+    """
+    reader, wanted = format_of(path), list(dict.fromkeys([time, *columns]))
+    try:
+        header = reader.header(path)
+        _check_columns(path, wanted, header)
+        table = reader.read_columns(path, wanted, [time])
+    except FileNotFoundError as error:
+        raise LogError(str(path), "does not exist", "Check the path in the logs sheet") from error
+    except (OSError, EOFError, ValueError) as error:
+        raise LogError(
+            str(path), f"cannot be read ({_first_line(error)})", "Export the log again; the file may be cut short or damaged"
+        ) from error
+    if table.num_rows == 0:
+        raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
+    stamps = _stamps(path, time, table.column(time).to_pandas(), zone)
+    values = {name: _numbers(path, name, table.column(name).to_pandas()) for name in columns}
+    return pd.DataFrame(values, index=pd.DatetimeIndex(stamps, name=time))
+
+
+def _check_columns(path: Path, wanted: list[str], header: list[str]) -> None:
+    for name in wanted:
+        if name not in header:
+            close = difflib.get_close_matches(name, header, n=1)
+            hint = f"Did you mean '{close[0]}'?" if close else "Name one of them in the rig description"
+            there = ", ".join(f"'{column}'" for column in header) or "none"
+            raise LogError(str(path), f"has no column '{name}'; its columns are {there}", hint)
+
+
+def _numbers(path: Path, name: str, cells: pd.Series[Any]) -> NDArray[np.float64]:
+    """Cells as floats, the recorders' null values as NaN."""
+    if cells.dtype != np.float64:
+        numbers = pd.to_numeric(cells, errors="coerce")
+        wrong = np.flatnonzero(numbers.isna() & cells.notna() & (cells.astype(str).str.strip() != ""))
+        if wrong.size:
+            row = int(wrong[0])
+            raise LogError(
+                f"{path}, column '{name}', row {row + _FIRST_ROW}",
+                f"'{cells.iloc[row]}' is no number",
+                "Correct the cell, or leave it empty where there is no value",
+            )
+        cells = numbers
+    values = cells.to_numpy(dtype=np.float64, copy=True)
+    values[np.isin(values, _NULL_VALUES) | ~np.isfinite(values)] = np.nan
+    return values
+
+
+def _stamps(path: Path, name: str, cells: pd.Series[Any], zone: str) -> NDArray[np.datetime64]:
+    """Stamps as UTC without zone, ns."""
+    if pd.api.types.is_numeric_dtype(cells.dtype):
+        raise _no_time(path, name, 0, cells.iloc[0])
+    aware = pd.to_datetime(cells, errors="coerce", format=None if _is_time(cells) else "ISO8601", utc=_mixed_or_aware(cells))
+    wrong = np.flatnonzero(aware.isna())
+    if wrong.size:
+        raise _no_time(path, name, int(wrong[0]), cells.iloc[int(wrong[0])])
+    if aware.dt.tz is None:
+        aware = _localised(path, name, aware, zone)
+    return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
+
+
+def _is_time(cells: pd.Series[Any]) -> bool:
+    return pd.api.types.is_datetime64_any_dtype(cells.dtype)
+
+
+def _mixed_or_aware(cells: pd.Series[Any]) -> bool:
+    """Whether stamps given as text carry a zone: a Z, or an offset such as +01:00, at their end."""
+    return not _is_time(cells) and bool(cells.astype(str).str.contains(r"(?:Z|[+-]\d\d:?\d\d)$", regex=True).all())
+
+
+def _localised(path: Path, name: str, naive: pd.Series[Any], zone: str) -> pd.Series[Any]:
+    try:
+        localised: pd.Series[Any] = naive.dt.tz_localize(zone, ambiguous="infer")
+    except (ValueError, KeyError) as error:
+        raise LogError(
+            f"{path}, column '{name}'",
+            f"the stamps cannot be placed in the time zone '{zone}' ({_first_line(error)})",
+            "Correct the zone in the rig description, or log in UTC",
+        ) from error
+    return localised
+
+
+def _no_time(path: Path, name: str, row: int, cell: object) -> LogError:
+    return LogError(
+        f"{path}, column '{name}', row {row + _FIRST_ROW}",
+        f"'{cell}' is no time",
+        "Write time stamps such as 2025-03-03T06:00:00.020Z",
+    )
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0].rstrip(".")

@@ -1,0 +1,100 @@
+"""Samples that cannot be true: spikes and stuck sensors; and runs of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+_WIDEST_SPIKE = 3
+_NEIGHBOURS = 2
+"""Good samples on either side from which a spike's true value is judged."""
+_LOCAL_S = 2.0
+"""Stretch over which a signal's roughness is taken as the same, s."""
+
+
+def runs(mask: Booleans) -> Integers:
+    """First and last-plus-one of every run of True, shape (run, 2)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2).astype(np.int64)
+
+
+def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
+    """Isolated samples that an inertia cannot make: away and back within three samples.
+
+    A sample is suspect where it differs from the cubic through its four neighbours by more than
+    the local roughness (median absolute difference over 2 s) allows at `error_rate`. Suspects are
+    spikes where leaving out one to three samples makes their whole neighbourhood as smooth as the
+    signal is there, and where they lie further off than their neighbours' whole range; so steps
+    and kinks are none.
+
+    Parameters
+    ----------
+    signal : shape (time,), without NaN
+    rate : samples per second
+    error_rate : share of good samples of Gaussian roughness that may be taken for spikes
+    """
+    from scipy.stats import norm
+
+    found = np.zeros(signal.size, dtype=bool)
+    if signal.size < 2 * _NEIGHBOURS + 2 * _WIDEST_SPIKE:
+        return found
+    off = _off_neighbours(signal)
+    changes = np.abs(np.diff(signal))
+    quantum = changes[changes > 0].min() if np.any(changes > 0) else 0.0
+    roughness = median_filter(np.abs(off), 2 * round(_LOCAL_S * rate / 2) + 1, mode="nearest") / norm.isf(0.25)
+    limit = norm.isf(error_rate / 2) * np.maximum(roughness, quantum / 2)
+    suspects = np.flatnonzero((np.abs(off) > limit) & (limit > 0))
+    if suspects.size == 0:
+        return found
+    for cluster in np.split(suspects, np.flatnonzero(np.diff(suspects) > _NEIGHBOURS) + 1):
+        first, last = _explained(signal, limit, int(cluster[0]), int(cluster[-1]) + 1)
+        found[first:last] = True
+    return found
+
+
+def _off_neighbours(signal: Floats) -> Floats:
+    """Difference of each sample from the cubic through two samples on either side; zero at the ends."""
+    off = np.zeros(signal.size)
+    off[2:-2] = signal[2:-2] - (4 * (signal[1:-3] + signal[3:-1]) - signal[:-4] - signal[4:]) / 6
+    return off
+
+
+def _explained(signal: Floats, limit: Floats, first: int, stop: int) -> tuple[int, int]:
+    """The smallest run of samples whose replacement makes the suspects from `first` to `stop` smooth; empty if none."""
+    for width in range(1, _WIDEST_SPIKE + 1):
+        for start in range(max(first, _NEIGHBOURS), min(stop, signal.size - _NEIGHBOURS - width + 1)):
+            low, high = max(0, start - 5), min(signal.size, start + width + 5)
+            piece, inside = signal[low:high].copy(), np.arange(start, start + width) - low
+            beside = np.r_[inside[0] - _NEIGHBOURS : inside[0], inside[-1] + 1 : inside[-1] + 1 + _NEIGHBOURS]
+            likely = np.polyval(np.polyfit(beside - inside[0], piece[beside], 3), inside - inside[0])
+            if np.any(np.abs(piece[inside] - likely) <= np.ptp(piece[beside])):
+                continue
+            piece[inside] = likely
+            judged = slice(max(0, first - low), max(stop, start + width) - low)
+            if np.all(np.abs(_off_neighbours(piece))[judged] <= limit[low:high][judged]):
+                return start, start + width
+    return first, first
+
+
+def stuck(signal: Floats, others_move: Booleans, rate: float, longest_s: float) -> Booleans:
+    """Samples of runs longer than `longest_s` in which the signal keeps one value other than zero while others move.
+
+    Parameters
+    ----------
+    signal : shape (time,)
+    others_move : samples at which another signal shows that this one should change, shape (time,)
+    rate : samples per second
+    longest_s : longest unchanged run of a working sensor, s
+    """
+    same = np.concatenate([[False], np.diff(signal) == 0]) & (signal != 0)
+    found = np.zeros(signal.size, dtype=bool)
+    for first, stop in runs(same):
+        whole = slice(first - 1, stop)
+        if stop - first + 1 > longest_s * rate and np.mean(others_move[whole]) > 0.5:
+            found[whole] = True
+    return found
