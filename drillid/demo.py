@@ -191,7 +191,7 @@ WELLS = {
             "time",
             _NEWTONS,
             zone="Asia/Muscat",
-            faults=Faults(jitter=0.002, dropped_share=0.001, speed_spikes=4, gap=5.0),
+            faults=Faults(jitter=0.001, dropped_share=0.001, speed_spikes=4, gap=5.0),
         ),
     ),
     "D03": DemoWell(
