@@ -72,7 +72,12 @@ class Ticks:
 
 
 def place_rows(
-    stamps: Integers, sweep: Floats, speed: Floats, rate: float | None = None, anchor: int | None = None, where: str = "log"
+    stamps: Integers,
+    sweep: Floats,
+    speed: Floats,
+    rate: float | None = None,
+    anchor: int | None = None,
+    where: str = "log",
 ) -> Ticks:
     """Fit a regular clock to stamps and place each row on its tick.
 
@@ -100,7 +105,9 @@ def place_rows(
     chosen = _round_rate(interval, int(tick[-1]), rate)
     offset = float(np.median(seconds - tick / chosen))
     origin = _joined(int(stamps[rows[0]]) + round(offset * 1e9), chosen, anchor)
-    sorted_at = np.searchsorted(stamps[rows], stamps[repeated]) if repeated.size and not steps else np.zeros(0, np.int64)
+    sorted_at = (
+        np.searchsorted(stamps[rows], stamps[repeated]) if repeated.size and not steps else np.zeros(0, np.int64)
+    )
     duplicate = tick[np.minimum(sorted_at, tick.size - 1)]
     return Ticks(chosen, origin, rows, tick, seconds - tick / chosen - offset, duplicate, steps, reordered)
 
@@ -119,7 +126,9 @@ def _interval(stamps: Integers, rate: float | None, where: str) -> float:
     forward = steps[steps > 0]
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
-            where, "its time stamps are coarser than its samples: most rows share a stamp", "Export stamps with fractions of a second"
+            where,
+            "its time stamps are coarser than its samples: most rows share a stamp",
+            "Export stamps with fractions of a second",
         )
     usual = float(np.median(forward))
     interval = float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
@@ -143,7 +152,9 @@ def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Intege
     return ordered, int(np.sum(ordered != rows))
 
 
-def _without_steps(seconds: Floats, sweep: Floats, speed: Floats, interval: float) -> tuple[Floats, tuple[ClockStep, ...]]:
+def _without_steps(
+    seconds: Floats, sweep: Floats, speed: Floats, interval: float
+) -> tuple[Floats, tuple[ClockStep, ...]]:
     """Stamps (s) with settings of the clock taken out, and those settings."""
     jumps = np.diff(seconds)
     doubtful = np.flatnonzero((jumps > 1.5 * interval) | (jumps < -0.5 * interval)).tolist()

@@ -67,7 +67,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     with folders.appending("records", "records") as append:
         for path in readable:
             try:
-                record = regular_record(path, well.rig, settings.records, None if end is None else int(end.astype(np.int64)))
+                record = regular_record(
+                    path, well.rig, settings.records, None if end is None else int(end.astype(np.int64))
+                )
                 samples, late = _after(record.samples, end, path)
                 _check_rate(record.rate, rate, path)
             except LogError as error:
@@ -78,7 +80,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             rate, end, number = record.rate, samples["time"].values[-1], number + 1
     if rate is None:
         raise LogError(
-            f"well {well.name}", f"none of its {len(well.logs)} logs can be used", "See the rows of the problems table for each of them"
+            f"well {well.name}",
+            f"none of its {len(well.logs)} logs can be used",
+            "See the rows of the problems table for each of them",
         )
     return problems
 
@@ -139,7 +143,9 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, anchor: int 
     if share_of_real_jitter(log["torque_sweep"].to_numpy(), ticks) > 0.5:
         log = _moved_to_ticks(log, ticks)
         rms = 1e3 * float(np.std(ticks.jitter))
-        notes.append((f"samples were taken off the regular clock ({rms:.2f} ms rms); interpolated at their stamps", _REPLACED))
+        notes.append(
+            (f"samples were taken off the regular clock ({rms:.2f} ms rms); interpolated at their stamps", _REPLACED)
+        )
     flags = grid.flags.copy()
     channels: dict[str, tuple[str, Floats]] = {}
     for name in CHANNEL_UNITS:
@@ -166,12 +172,15 @@ def read_channels(path: Path, rig: Rig) -> pd.DataFrame:
     wanted = {name: rig.channels[name] for name in rig.channels}
     raw = read_log(path, rig.time.column, [column.column for column in wanted.values()], rig.time.zone)
     channels = {
-        name: raw[column.column].to_numpy() * to_si_factor(column.unit, CHANNEL_UNITS[name]) for name, column in wanted.items()
+        name: raw[column.column].to_numpy() * to_si_factor(column.unit, CHANNEL_UNITS[name])
+        for name, column in wanted.items()
     }
     empty = [name for name, values in channels.items() if not np.any(np.isfinite(values))]
     needed = [rig.channels[name].column for name in REQUIRED_CHANNELS if name in empty]
     if needed:
-        raise LogError(str(path), f"column '{needed[0]}' holds no value", "Correct the rig description's columns, or the export")
+        raise LogError(
+            str(path), f"column '{needed[0]}' holds no value", "Correct the rig description's columns, or the export"
+        )
     return pd.DataFrame({name: values for name, values in channels.items() if name not in empty}, index=raw.index)
 
 
@@ -219,12 +228,20 @@ def _moved_to_ticks(log: pd.DataFrame, ticks: Ticks) -> pd.DataFrame:
         if name in log:
             values = log[name].to_numpy()
             good = np.isfinite(values) & np.concatenate([[True], np.diff(taken) > 0])
-            moved[name] = np.where(np.isfinite(values), CubicSpline(taken[good], values[good])(ticks.tick / ticks.rate), np.nan)
+            moved[name] = np.where(
+                np.isfinite(values), CubicSpline(taken[good], values[good])(ticks.tick / ticks.rate), np.nan
+            )
     return moved
 
 
 def _fast_channel(
-    name: str, values: Floats, rate: float, settings: RecordsSettings, grid: _Grid, flags: Flags, notes: list[tuple[str, str]]
+    name: str,
+    values: Floats,
+    rate: float,
+    settings: RecordsSettings,
+    grid: _Grid,
+    flags: Flags,
+    notes: list[tuple[str, str]],
 ) -> Floats:
     """Replace spikes, fill short holes by a cubic spline, flag the rest as gaps."""
     missing = np.isnan(values)
@@ -259,7 +276,13 @@ def _short_and_long(holes: NDArray[np.bool_], longest: int) -> tuple[NDArray[np.
 
 
 def _slow_channel(
-    name: str, values: Floats, rate: float, settings: RecordsSettings, grid: _Grid, flags: Flags, notes: list[tuple[str, str]]
+    name: str,
+    values: Floats,
+    rate: float,
+    settings: RecordsSettings,
+    grid: _Grid,
+    flags: Flags,
+    notes: list[tuple[str, str]],
 ) -> Floats:
     """Interpolate linearly between the channel's own values, which may be far fewer than the rows."""
     known = np.flatnonzero(np.isfinite(values))
@@ -273,9 +296,17 @@ def _slow_channel(
 
 
 def _flag_stuck(
-    channels: dict[str, Floats], rate: float, settings: RecordsSettings, grid: _Grid, flags: Flags, notes: list[tuple[str, str]]
+    channels: dict[str, Floats],
+    rate: float,
+    settings: RecordsSettings,
+    grid: _Grid,
+    flags: Flags,
+    notes: list[tuple[str, str]],
 ) -> None:
-    moves = {name: np.concatenate([[False], np.diff(channels[name]) != 0]) & np.isfinite(channels[name]) for name in FAST_CHANNELS}
+    moves = {
+        name: np.concatenate([[False], np.diff(channels[name]) != 0]) & np.isfinite(channels[name])
+        for name in FAST_CHANNELS
+    }
     for name in FAST_CHANNELS:
         others = np.any([moves[other] for other in FAST_CHANNELS if other != name], axis=0)
         found = stuck(channels[name], others, rate, settings.stuck_s)
@@ -291,13 +322,22 @@ def _clock_notes(ticks: Ticks, grid: _Grid, stated: float | None) -> list[tuple[
         what = f"its clock runs {1e6 * (ticks.rate / stated - 1):+.0f} parts in a million off the stated rate of {stated:g} Hz"
         notes.append((what, "The rate of the stamps is used; look at the recorder's clock"))
     if ticks.reordered:
-        notes.append((f"{ticks.reordered} rows stood out of order and were sorted by time", "Look at the recorder if this recurs"))
+        notes.append(
+            (
+                f"{ticks.reordered} rows stood out of order and were sorted by time",
+                "Look at the recorder if this recurs",
+            )
+        )
     duplicates = int(ticks.duplicate.size + np.sum(~grid.first))
     if duplicates:
         notes.append((f"{duplicates} rows repeat the time of another row; the first of each is used", _REPLACED))
     for step in ticks.steps:
         at = grid.at(int(grid.position[step.row]))
-        goes_on = "the signals run on through it" if step.continues else "the signals do not run on: time is missing, unknown how much"
+        goes_on = (
+            "the signals run on through it"
+            if step.continues
+            else "the signals do not run on: time is missing, unknown how much"
+        )
         what = f"the clock was set by {step.seconds:+.3f} s at {at}; {goes_on}; later times of this log keep the clock before"
         notes.append((what, "Check the times against the driller's report"))
     return notes
@@ -314,5 +354,7 @@ def _gap_notes(flags: Flags, grid: _Grid, rate: float) -> list[tuple[str, str]]:
     for first, stop in runs(flags & np.uint8(RecordFlag.GAP) > 0):
         notes.append((f"gap of {(stop - first) / rate:.1f} s at {grid.at(int(first))}", _KEPT))
     for position, seconds in grid.left_out:
-        notes.append((f"gap of {seconds:.1f} s at {grid.at(position)}", "No samples are stored there; look at the recorder"))
+        notes.append(
+            (f"gap of {seconds:.1f} s at {grid.at(position)}", "No samples are stored there; look at the recorder")
+        )
     return notes

@@ -92,7 +92,9 @@ def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -
         raise LogError(str(path), "does not exist", "Check the path in the logs sheet") from error
     except (OSError, EOFError, ValueError) as error:
         raise LogError(
-            str(path), f"cannot be read ({_first_line(error)})", "Export the log again; the file may be cut short or damaged"
+            str(path),
+            f"cannot be read ({_first_line(error)})",
+            "Export the log again; the file may be cut short or damaged",
         ) from error
     if table.num_rows == 0:
         raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
@@ -132,7 +134,9 @@ def _stamps(path: Path, name: str, cells: pd.Series[Any], zone: str) -> NDArray[
     """Stamps as UTC without zone, ns."""
     if pd.api.types.is_numeric_dtype(cells.dtype):
         raise _no_time(path, name, 0, cells.iloc[0])
-    aware = pd.to_datetime(cells, errors="coerce", format=None if _is_time(cells) else "ISO8601", utc=_mixed_or_aware(cells))
+    aware = pd.to_datetime(
+        cells, errors="coerce", format=None if _is_time(cells) else "ISO8601", utc=_mixed_or_aware(cells)
+    )
     wrong = np.flatnonzero(aware.isna())
     if wrong.size:
         raise _no_time(path, name, int(wrong[0]), cells.iloc[int(wrong[0])])
