@@ -52,7 +52,7 @@ class Ticks:
     rows : rows in order of time, repeated rows left out, shape (row,)
     tick : tick of each of `rows`, not decreasing, shape (row,)
     jitter : stamp less tick, s, shape (row,)
-    duplicate : ticks of the rows that were left out because they repeat another
+    repeated : places in `rows` of the rows that others, left out, repeat, shape (repeat,)
     steps : settings of the clock; `row` counts in `rows`
     reordered : rows that stood out of order
     """
@@ -62,13 +62,14 @@ class Ticks:
     rows: Integers
     tick: Integers
     jitter: Floats
-    duplicate: Integers
+    repeated: Integers
     steps: tuple[ClockStep, ...]
     reordered: int
 
     def times(self, ticks: Integers) -> NDArray[np.datetime64]:
         """UTC times of ticks, ns."""
-        return (self.origin + np.rint(ticks * (1e9 / self.rate)).astype(np.int64)).astype("datetime64[ns]")
+        since = np.rint(ticks * (1e9 / self.rate)).astype(np.int64)
+        return np.asarray((self.origin + since).astype("datetime64[ns]"))
 
 
 def place_rows(
@@ -96,7 +97,7 @@ def place_rows(
     """
     if stamps.size < _FEWEST_ROWS:
         raise LogError(where, f"holds only {stamps.size} rows", "Take it out of the logs sheet")
-    rows, repeated = _without_repeats(stamps, sweep, speed)
+    rows, repeats = _without_repeats(stamps, sweep, speed)
     interval = _interval(stamps[rows], rate, where)
     rows, reordered = _in_order(stamps, rows, interval)
     seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
@@ -105,11 +106,10 @@ def place_rows(
     chosen = _round_rate(interval, int(tick[-1]), rate)
     offset = float(np.median(seconds - tick / chosen))
     origin = _joined(int(stamps[rows[0]]) + round(offset * 1e9), chosen, anchor)
-    sorted_at = (
-        np.searchsorted(stamps[rows], stamps[repeated]) if repeated.size and not steps else np.zeros(0, np.int64)
-    )
-    duplicate = tick[np.minimum(sorted_at, tick.size - 1)]
-    return Ticks(chosen, origin, rows, tick, seconds - tick / chosen - offset, duplicate, steps, reordered)
+    kept = stamps[rows]
+    by_time = np.argsort(kept, kind="stable")
+    twice = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
+    return Ticks(chosen, origin, rows, tick, seconds - tick / chosen - offset, twice, steps, reordered)
 
 
 def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
@@ -186,7 +186,7 @@ class _RunsOn:
 
     @staticmethod
     def _misfit(samples: Floats, apart: int) -> Floats:
-        """Root of the squared misfit of a cubic to samples of shape (..., 6), three on either side of `apart` intervals."""
+        """Root of the squared misfit of a cubic to samples (..., 6): three, `apart` intervals, three."""
         place = np.arange(2 * _EITHER_SIDE, dtype=float)
         place[_EITHER_SIDE:] += apart - 1
         basis = np.linalg.qr(np.vander(place / place[-1], 4))[0]

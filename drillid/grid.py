@@ -1,0 +1,82 @@
+"""A log's regular grid: which samples are stored, where its rows lie among them, and what its clock did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.clock import Ticks
+from drillid.schema import RecordFlag
+
+Integers = NDArray[np.int64]
+
+Note = tuple[str, str]
+"""What was done to a log, and what its owner can do about the cause."""
+
+LOOK = "These samples are flagged; look at the recorder if this recurs"
+_LONGEST_STORED_GAP_S = 300.0
+"""Gaps up to this length are stored as missing samples; longer ones only show in the times."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Stored samples of one log.
+
+    size : number of samples
+    position : sample of each row of `Ticks.rows`, shape (row,)
+    first : the rows that are the first on their sample, shape (row,)
+    time : shape (time,)
+    flags : what the clock did, `RecordFlag`, shape (time,)
+    left_out : gaps too long to be stored: the last sample before each, and its length in s
+    """
+
+    size: int
+    position: Integers
+    first: NDArray[np.bool_]
+    time: NDArray[np.datetime64]
+    flags: NDArray[np.uint8]
+    left_out: tuple[tuple[int, float], ...]
+
+    @classmethod
+    def of(cls, ticks: Ticks) -> Grid:
+        """The samples that a log's ticks need."""
+        apart = np.diff(ticks.tick)
+        skipped = np.where(apart > _LONGEST_STORED_GAP_S * ticks.rate, apart - 1, 0)
+        position = ticks.tick - np.concatenate([[0], np.cumsum(skipped)])
+        size = int(position[-1]) + 1
+        first = np.concatenate([[True], apart > 0])
+        jump = np.zeros(size, dtype=np.int64)
+        jump[position[1:][skipped > 0]] = skipped[skipped > 0]
+        tick = np.arange(size) + np.cumsum(jump)
+        flags = np.zeros(size, np.uint8)
+        flags[position[~first]] |= np.uint8(RecordFlag.DUPLICATE)
+        flags[position[ticks.repeated]] |= np.uint8(RecordFlag.DUPLICATE)
+        flags[position[[step.row for step in ticks.steps]]] |= np.uint8(RecordFlag.CLOCK_STEP)
+        gaps = tuple((int(position[row]), float(skipped[row] / ticks.rate)) for row in np.flatnonzero(skipped))
+        return cls(size, position, first, ticks.times(tick), flags, gaps)
+
+    def at(self, sample: int) -> str:
+        """Time of a sample for messages."""
+        return str(self.time[sample].astype("datetime64[ms]"))
+
+
+def clock_notes(ticks: Ticks, grid: Grid, stated: float | None) -> list[Note]:
+    """What the clock did: off its stated rate, rows out of order, repeated rows, settings of the clock."""
+    notes = []
+    if stated is not None and ticks.rate != stated:
+        off = 1e6 * (ticks.rate / stated - 1)
+        what = f"its clock runs {off:+.0f} parts in a million off the stated rate of {stated:g} Hz"
+        notes.append((what, "The rate of the stamps is used; look at the recorder's clock"))
+    if ticks.reordered:
+        what = f"{ticks.reordered} rows stood out of order and were sorted by time"
+        notes.append((what, "Look at the recorder if this recurs"))
+    duplicates = int(ticks.repeated.size + np.sum(~grid.first))
+    if duplicates:
+        notes.append((f"{duplicates} rows repeat the time of another row; the first of each is used", LOOK))
+    for step in ticks.steps:
+        run_on = "the signals run on through it" if step.continues else "the signals break there, so time is missing"
+        what = f"the clock was set by {step.seconds:+.3f} s at {grid.at(int(grid.position[step.row]))}; {run_on}"
+        notes.append((what, "Later times of this log keep the clock before; compare them with the driller's report"))
+    return notes
