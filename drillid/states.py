@@ -83,7 +83,7 @@ def _smooth(values: Floats, rate: float) -> Floats:
 
 
 def _on_bottom(filled: dict[str, Floats], rate: float, settings: WindowsSettings) -> Booleans:
-    """By the bit's distance from the bottom; without bit depth by weight on bit; without both by the hole's deepening."""
+    """By the bit's distance from the bottom; without bit depth by weight; without both by the hole's deepening."""
     if "bit_depth" in filled:
         return _smooth(filled["hole_depth"] - filled["bit_depth"], rate) < settings.on_bottom_m
     if "weight_on_bit" in filled:
