@@ -66,7 +66,7 @@ class FitsSettings(Strict):
 
     use_knowledge: bool = True
     """Take the rig's papers, with their tolerances, as prior knowledge."""
-    starts: int = Field(default=6, ge=1)
+    starts: int = Field(default=8, ge=1)
     """Starting points that are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)
     """Share of right models whose fit may be refused for its residuals."""

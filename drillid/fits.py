@@ -22,6 +22,7 @@ from drillid.physics.model import (
 )
 from drillid.physics.responses import laplace
 from drillid.schema import PARAMETERS, WINDOW_COORDINATES, Gate
+from drillid.solver import solve_bounded
 from drillid.starts import BOUNDS, SCALES, starting_points
 from drillid.statistics import expected_ratio, sum_of_ratios_probability
 from drillid.store import Problem, WellFolders
@@ -100,44 +101,43 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
         return Fit.refused(f"only {measured.frequency.size} frequencies passed the gate, of {_LEAST_FREQUENCIES} needed")
     problem = _LeastSquares(measured, known, prior)
     starts = starting_points(measured.frequency, measured.mobility, measured.variance, known, prior.value, settings.starts)
-    solutions = [problem.solve(start) for start in starts]
-    best = min(solutions, key=lambda solution: solution[1])
-    return _judge(problem, best[0], settings)
+    points, costs = solve_bounded(problem.curvature, np.stack(starts) / SCALES, *(BOUNDS / SCALES))
+    return _judge(problem, points[int(np.argmin(costs))], settings)
 
 
 class _LeastSquares:
-    """Residuals and exact derivatives in scaled parameters."""
+    """Half the sum of squared residuals and its exact derivatives in scaled parameters."""
 
     def __init__(self, measured: Measured, known: KnownEquipment, prior: Prior) -> None:
         self.measured, self.known = measured, known
         self.s = laplace(measured.frequency)
-        self.informed = np.isfinite(prior.value)
-        self.prior_value = prior.value[self.informed] / SCALES[self.informed]
-        self.prior_error = prior.error[self.informed] / SCALES[self.informed]
+        informed = np.isfinite(prior.value)
+        self.informed = informed
+        self.prior_value = np.where(informed, prior.value, 0.0) / SCALES
+        self.prior_weight = np.where(informed, SCALES / prior.error, 0.0)
 
-    def residuals(self, scaled: Floats) -> Floats:
-        mobility = command_mobility_with_derivatives(scaled * SCALES, self.known, self.s)[0]
+    def curvature(self, scaled: Floats, _: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
+        """Cost (point,), gradient (point, 8) and Gauss–Newton Hessian (point, 8, 8)."""
+        mobility, derivatives = command_mobility_with_derivatives(scaled * SCALES, self.known, self.s)
         error = (mobility - self.measured.mobility) * self.measured.weight
-        return np.concatenate([error.real, error.imag, (scaled[self.informed] - self.prior_value) / self.prior_error])
+        rows = derivatives * (SCALES[:, None] * self.measured.weight)
+        stacked = np.concatenate([rows.real, rows.imag], axis=-1)
+        pulls = (scaled - self.prior_value) * self.prior_weight
+        gradient = np.matvec(stacked, np.concatenate([error.real, error.imag], axis=-1)) + pulls * self.prior_weight
+        hessian = stacked @ np.swapaxes(stacked, -1, -2) + np.diag(self.prior_weight**2)
+        cost = 0.5 * (np.sum(np.abs(error) ** 2, axis=-1) + np.sum(pulls**2, axis=-1))
+        return cost, gradient, hessian
 
-    def jacobian(self, scaled: Floats) -> Floats:
-        derivatives = command_mobility_with_derivatives(scaled * SCALES, self.known, self.s)[1]
-        rows = (derivatives * SCALES[:, None] * self.measured.weight).T
-        pulls = np.eye(SCALES.size)[self.informed] / self.prior_error[:, None]
-        return np.concatenate([rows.real, rows.imag, pulls])
-
-    def solve(self, start: Floats) -> tuple[Floats, float]:
-        from scipy.optimize import least_squares
-
-        low, high = BOUNDS / SCALES
-        margin = 1e-6 * (high - low)
-        inside = np.clip(start / SCALES, low + margin, high - margin)
-        result = least_squares(self.residuals, inside, self.jacobian, (low, high), xtol=1e-10, ftol=1e-10)
-        return result.x, float(result.cost)
+    def chi2(self, scaled: Floats) -> float:
+        """Sum of squared residuals without the prior's pulls."""
+        mobility, _ = command_mobility_with_derivatives(scaled * SCALES, self.known, self.s)
+        return float(np.sum(np.abs((mobility - self.measured.mobility) * self.measured.weight) ** 2))
 
     def covariance(self, scaled: Floats) -> Floats:
-        jacobian = self.jacobian(scaled)
-        return np.linalg.pinv(jacobian.T @ jacobian) * np.outer(SCALES, SCALES)
+        """Inverse of the curvature, in SI units, shape (8, 8)."""
+        hessian = self.curvature(scaled[None], np.zeros(1, np.intp))[2][0]
+        covariance: Floats = np.linalg.pinv(hessian, hermitian=True) * np.outer(SCALES, SCALES)
+        return covariance
 
 
 def _judge(problem: _LeastSquares, scaled: Floats, settings: FitsSettings) -> Fit:
@@ -145,7 +145,7 @@ def _judge(problem: _LeastSquares, scaled: Floats, settings: FitsSettings) -> Fi
     covariance = problem.covariance(scaled)
     error = np.sqrt(np.diag(covariance))
     at_bound = np.minimum(value - BOUNDS[0], BOUNDS[1] - value) < _NEAR_BOUND * error
-    total = float(np.sum(problem.residuals(scaled)[: 2 * measured.frequency.size] ** 2))
+    total = problem.chi2(scaled)
     lost = (value.size - np.count_nonzero(at_bound | problem.informed)) / 2
     dof = 2 * (measured.frequency.size - lost)
     ratio = expected_ratio(measured.degrees_of_freedom)

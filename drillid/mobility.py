@@ -51,7 +51,6 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     too small to be believed.
     """
     from scipy.special import fdtri
-    from scipy.stats import ncf
 
     frequency = spectra["frequency"].values
     bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
@@ -69,7 +68,7 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
             noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
             bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
             best = _best_neighbours(ratio[usable]) if usable.any() else 0.0
-            top = ncf.isf(settings.error_rate / count, 2, 2 * max(freedom, 1e-3), 2 * best)
+            top = _largest_ratio(2 * best, freedom, settings.error_rate / count)
             least[row, member] = bound / (bound + averages - 1)
             largest[row, member] = top / (top + averages - 1)
             if usable.any() and ratio[usable].mean() < bound:
@@ -78,6 +77,14 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     gates[~inside] = Gate.OUTSIDE_SWEEP
     dims = coherence.dims
     return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
+
+
+def _largest_ratio(noncentrality: float, freedom: float, chance: float) -> float:
+    """Upper quantile of the non-central F(2, 2ν), by Patnaik's central approximation (1949)."""
+    from scipy.special import fdtri
+
+    matched = (2 + noncentrality) ** 2 / (2 + 2 * noncentrality)
+    return float((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - chance))
 
 
 def _best_neighbours(ratio: Floats) -> float:
@@ -137,17 +144,27 @@ def stack_windows(
 
 
 def agreement_probability(windows: xr.Dataset, averages: xr.DataArray) -> float:
-    """Chance of so much disagreement between windows (window, frequency) with one common mobility."""
+    """Chance of so much disagreement between windows (window, frequency) with one common mobility.
+
+    Welch's test of equal means with estimated variances (1951) at each frequency, summed over them.
+    """
     used = (windows["gate"] == Gate.USED).values.all(axis=0)
     if not used.any():
         return float("nan")
     mobility = windows["command_mobility"].values[:, used]
     variance = windows["command_mobility_variance"].values[:, used]
     freedom = windows["degrees_of_freedom"].values[:, used]
-    mean = np.sum(mobility / variance, axis=0) / np.sum(1 / variance, axis=0)
-    total = float(np.sum(np.abs(mobility - mean) ** 2 / variance))
-    shared = sharing(freedom, averages.values[:, used])
-    return sum_of_ratios_probability(total, freedom.ravel(), shared.ravel(), fitted=float(used.sum()))
+    weight = 1 / variance
+    mean = np.sum(mobility * weight, axis=0) / np.sum(weight, axis=0)
+    total = np.sum(np.abs(mobility - mean) ** 2 * weight, axis=0)
+    contrasts = weight.shape[0] - 1
+    spread = np.sum((1 - weight / weight.sum(axis=0)) ** 2 / (2 * freedom), axis=0)
+    inflation = 1 + 2 * (contrasts - 1) / (contrasts * (contrasts + 2)) * spread
+    pooled = contrasts * (contrasts + 2) / (6 * spread)
+    shared = sharing(freedom, averages.values[:, used]).mean(axis=0) * contrasts
+    return sum_of_ratios_probability(
+        float(np.sum(total / inflation)), np.tile(pooled, contrasts), np.tile(shared, contrasts), fitted=0.0
+    )
 
 
 def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
