@@ -46,6 +46,7 @@ def solve_bounded(
         cost, gradient, hessian = curvature(trial, active)
         gain = (costs[active] - cost) / np.maximum(predicted, np.finfo(float).tiny)
         better = gain > 0
+        gain = np.clip(gain, -1.0, 1.0)
         settled = (predicted <= _SMALL_CHANGE * costs[active]) & (damping[active] < 1)
         chosen = active[better]
         points[chosen], costs[chosen] = trial[better], cost[better]
