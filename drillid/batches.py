@@ -1,0 +1,82 @@
+"""How the workflow is laid out: wells in batches, and what each stage of a batch depends on."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from drillid.config import Settings
+from drillid.provenance import digest, source_hash
+from drillid.sheets import Listing, read_sheets
+from drillid.stages import STAGES, fingerprint
+
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def prepare_environment(root: str | Path) -> None:
+    """Let every job find the library below `root` and take one thread a process, as wells are spread over processes.
+
+    Snakemake reads the rules again on each node of a cluster, so that this holds there too.
+    """
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
+    for variable in _THREAD_VARIABLES:
+        os.environ.setdefault(variable, "1")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The settings with the wells that they name."""
+
+    settings: Settings
+    wells: Mapping[str, Listing]
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """Check the workflow's configuration and read its sheets.
+
+        Raises
+        ------
+        SettingsError
+            If the configuration or a sheet cannot be used.
+        """
+        settings = Settings.checked(dict(config), "configuration")
+        return cls(settings, read_sheets(settings))
+
+    @property
+    def batches(self) -> dict[str, tuple[str, ...]]:
+        """Wells of each job, by the batch's name: its well where it holds one, else its number."""
+        names, size = tuple(self.wells), self.settings.fleet.batch_size
+        if size == 1:
+            return {name: (name,) for name in names}
+        return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
+
+    def threads(self, wells: Sequence[str]) -> int:
+        """Processes that a job over these wells starts on its own machine."""
+        fleet = self.settings.fleet
+        return 1 if fleet.scheduler else min(fleet.processes, len(wells))
+
+    def logs(self, wells: Sequence[str]) -> list[str]:
+        """Log files that are there or are simulated; one that is missing is its well's problem, not the workflow's."""
+        simulated = self.settings.simulate is not None
+        return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
+
+    def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
+        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs."""
+        simulated = self.settings.simulate is not None
+        prints = [fingerprint(STAGES[stage], self.wells[well], self.settings, simulated) for well in wells]
+        return {
+            "wells": list(wells),
+            "source": prints[0]["source"],
+            "settings": prints[0]["settings"],
+            "rigs": digest([each["rig"] for each in prints]),
+            "logs": digest([each["logs"] for each in prints]),
+        }
+
+    def fleet_dependencies(self, module: str, *sections: str) -> dict[str, Any]:
+        """The same for a rule over all wells, done by a module of drillid."""
+        return {
+            "wells": {name: listing.description for name, listing in self.wells.items()},
+            "source": source_hash(f"drillid.{module}"),
+            "settings": self.settings.model_dump(mode="json", include=set(sections)),
+        }

@@ -1,0 +1,12 @@
+"""What the fitted models leave unexplained, and intervals that stand out."""
+
+from drillid.config import Settings
+from drillid.fleet import run_stage
+
+if __name__ == "__main__":
+    run_stage(
+        "discrepancy",
+        snakemake.params.wells,
+        Settings.checked(dict(snakemake.config), "configuration"),
+        snakemake.log[0],
+    )

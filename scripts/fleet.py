@@ -1,0 +1,16 @@
+"""The fleet's dataset and the table of everything that was rejected."""
+
+from pathlib import Path
+
+from drillid.config import Settings
+from drillid.depth import write_fleet
+from drillid.fleet import collect_problems, logged
+
+if __name__ == "__main__":
+    results = Path(Settings.checked(dict(snakemake.config), "configuration").results)
+    wells = list(snakemake.params.wells)
+    with logged(snakemake.log[0]) as log:
+        write_fleet(results, wells)
+        problems = collect_problems(results, wells)
+        problems.to_csv(snakemake.output.problems, index=False)
+        log.info("%d well(s), %d problem(s)", len(wells), len(problems))

@@ -1,0 +1,9 @@
+"""Command mobility with its coherence gate, and stacks of windows."""
+
+from drillid.config import Settings
+from drillid.fleet import run_stage
+
+if __name__ == "__main__":
+    run_stage(
+        "mobility", snakemake.params.wells, Settings.checked(dict(snakemake.config), "configuration"), snakemake.log[0]
+    )

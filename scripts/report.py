@@ -1,0 +1,15 @@
+"""The fleet's report, one self-contained HTML file."""
+
+from pathlib import Path
+
+from drillid.report import write_report
+
+from drillid.config import Settings
+from drillid.fleet import logged
+
+if __name__ == "__main__":
+    settings = Settings.checked(dict(snakemake.config), "configuration")
+    wells = list(snakemake.params.wells)
+    with logged(snakemake.log[0]) as log:
+        write_report(settings, Path(settings.results), wells)
+        log.info("report over %d well(s)", len(wells))

@@ -1,0 +1,9 @@
+"""Cross spectra and spectrograms of every window."""
+
+from drillid.config import Settings
+from drillid.fleet import run_stage
+
+if __name__ == "__main__":
+    run_stage(
+        "spectra", snakemake.params.wells, Settings.checked(dict(snakemake.config), "configuration"), snakemake.log[0]
+    )

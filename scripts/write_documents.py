@@ -1,0 +1,12 @@
+"""Write every file that is generated from the models and schemas."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from drillid.docs import write_documents  # noqa: E402
+
+if __name__ == "__main__":
+    write_documents(ROOT)

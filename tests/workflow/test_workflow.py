@@ -1,0 +1,113 @@
+"""The workflow as a whole with toy stages: what runs, what is left alone, and what stops only itself."""
+
+import os
+
+import pandas as pd
+import pytest
+
+from drillid.stages import STAGES
+from tests.workflow.toys import RIG, Checkout
+
+TWO_WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"]}
+ONE_BATCH = ("--config", "fleet={batch_size: 25, processes: 1}")
+
+
+def all_stages(*wells: str) -> list[str]:
+    """Every stage of the wells."""
+    return sorted(f"{stage} {well}" for stage in STAGES for well in wells)
+
+
+def test_without_wells_there_is_nothing_to_do_and_it_says_so(checkout: Checkout) -> None:
+    output = checkout.run()
+    assert "lists no wells: nothing to do" in output
+    assert checkout.journal() == []
+
+
+def test_every_stage_runs_once(finished: Checkout) -> None:
+    assert sorted(finished.journal()) == all_stages("W-2", "W1")
+    assert (finished.root / "results/main/report.html").read_text() == "W1 W-2"
+    assert "Nothing to be done" in finished.run()
+
+
+def test_replacing_a_log_and_adding_a_well_process_those_wells_alone(finished: Checkout) -> None:
+    finished.journal()
+    os.utime(finished.root / "raw/c.csv", (1e9, 1e9))  # back-dated: older than every output
+    assert set(finished.would_run()) == {*(f"{stage}_W-2" for stage in STAGES), "fleet", "report", "all"}
+    os.utime(finished.root / "raw/c.csv")
+    finished.sheets({**TWO_WELLS, "W3": ["d.csv"]})
+    finished.run()
+    assert sorted(finished.journal()) == all_stages("W-2", "W3")
+    assert (finished.root / "results/main/report.html").read_text() == "W1 W-2 W3"
+
+
+def test_in_a_batch_only_the_changed_well_is_done_again(finished: Checkout) -> None:
+    finished.journal()
+    (finished.root / "raw/a.csv").write_text("other samples")
+    finished.sheets({**TWO_WELLS, "W3": ["d.csv"]})
+    finished.run(*ONE_BATCH)
+    assert sorted(finished.journal()) == all_stages("W1", "W3")
+    assert (finished.root / "results/main/windows/W-2/windows.zarr").is_dir()
+
+
+AFTER_FITS = ("fits", "discrepancy", "depth", "figures")
+
+
+def test_an_edit_of_the_library_redoes_the_stages_that_use_it_and_what_follows(finished: Checkout) -> None:
+    finished.edit("shared", "# a comment changes nothing\n")
+    assert finished.would_run() == []
+    finished.edit("shared", "FURTHER = 2\n")
+    expected = {f"{stage}_{well}" for stage in AFTER_FITS for well in TWO_WELLS}
+    assert set(finished.would_run()) == {*expected, "fleet", "report", "all"}
+
+
+@pytest.mark.parametrize(
+    ("setting", "stages"),
+    [("figures={dpi: 90}", ("figures",)), ("fits={starts: 2}", AFTER_FITS), ("fleet={processes: 2}", ())],
+)
+def test_a_setting_redoes_the_stages_that_read_it_and_what_follows(
+    finished: Checkout, setting: str, stages: tuple[str, ...]
+) -> None:
+    jobs = [job for job in finished.would_run("--config", setting) if job not in {"fleet", "report", "all"}]
+    assert sorted(jobs) == sorted(f"{stage}_{well}" for stage in stages for well in TWO_WELLS)
+
+
+def test_a_rig_description_redoes_only_the_stages_that_read_the_changed_part(finished: Checkout) -> None:
+    (finished.root / "config/rigs/toy.yaml").write_text(RIG + "drive_delay: {value: 40 ms}\n")
+    expected = {f"{stage}_{well}" for stage in AFTER_FITS for well in TWO_WELLS}
+    assert set(finished.would_run()) == {*expected, "fleet", "report", "all"}
+
+
+def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
+    wells = {"Good": ["a.csv"], "Bad": ["bad.csv"], "Crash": ["crash.csv"], "Rig": ["e.csv"], "Lost": ["f.csv"]}
+    (checkout.root / "config/rigs/broken.yaml").write_text(RIG.replace("controller", "controler"))
+    checkout.sheets(wells, {"Rig": "broken"})
+    for name in ("bad", "crash"):
+        (checkout.root / f"raw/{name}.csv").write_text(name)
+    (checkout.root / "raw/f.csv").unlink()
+    checkout.run(*ONE_BATCH)
+    assert [line for line in checkout.journal() if line.startswith("depth")] == ["depth Good"]
+    problems = pd.read_csv(checkout.root / "results/main/problems.csv", index_col="well")
+    bad = problems.loc["Bad", ["stage", "where", "what", "remedy"]].to_list()
+    assert bad == ["records", "bad.csv", "is bad", "Mend it"]
+    assert problems.loc["Crash", "what"] == "RuntimeError: nobody foresaw this"
+    assert "Did you mean 'controller'?" in problems.loc["Rig", "remedy"]
+    assert "FileNotFoundError" in problems.loc["Lost", "what"]
+    assert problems.loc["Good", "stage"] == "windows"
+    log = (checkout.root / "results/main/logs/records/0000.log").read_text()
+    assert "Traceback" in log
+    assert "nobody foresaw this" in log
+
+
+def test_a_mistake_in_a_sheet_or_setting_is_one_sentence_with_its_row(checkout: Checkout) -> None:
+    checkout.sheets({"Well_1": ["a.csv"]})
+    output = checkout.run("--config", "fits={start: 3}", expect=1)
+    assert "unknown key 'fits.start'. Did you mean 'starts'?" in output
+    with (checkout.root / "config/logs.tsv").open("a") as sheet:
+        sheet.write("Well_2\traw/a2.csv\n")
+    output = checkout.run(expect=1)
+    assert "config/logs.tsv, row 3: log of the unknown well 'Well_2'. Did you mean 'Well_1'?" in output
+    assert "Traceback" not in output
+
+
+def test_the_workflow_lints_clean(finished: Checkout) -> None:
+    assert "Congratulations" in finished.run("--lint")

@@ -1,0 +1,134 @@
+"""A checkout with toy stages: the real Snakefile, rules, scripts, sheets and fleet, and stages that take no time."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from drillid.stages import STAGES
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED_MODULES = (
+    "batches",
+    "config",
+    "errors",
+    "fleet",
+    "provenance",
+    "rig",
+    "schema",
+    "sheets",
+    "stages",
+    "store",
+    "strict",
+    "units",
+)
+DATASETS = {
+    "mobility": ("mobility", "stacks"),
+    "fits": ("fits", "stack_fits"),
+}
+
+STAGE = '''
+"""A toy stage: one line in the journal for each well, and a folder for each dataset."""
+
+from pathlib import Path
+
+from drillid.errors import LogError
+from drillid.store import Problem
+{imports}
+
+def process(well, folders, settings):
+    with Path("journal.txt").open("a") as journal:
+        journal.write("{stage} " + well.name + "\\n")
+    if "{stage}" == "records":
+        text = "".join(log.read_text() for log in well.logs)
+        if "crash" in text:
+            raise RuntimeError("nobody foresaw this")
+        if "bad" in text:
+            raise LogError(well.logs[0].name, "is bad", "Mend it")
+    for name in {datasets}:
+        (folders.stage("{stage}") / (name + ".zarr")).mkdir(parents=True)
+    if "{stage}" == "figures":
+        (folders.stage("figures") / "figure_6.png").write_bytes(b"picture")
+    return [Problem("sample 3", "is a spike", "None needed")] if "{stage}" == "windows" else []
+
+
+def write_fleet(results, wells):
+    (Path(results) / "fleet.zarr").mkdir(exist_ok=True)
+'''
+
+REPORT = '''
+"""A toy report."""
+
+
+def write_report(settings, results, wells):
+    (results / "report.html").write_text(" ".join(wells))
+'''
+
+RIG = """
+name: toy
+channels:
+  torque_sweep: {column: SWEEP, unit: kN m}
+  speed: {column: RPM, unit: rpm}
+  hole_depth: {column: DMEA, unit: m}
+controller: {proportional: 1500 N m s/rad}
+"""
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A copy of the workflow with toy stages and sheets of its own."""
+
+    root: Path
+
+    def sheets(self, wells: dict[str, list[str]], rigs: dict[str, str] | None = None) -> None:
+        """Write both sheets, and those log files that are not there yet."""
+        rows = [f"{well}\t{(rigs or {}).get(well, 'toy')}\ta toy" for well in wells]
+        (self.root / "config/wells.tsv").write_text("\n".join(["well\trig\tdescription", *rows]) + "\n")
+        logs = [f"{well}\traw/{log}" for well, names in wells.items() for log in names]
+        (self.root / "config/logs.tsv").write_text("\n".join(["well\tlog", *logs]) + "\n")
+        for name in [name for names in wells.values() for name in names]:
+            path = self.root / "raw" / name
+            path.parent.mkdir(exist_ok=True)
+            if not path.exists():
+                path.write_text("samples")
+
+    def run(self, *arguments: str, expect: int = 0) -> str:
+        """Run Snakemake in the checkout; its output on both streams."""
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", "--scheduler", "greedy", *arguments]
+        done = subprocess.run(command, cwd=self.root, env=environment, capture_output=True, text=True, check=False)
+        output = done.stdout + done.stderr
+        assert done.returncode == expect, output
+        return output
+
+    def would_run(self, *arguments: str) -> list[str]:
+        """Names of the rules that a dry run would run."""
+        return re.findall(r"^(?:local)?rule (\S+):$", self.run("--dry-run", *arguments), re.MULTILINE)
+
+    def journal(self) -> list[str]:
+        """Lines 'stage well' that the stages wrote since the last call."""
+        path = self.root / "journal.txt"
+        lines = path.read_text().splitlines() if path.exists() else []
+        path.unlink(missing_ok=True)
+        return lines
+
+    def edit(self, module: str, text: str) -> None:
+        """Append a line to a module of the copied library."""
+        path = self.root / "drillid" / f"{module}.py"
+        path.write_text(path.read_text() + text)
+
+
+def write_library(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    for name in SHARED_MODULES:
+        shutil.copy(ROOT / "drillid" / f"{name}.py", folder)
+    (folder / "shared.py").write_text("USED_BY_FITS = 1\n")
+    for name in STAGES:
+        imports = "from drillid.shared import USED_BY_FITS\n" if name == "fits" else ""
+        text = STAGE.format(stage=name, imports=imports, datasets=DATASETS.get(name, (name,)))
+        (folder / f"{name}.py").write_text(text)
+    (folder / "report.py").write_text(REPORT)

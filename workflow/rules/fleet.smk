@@ -1,0 +1,23 @@
+"""All wells together: the fleet's dataset and the table of everything that was rejected."""
+
+
+rule fleet:
+    input:
+        stages=[folder for stage in STAGES for folder in folders(stage, PLAN.wells)],
+    output:
+        fleet=directory(f"{RESULTS}/fleet.zarr"),
+        problems=f"{RESULTS}/problems.csv",
+    log:
+        f"{RESULTS}/logs/fleet.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fleet.tsv"
+    conda:
+        "../../envs/drillid.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        **PLAN.fleet_dependencies("depth"),
+    script:
+        "../../scripts/fleet.py"
