@@ -161,7 +161,8 @@ def stored_controller(fits: xr.Dataset) -> Controller:
 
 
 def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
-    chosen = fits.sel(parameter=parameter)
+    """Value and standard error of a parameter, NaN where the fit is not accepted."""
+    chosen = fits.sel(parameter=parameter).where(fits["accepted"])
     return chosen["value"].values, chosen["standard_error"].values
 
 

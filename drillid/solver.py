@@ -15,6 +15,7 @@ _FIRST_DAMPING = 1e-3
 _LARGEST_DAMPING = 1e12
 _SMALL_CHANGE = 1e-10
 _ITERATIONS = 200
+_TINY = 1e-300
 
 
 def solve_bounded(
@@ -44,10 +45,9 @@ def solve_bounded(
         step, predicted = _step(points[active], gradients[active], hessians[active], damping[active], low, high)
         trial = np.clip(points[active] + step, low, high)
         cost, gradient, hessian = curvature(trial, active)
-        gain = (costs[active] - cost) / np.maximum(predicted, np.finfo(float).tiny)
-        better = gain > 0
-        gain = np.clip(gain, -1.0, 1.0)
-        settled = (predicted <= _SMALL_CHANGE * costs[active]) & (damping[active] < 1)
+        better = cost < costs[active]
+        gain = np.clip((costs[active] - cost) / np.maximum(predicted, _SMALL_CHANGE * cost + _TINY), -1.0, 1.0)
+        settled = (np.abs(predicted) <= _SMALL_CHANGE * costs[active]) & (damping[active] < 1)
         chosen = active[better]
         points[chosen], costs[chosen] = trial[better], cost[better]
         gradients[chosen], hessians[chosen] = gradient[better], hessian[better]
