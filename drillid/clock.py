@@ -142,12 +142,15 @@ def _interval(stamps: Integers, rate: float | None, where: str) -> float:
 
 
 def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
-    """Rows sorted by stamp, where sorting them makes no two claim one tick; else as they are, for the clock was set."""
+    """Rows sorted by stamp, where that closes holes and makes no two claim one tick; else the clock was set."""
     steps = np.diff(stamps[rows]) * 1e-9
     if not np.any(steps < -0.5 * interval):
         return rows, 0
     ordered = rows[np.argsort(stamps[rows], kind="stable")]
-    if np.sum(np.diff(stamps[ordered]) * 1e-9 < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval):
+    after = np.diff(stamps[ordered]) * 1e-9
+    shared = np.sum(after < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval)
+    closed = np.sum(after > 1.5 * interval) < np.sum(steps > 1.5 * interval)
+    if shared or not closed:
         return rows, 0
     return ordered, int(np.sum(ordered != rows))
 
