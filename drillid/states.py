@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
 from drillid.config import WindowsSettings
+from drillid.quality import runs
 from drillid.schema import RecordFlag, RigState
 
 Floats = NDArray[np.float64]
@@ -103,12 +104,22 @@ def _sweep_on(sweep: Floats, unknown: Booleans, rate: float) -> Booleans:
     """Where the sweep's range over a few seconds is a fair share of its usual one, to the sample.
 
     The range already counts what lies half of those seconds ahead or behind; the running
-    minimum takes that back.
+    minimum takes that back, but for the samples at either end of a sweep that are near its
+    resting value. Those are told by their difference from it; and as a sweep starts at its
+    resting value, one sample more counts as on at its start.
     """
     span = _span(_SWEEP_S, rate)
     swing = maximum_filter1d(sweep, span, mode="nearest") - minimum_filter1d(sweep, span, mode="nearest")
     near = (swing > _SWEEP_SHARE * np.quantile(swing, 0.95)) | unknown
-    return np.asarray(minimum_filter1d(near.astype(np.uint8), span, mode="constant", cval=1) > 0)
+    on = np.asarray(minimum_filter1d(near.astype(np.uint8), span, mode="constant", cval=1) > 0)
+    for first, stop in runs(~on):
+        off = sweep[first:stop]
+        resting = off[off.size // 4 : off.size - off.size // 4]
+        level = np.median(resting)
+        at_rest = np.flatnonzero(np.abs(off - level) <= np.max(np.abs(resting - level)))
+        on[first : first + at_rest[0]] = True
+        on[first + at_rest[-1] : stop] |= stop < sweep.size
+    return on
 
 
 def _moving(bit_depth: Floats, rate: float) -> Booleans:

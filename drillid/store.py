@@ -43,7 +43,8 @@ class WellFolders:
 
     def read(self, stage: str, name: str) -> xr.Dataset:
         """Open a dataset lazily."""
-        return xr.open_zarr(self.stage(stage) / f"{name}.zarr", consolidated=False)
+        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", consolidated=False)
+        return dataset
 
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage produced the dataset; it does not where the well failed before."""

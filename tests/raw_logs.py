@@ -33,7 +33,7 @@ def sweep_at(seconds: np.ndarray) -> np.ndarray:
     for low, ratio in ((0.1, 4.0), (0.4, 4.0), (1.6, 2.5)):
         slope = np.log(ratio) / 40.0
         total += 300.0 * np.sin(2 * np.pi * low / slope * np.expm1(slope * phase))
-    return total
+    return np.asarray(total)
 
 
 def drilling(seconds: float, seed: int = 1, depth: float = 2000.0, start: pd.Timestamp = START) -> pd.DataFrame:

@@ -52,7 +52,7 @@ def test_reads_values_and_utc_stamps(suffix: str, log: pd.DataFrame, tmp_path: P
     found = read_log(path, "Time", ["RPM", "Hole depth"])
     np.testing.assert_allclose(found["RPM"], log["RPM"], rtol=1e-12)
     assert found["Hole depth"].dtype == np.float64
-    assert found.index.tz is None
+    assert pd.DatetimeIndex(found.index).tz is None
     assert (found.index == STAMPS.tz_localize(None)).all()
 
 

@@ -1,0 +1,214 @@
+"""Rig states, stretches and windows of made-up logs."""
+
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drillid import records, windows
+from drillid.config import Settings
+from drillid.schema import RigState
+from drillid.store import Problem, WellFolders
+from drillid.stretches import steady_parts, window_starts
+from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
+
+LENGTH = 20.0
+
+
+def run(
+    tmp_path: Path, *logs: pd.DataFrame, without: tuple[str, ...] = (), **changes: Any
+) -> tuple[xr.Dataset, pd.DataFrame, xr.Dataset, list[Problem]]:
+    """Windows, stretches, states and problems of a well with these logs."""
+    chosen = Settings.checked({"windows": {"length_s": LENGTH, **changes}}, "test")
+    channels = {name: column for name, column in RIG.channels.items() if name not in without}
+    paths = tuple(save(log, tmp_path / f"{number}.parquet") for number, log in enumerate(logs))
+    well: Any = SimpleNamespace(name="W1", rig=RIG.model_copy(update={"channels": channels}), logs=paths)
+    folders = WellFolders(tmp_path / "results", "W1")
+    records.process(well, folders, chosen)
+    problems = windows.process(well, folders, chosen)
+    table = pd.read_csv(folders.stage("windows") / "stretches.csv", keep_default_na=False)
+    return folders.read("windows", "windows").load(), table, folders.read("windows", "states").load(), problems
+
+
+def rows(table: pd.DataFrame) -> list[tuple[str, float, int, str]]:
+    return list(zip(table["state"], table["duration_s"], table["windows"], table["reason"], strict=True))
+
+
+def at(seconds: float) -> pd.Timestamp:
+    return START + pd.Timedelta(seconds=seconds)
+
+
+def test_a_stand_gives_as_many_windows_as_fit_and_the_connection_none(tmp_path: Path) -> None:
+    found, table, states, problems = run(tmp_path, drilling(40), standstill(15, at(40), 2000.48))
+    assert rows(table) == [("drilling", 40.0, 2, ""), ("connection", 15.0, 0, "connection")]
+    assert found["first_sample"].values.tolist() == [0, 1000]
+    assert found["samples"].values.tolist() == [1000, 1000]
+    assert (states["rig_state"].values == np.r_[[RigState.DRILLING] * 2000, [RigState.CONNECTION] * 750]).all()
+    assert problems == []
+
+
+def test_figures_of_a_window(tmp_path: Path) -> None:
+    log = drilling(40)
+    found, *_ = run(tmp_path, log)
+    window, part = found.isel(window=1), log.iloc[1000:2000]
+    assert window["start"].values == part["Time"].iloc[0].to_datetime64()
+    assert window["end"].values - window["start"].values == np.timedelta64(20, "s")
+    assert float(window["speed"]) == pytest.approx(part["RPM"].mean() * np.pi / 30, rel=1e-6)
+    assert float(window["torque"]) == pytest.approx(part["TQ"].mean() * 1e3, rel=1e-6)
+    assert float(window["sweep_amplitude"]) == pytest.approx(part["SWEEP"].std(ddof=0) * 1e3, rel=1e-6)
+    assert float(window["depth_from"]) == pytest.approx(part["HOLE"].iloc[0] * 0.3048, abs=1e-3)
+    assert float(window["depth_to"]) == pytest.approx(part["HOLE"].iloc[-1] * 0.3048, abs=1e-3)
+    assert float(window["hole_depth"]) == pytest.approx(part["HOLE"].mean() * 0.3048, abs=1e-3)
+    assert float(window["flow"]) == pytest.approx(0.045)
+    assert np.isnan(window["weight_on_bit"])
+    assert float(window["flagged_share"]) == 0
+
+
+def test_a_stand_that_follows_a_connection_in_one_log_loses_no_window(tmp_path: Path) -> None:
+    log = pd.concat(
+        [standstill(15, START, 2000.0), drilling(40, start=at(40)).assign(Time=drilling(40, start=at(15))["Time"])]
+    )
+    found, table, _, _ = run(tmp_path, log, standstill(10, at(55), 2000.48))
+    assert log["SWEEP"].iloc[750] == 0, "the sweep must start at its resting value here"
+    assert rows(table)[:2] == [("connection", 15.0, 0, "connection"), ("drilling", 40.0, 2, "")]
+    assert found["first_sample"].values.tolist() == [750, 1750]
+
+
+def test_a_gap_parts_windows_and_every_piece_has_its_reason(tmp_path: Path) -> None:
+    found, table, _, _ = run(tmp_path, drilling(50).drop(index=range(700, 950)))
+    assert rows(table) == [
+        ("drilling", 14.0, 0, "too short: 14.0 s of 20.0 s"),
+        ("unknown", 5.0, 0, "gap of 5.0 s"),
+        ("drilling", 11.0, 0, "too short: 11.0 s of 20.0 s"),
+        ("drilling", 20.0, 1, ""),
+    ]
+    assert found["first_sample"].values.tolist() == [1500]
+
+
+def test_sweep_off_is_no_drilling_window(tmp_path: Path) -> None:
+    log = drilling(60)
+    log.loc[1000:1999, "SWEEP"] = 0.0
+    found, table, _, _ = run(tmp_path, log)
+    assert rows(table) == [("drilling", 20.0, 1, ""), ("sweep_off", 20.0, 0, "sweep off"), ("drilling", 20.0, 1, "")]
+    assert found["first_sample"].values.tolist() == [0, 2000]
+
+
+def test_reaming_and_off_bottom(tmp_path: Path) -> None:
+    log = drilling(60)
+    log["HOLE"] = 2000.0 / 0.3048
+    lift = np.interp(np.arange(3000) / RATE, [0, 10, 40, 60], [12.0, 12.0, 3.0, 3.0])
+    log["BIT"] = log["HOLE"] - lift / 0.3048
+    _, table, states, problems = run(tmp_path, log)
+    assert [row[0] for row in rows(table)] == ["off_bottom", "reaming", "off_bottom"]
+    assert (states["rig_state"].values[[250, 1200, 2800]] == [3, 4, 3]).all()
+    assert ["no window" in problem.what for problem in problems] == [True]
+
+
+def test_no_window_is_a_problem_and_an_empty_dataset(tmp_path: Path) -> None:
+    found, table, _, problems = run(tmp_path, standstill(30, START, 2000.0))
+    assert found.sizes["window"] == 0
+    assert len(problems) == 1
+    assert rows(table) == [("connection", 30.0, 0, "connection")]
+
+
+def test_a_change_of_set_point_parts_windows(tmp_path: Path) -> None:
+    log = drilling(50)
+    log[["SET", "RPM"]] += np.where(log.index >= 1300, 20.0, 0.0)[:, None]
+    found, table, _, _ = run(tmp_path, log)
+    assert found["first_sample"].values.tolist() == [300, 1500]
+    changed = "too short: {} s of 20.0 s; the set point of the speed changed"
+    assert rows(table) == [
+        ("drilling", 6.0, 0, changed.format("6.0")),
+        ("drilling", 20.0, 1, ""),
+        ("drilling", 4.0, 0, changed.format("4.0")),
+        ("drilling", 20.0, 1, ""),
+    ]
+
+
+def test_a_change_of_speed_shows_without_the_set_point(tmp_path: Path) -> None:
+    log = drilling(200)
+    log.loc[5000:, "RPM"] += 20.0
+    found, _, _, _ = run(tmp_path, log, without=("speed_set",))
+    inside = [first < 5000 - RATE * 30 or first > 5000 - RATE * 20 for first in found["first_sample"].values]
+    assert found.sizes["window"] >= 6
+    assert all(inside), "a window reaches over the change of speed"
+
+
+def test_too_many_mended_samples_refuse_a_window(tmp_path: Path) -> None:
+    log = drilling(40)
+    found, table, _, _ = run(tmp_path, log.drop(index=range(5, 900, 20)))
+    assert found["first_sample"].values.tolist() == [1000]
+    assert rows(table) == [
+        ("drilling", 20.0, 0, "4.5 % of it interpolated or replaced, of 2.0 % allowed"),
+        ("drilling", 20.0, 1, ""),
+    ]
+
+
+def test_a_stuck_sensor_makes_no_window(tmp_path: Path) -> None:
+    log = drilling(60)
+    log.loc[1000:1999, "RPM"] = float(log["RPM"].iloc[1000])
+    found, table, _, _ = run(tmp_path, log)
+    assert found["first_sample"].values.tolist() == [0, 2000]
+    assert rows(table)[1] == ("drilling", 20.0, 0, "a sensor is stuck")
+
+
+def test_windows_reach_over_logs_only_where_no_time_is_missing(tmp_path: Path) -> None:
+    halves = drilling(10), drilling(10, start=at(10), depth=2000.12)
+    found, table, _, _ = run(tmp_path, *halves)
+    assert found["first_sample"].values.tolist() == [0]
+    assert rows(table) == [("drilling", 20.0, 1, "")]
+    halves = drilling(10), drilling(10, start=at(10.04), depth=2000.12)
+    found, table, _, _ = run(tmp_path, *halves)
+    assert found.sizes["window"] == 0
+    assert len(table) == 2
+
+
+@pytest.mark.parametrize(
+    "without", [("flow",), ("bit_depth",), ("speed_set", "flow"), ("bit_depth", "flow", "speed_set")], ids="+".join
+)
+def test_whichever_channels_are_missing(without: tuple[str, ...], tmp_path: Path) -> None:
+    logs = drilling(40), standstill(15, at(40), 2000.48)
+    _, table, _, _ = run(tmp_path, *logs, without=without)
+    assert [(row[0], row[2]) for row in rows(table)] == [("drilling", 2), ("connection", 0)]
+
+
+def test_overlapping_windows(tmp_path: Path) -> None:
+    found, table, _, _ = run(tmp_path, drilling(45), overlap=0.5)
+    assert found["first_sample"].values.tolist() == [250, 750, 1250]
+    assert rows(table) == [("drilling", 5.0, 0, "too short: 5.0 s of 20.0 s"), ("drilling", 40.0, 3, "")]
+
+
+def test_all_recorded_time_is_in_one_row_each(tmp_path: Path) -> None:
+    log = drilling(70).drop(index=[*range(700, 950), *range(2000, 2003)])
+    log.loc[2100:2600, "SWEEP"] = 0.0
+    log.loc[2700:2900, "RPM"] = 0.0
+    _, table, states, _ = run(tmp_path, log, standstill(10, at(70), 2000.84), standstill(10, at(200), 2000.84))
+    assert table["duration_s"].sum() == pytest.approx(states.sizes["time"] / RATE)
+    moments = [(pd.Timestamp(row.start), pd.Timestamp(row.end)) for row in table.to_records()]
+    assert all(before[1] <= after[0] for before, after in pairwise(moments))
+    assert all(reason or count for reason, count in zip(table["reason"], table["windows"], strict=True))
+
+
+@given(st.integers(0, 500), st.integers(1, 100), st.sampled_from([0.0, 0.25, 0.5]))
+def test_window_starts(samples: int, length: int, overlap: float) -> None:
+    starts, hop = window_starts(samples, length, overlap), max(1, round(length * (1 - overlap)))
+    assert len(starts) == (0 if samples < length else 1 + (samples - length) // hop)
+    if starts.size:
+        assert starts[0] >= 0
+        assert starts[-1] + length == samples
+        assert (np.diff(starts) == hop).all()
+
+
+@given(st.lists(st.floats(0, 100), min_size=1, max_size=80), st.floats(0.1, 50))
+def test_steady_parts_hold_all_samples_and_none_varies_more(values: list[float], largest: float) -> None:
+    set_point = np.array(values)
+    parts = steady_parts(set_point, largest)
+    assert [parts[0][0], *(stop for _, stop in parts)] == [*(first for first, _ in parts), len(values)]
+    assert all(np.ptp(set_point[first:stop]) <= largest for first, stop in parts)
