@@ -19,7 +19,7 @@ import pandas as pd
 
 from drillid.config import Settings
 from drillid.errors import DrillidError, SettingsError
-from drillid.provenance import digest, package_hash
+from drillid.provenance import PACKAGE, digest, package_hash
 from drillid.schema import PROBLEM_COLUMNS
 from drillid.sheets import Listing, read_sheets
 from drillid.stages import STAGES, Stage, fingerprint
@@ -136,8 +136,11 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> tuple[str, list[
 
 def _unforeseen(error: BaseException) -> Problem:
     frames = traceback.extract_tb(error.__traceback__)
-    where = f"{Path(frames[-1].filename).name}, line {frames[-1].lineno}" if frames else "worker process"
-    return Problem(where, f"{type(error).__name__}: {error}", "A fault of the program: report it with the job's log")
+    own = [frame for frame in frames if Path(frame.filename).is_relative_to(PACKAGE)]
+    place = (own or frames)[-1]
+    what = f"{type(error).__name__}: {error}"
+    remedy = "A fault of the program: report it with the job's log"
+    return Problem(f"{Path(place.filename).name}, line {place.lineno}", what, remedy)
 
 
 def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolders) -> dict[str, Any]:
@@ -214,7 +217,7 @@ def _client(settings: Settings, tasks: int) -> Iterator[Client]:
 
     if settings.fleet.scheduler is not None:
         try:
-            client = Client(settings.fleet.scheduler, timeout="30s")
+            client = Client(settings.fleet.scheduler)
         except (OSError, TimeoutError, ValueError) as error:
             address = settings.fleet.scheduler
             raise SettingsError(

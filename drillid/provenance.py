@@ -54,17 +54,17 @@ def _yaml(path: Path, _: tuple[int, int]) -> Any:
         return text.hex()
 
 
-def source_hash(module: str) -> str:
-    """Hash of a module's code and of all drillid modules that it uses; comments and docstrings do not count.
+def source_hash(*modules: str) -> str:
+    """Hash of the code of modules and of all drillid modules that they use; comments and docstrings do not count.
 
     Raises
     ------
     SettingsError
-        If the module does not exist or is not valid Python.
+        If a module does not exist or is not valid Python.
     """
-    if _file(module) is None:
+    if any(_file(module) is None for module in modules):
         return "missing"
-    return digest({name: _code(name) for name in closure(module)})
+    return digest({name: _code(name) for module in modules for name in closure(module)})
 
 
 @functools.cache

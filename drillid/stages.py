@@ -41,7 +41,7 @@ _SPECTRA = ("spectra", "spectra")
 _MOBILITY = (("mobility", "mobility"), ("mobility", "stacks"))
 _FITS = (("fits", "fits"), ("fits", "stack_fits"))
 _DISCREPANCY = ("discrepancy", "discrepancy")
-_PAPERS = ("controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
+_PAPERS = ("name", "controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
 
 STAGES: dict[str, Stage] = {
     stage.name: stage
@@ -51,13 +51,13 @@ STAGES: dict[str, Stage] = {
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
         Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _PAPERS),
-        Stage("discrepancy", (_WINDOWS, *_MOBILITY, *_FITS), ("discrepancy",), _PAPERS),
+        Stage("discrepancy", (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), ("discrepancy",), _PAPERS),
         Stage("depth", (_WINDOWS, *_MOBILITY, *_FITS, _DISCREPANCY), ("depth",), _PAPERS),
         Stage(
             "figures",
             (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _DISCREPANCY, ("depth", "depth")),
-            ("figures",),
-            ("name", *_PAPERS),
+            ("discrepancy", "figures"),
+            _PAPERS,
         ),
     )
 }
@@ -76,8 +76,9 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
         the workflow's own comparison of time stamps
     """
     logs = "simulated" if simulated else file_manifest(listing.logs)
+    # a stage is handed its rig description, which the modules it imports need not show
     return {
-        "source": source_hash(stage.module),
+        "source": source_hash(stage.module, *(["drillid.rig"] if stage.rig else [])),
         "settings": settings.model_dump(mode="json", include=set(stage.settings)),
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",
         "logs": "" if stage.reads else logs,

@@ -1,0 +1,67 @@
+# make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
+.DEFAULT_GOAL := help
+.PHONY: help setup demo rigs run test lint format lock docs clean
+
+UV_VERSION := 0.13.8
+BIN := .venv/bin
+READY := .venv/ready
+PROFILE ?= workflow/profiles/default
+SNAKEMAKE := $(BIN)/snakemake --workflow-profile $(PROFILE)
+
+# compiled bytecode saves most of the imports' time; some machines switch it off
+unexport PYTHONDONTWRITEBYTECODE
+# compiled kernels live as long as the environment
+export NUMBA_CACHE_DIR := $(CURDIR)/.venv/numba
+
+help:
+	@echo "make demo    three small simulated wells from raw logs to results/demo/report.html"
+	@echo "make run     the wells of config/wells.tsv"
+	@echo "make rigs    the wells of config/shared-rigs"
+	@echo "make test    all tests;  make lint    all checks of code and workflow"
+	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
+
+setup: $(READY)
+
+$(READY): requirements.lock
+	python3 -m venv .venv
+	$(BIN)/python -m pip install --quiet uv==$(UV_VERSION)
+	$(BIN)/uv pip sync --require-hashes --compile-bytecode --python $(BIN)/python requirements.lock
+	touch $@
+
+demo: $(READY)
+	$(SNAKEMAKE) --configfile config/demo/config.yaml
+	@echo "The report is $(CURDIR)/results/demo/report.html"
+
+rigs: $(READY)
+	$(SNAKEMAKE) --configfile config/shared-rigs/config.yaml
+	@echo "The report is $(CURDIR)/results/shared-rigs/report.html"
+
+run: $(READY)
+	$(SNAKEMAKE)
+
+test: $(READY)
+	$(BIN)/python -m pytest -n 2
+
+lint: $(READY)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/mypy --strict drillid
+	$(BIN)/snakemake --lint --configfile config/demo/config.yaml
+
+format: $(READY)
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+	$(BIN)/snakefmt Snakefile workflow
+
+docs: $(READY)
+	$(BIN)/python scripts/write_documents.py
+
+# uv.lock names hosts, so only its export is kept
+lock: $(READY)
+	$(BIN)/uv lock --upgrade
+	$(BIN)/uv export --frozen --no-emit-project --no-header --no-annotate --no-emit-index-url --output-file requirements.lock
+	$(BIN)/python scripts/write_documents.py
+
+clean:
+	rm -rf .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis results/demo

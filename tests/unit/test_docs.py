@@ -1,0 +1,43 @@
+"""Generated files are what the models give, and what they show is valid."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from drillid import docs
+from drillid.config import Settings
+from drillid.rig import Rig
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = docs.documents(ROOT)
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_the_file_is_what_the_models_give(name: str) -> None:
+    assert (ROOT / name).read_text() == DOCUMENTS[name], f"{name} is out of date: run `make docs`"
+
+
+def test_the_default_configuration_is_the_defaults() -> None:
+    assert Settings.from_yaml(ROOT / "config/config.yaml") == Settings()
+
+
+def test_the_example_of_a_rig_description_validates() -> None:
+    rig = Rig.checked(yaml.safe_load(docs._EXAMPLE), "example")
+    assert rig.controller is not None
+    assert rig.controller.proportional == 1500
+    assert rig.collars[0].outer_diameter == pytest.approx(0.1651)
+
+
+@pytest.mark.parametrize("model", [Settings, Rig])
+def test_every_key_is_described(model: type) -> None:
+    for name, definition in docs.schema_definitions(model).items():
+        for key, value in definition.get("properties", {}).items():
+            assert value.get("description") or "$ref" in value, f"{name}.{key} lacks its sentence"
+
+
+@pytest.mark.parametrize("name", ["config/demo/config.yaml", "config/shared-rigs/config.yaml"])
+def test_a_configuration_of_the_repository_validates(name: str) -> None:
+    settings = Settings.from_yaml(ROOT / name)
+    for rig in (ROOT / settings.rigs).glob("*.yaml"):
+        Rig.from_yaml(rig)

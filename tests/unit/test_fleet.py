@@ -1,0 +1,151 @@
+"""One well through one stage: what is left alone, what is done again, and how failures end."""
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from drillid import fleet
+from drillid.config import FitsSettings, Settings, WindowsSettings
+from drillid.errors import LogError, SettingsError
+from drillid.fleet import Outcome, Task, collect_problems, process_well
+from drillid.sheets import Listing, Well
+from drillid.store import Problem, WellFolders
+from tests.workflow.toys import RIG
+
+Process = Callable[[Well, WellFolders, Settings], list[Problem]]
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> Task:
+    (tmp_path / "toy.yaml").write_text(RIG)
+    (tmp_path / "a.csv").write_text("samples")
+    listing = Listing("W1", tmp_path / "toy.yaml", (tmp_path / "a.csv",))
+    return Task("records", listing, Settings(), tmp_path / "results", fleet._LOADED)
+
+
+@pytest.fixture
+def stage(monkeypatch: pytest.MonkeyPatch) -> Callable[[Process], None]:
+    def use(process: Process) -> None:
+        module = SimpleNamespace(process=process)
+        monkeypatch.setattr(fleet, "importlib", SimpleNamespace(import_module=lambda _: module))
+
+    return use
+
+
+def good(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    (folders.stage("records") / "records.zarr").mkdir(parents=True)
+    return [Problem("a.csv", "a spike", "None needed")]
+
+
+def raising(error: Exception) -> Process:
+    def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+        (folders.stage("records") / "records.zarr").mkdir(parents=True)
+        raise error
+
+    return process
+
+
+def with_settings(task: Task, **sections: Any) -> Task:
+    return dataclasses.replace(task, settings=task.settings.model_copy(update=sections))
+
+
+def rows(task: Task) -> list[list[str]]:
+    path = task.results / "records/W1/problems.csv"
+    return list(pd.read_csv(path)[["where", "what", "remedy"]].to_numpy().tolist())
+
+
+def test_an_unchanged_well_is_kept_with_its_problems(task: Task, stage: Callable[[Process], None]) -> None:
+    stage(good)
+    assert process_well(task).status == "done"
+    stage(raising(AssertionError("must not be called")))
+    assert process_well(task) == Outcome("W1", "kept", problems=1)
+    assert process_well(with_settings(task, fits=FitsSettings(starts=2))).status == "kept"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda task: task.listing.logs[0].write_text("more samples"),
+        lambda task: task.listing.rig_file.write_text(RIG.replace("SWEEP", "SWEEP2")),
+    ],
+)
+def test_a_changed_input_is_done_again(
+    task: Task, stage: Callable[[Process], None], change: Callable[[Task], None]
+) -> None:
+    stage(good)
+    process_well(task)
+    change(task)
+    assert process_well(task).status == "done"
+
+
+def test_a_change_upstream_reaches_the_next_stage(task: Task, stage: Callable[[Process], None]) -> None:
+    stage(good)
+    process_well(task)
+    windows = dataclasses.replace(task, stage="windows")
+    stage(lambda well, folders, settings: [])
+    assert [process_well(windows).status for _ in range(2)] == ["done", "kept"]
+    assert process_well(with_settings(windows, windows=WindowsSettings(overlap=0.5))).status == "done"
+    stage(good)
+    task.listing.logs[0].write_text("more samples")
+    process_well(task)
+    stage(lambda well, folders, settings: [])
+    assert process_well(windows).status == "done"
+
+
+def test_a_failure_is_a_row_and_leaves_no_dataset_of_before(task: Task, stage: Callable[[Process], None]) -> None:
+    stage(good)
+    process_well(task)
+    task.listing.logs[0].write_text("bad samples")
+    stage(raising(LogError("a.csv, row 3", "is no number", "Correct it")))
+    assert process_well(task).status == "failed"
+    assert rows(task) == [["a.csv, row 3", "is no number", "Correct it"]]
+    assert not WellFolders(task.results, "W1").has("records", "records")
+    assert process_well(task).status == "kept"
+    assert process_well(dataclasses.replace(task, stage="windows")) == Outcome(
+        "W1", "empty", seconds=pytest.approx(0, abs=60)
+    )
+
+
+def test_what_nobody_foresaw_is_a_row_with_its_place_and_is_tried_again(
+    task: Task, stage: Callable[[Process], None]
+) -> None:
+    stage(raising(ZeroDivisionError("a fault")))
+    outcome = process_well(task)
+    assert outcome.status == "failed"
+    assert "ZeroDivisionError: a fault" in outcome.trace
+    [[where, what, remedy]] = rows(task)
+    assert where.startswith("fleet.py, line ")  # the last place within the program
+    assert what == "ZeroDivisionError: a fault"
+    assert "report it" in remedy
+    assert process_well(task).status == "failed"
+    stage(good)
+    assert process_well(task).status == "done"
+
+
+def test_the_key_says_what_the_folder_was_made_from(task: Task, stage: Callable[[Process], None]) -> None:
+    stage(good)
+    process_well(task)
+    key = json.loads((task.results / "records/W1/key.json").read_text())
+    assert key.keys() == {"key", "source", "settings", "rig", "logs", "upstream"}
+    assert key["settings"] == {"records": Settings().records.model_dump()}
+
+
+def test_a_process_with_older_code_refuses_to_work(task: Task) -> None:
+    with pytest.raises(SettingsError, match="Restart the dask workers"):
+        process_well(dataclasses.replace(task, code="another"))
+
+
+def test_problems_are_collected_over_wells_and_stages(task: Task, stage: Callable[[Process], None]) -> None:
+    stage(good)
+    process_well(task)
+    found = collect_problems(task.results, ["W0", "W1"])
+    assert found.to_dict("records") == [
+        {"well": "W1", "stage": "records", "where": "a.csv", "what": "a spike", "remedy": "None needed"}
+    ]
+    assert collect_problems(task.results, ["W0"]).empty

@@ -1,0 +1,102 @@
+"""Hashes notice what changes results, and nothing else."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from drillid import provenance
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    files = {
+        "__init__.py": "",
+        "config.py": "A = 1\n",
+        "base.py": "B = 1\n",
+        "late.py": "L = 1\n",
+        "typed.py": "T = 1\n",
+        "physics/__init__.py": "",
+        "physics/line.py": "P = 1\n",
+        "physics/ladder.py": "Q = 1\n",
+        "formats/__init__.py": "def read(): ...\n",
+        "formats/csv.py": "C = 1\n",
+        "stage.py": '"""Text."""\nfrom typing import TYPE_CHECKING\nfrom drillid.config import A\n'
+        "from drillid.base import B\nfrom drillid.physics.line import P\nfrom .formats import read\n"
+        "if TYPE_CHECKING:\n    from drillid.typed import T\n"
+        "def work():\n    from drillid import late\n    return late.L\n",
+    }
+    for name, text in files.items():
+        path = tmp_path / "drillid" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "drillid")
+    _forget()
+    yield tmp_path / "drillid"
+    _forget()
+
+
+def _forget() -> None:
+    for cached in (provenance.closure, provenance.direct_imports, provenance._tree, provenance._code):
+        cached.cache_clear()
+
+
+def test_the_closure_follows_imports_into_functions_and_packages(package: Path) -> None:
+    assert provenance.closure("drillid.stage") == {
+        f"drillid.{name}" for name in ("stage", "base", "late", "physics", "physics.line", "formats", "formats.csv")
+    }
+
+
+@pytest.mark.parametrize("name", ["stage", "base", "late", "physics/line", "formats/csv"])
+def test_code_that_the_stage_uses_changes_its_hash(package: Path, name: str) -> None:
+    before = provenance.source_hash("drillid.stage")
+    with (package / f"{name}.py").open("a") as source:
+        source.write("MORE = 2\n")
+    _forget()
+    assert provenance.source_hash("drillid.stage") != before
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("physics/ladder", "MORE = 2\n"),
+        ("typed", "MORE = 2\n"),
+        ("config", "MORE = 2\n"),
+        ("base", "# a comment\n"),
+        ("base", '"""A docstring."""\n'),
+    ],
+)
+def test_what_cannot_change_results_leaves_the_hash_alone(package: Path, name: str, text: str) -> None:
+    before = provenance.source_hash("drillid.stage")
+    with (package / f"{name}.py").open("a") as source:
+        source.write(text)
+    _forget()
+    assert provenance.source_hash("drillid.stage") == before
+
+
+def test_a_manifest_notices_size_and_any_change_of_time(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    missing = provenance.file_manifest([log])
+    log.write_text("1234")
+    os.utime(log, (2e9, 2e9))
+    first = provenance.file_manifest([log])
+    os.utime(log, (1e9, 1e9))
+    older = provenance.file_manifest([log])
+    log.write_text("12345")
+    os.utime(log, (1e9, 1e9))
+    assert len({missing, first, older, provenance.file_manifest([log])}) == 4
+
+
+def test_a_rig_file_counts_by_its_parts_and_not_by_its_layout(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text("time: {zone: UTC}\npipe: 1\n")
+    before = provenance.yaml_digest(path, ("time",))
+    path.write_text("# moved\npipe: 22\ntime:\n  zone: UTC\n")
+    assert provenance.yaml_digest(path, ("time",)) == before
+    path.write_text("time: {zone: CET}\n")
+    changed = provenance.yaml_digest(path, ("time",))
+    path.write_text("time: {zone: UTC\n")
+    broken = provenance.yaml_digest(path, ("time",))
+    path.unlink()
+    assert len({before, changed, broken, provenance.yaml_digest(path, ("time",))}) == 4

@@ -1,0 +1,78 @@
+"""What a stage says it reads is what its code reads: a key that forgets something would keep stale results."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from drillid.config import Settings
+from drillid.provenance import PACKAGE
+from drillid.rig import Rig
+from drillid.stages import STAGES, Stage, own_modules
+from drillid.store import STAGES as FOLDERS
+from drillid.store import WellFolders
+
+RULES = PACKAGE.parent / "workflow/rules"
+INFRASTRUCTURE = {f"drillid.{name}" for name in ("rig", "store", "schema", "units", "strict", "errors", "sheets")}
+
+
+def sources(stage: Stage) -> list[ast.Module]:
+    """Syntax trees of the modules that belong to the stage; the contracts that all share read nothing themselves."""
+    modules = [name for name in own_modules(stage) if name not in INFRASTRUCTURE]
+    files = [PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py") for name in modules]
+    return [ast.parse(file.read_text()) for file in files if file.is_file()]
+
+
+def attributes(stage: Stage, owner: str) -> set[str]:
+    """Names read as `<owner>.name` or `<something>.<owner>.name`."""
+    found = set()
+    for node in (node for tree in sources(stage) for node in ast.walk(tree) if isinstance(node, ast.Attribute)):
+        last = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
+        if last == owner:
+            found.add(node.attr)
+    return found
+
+
+def datasets(stage: Stage) -> set[tuple[str, str]]:
+    """Pairs of texts given to `folders.read` anywhere in the stage's modules."""
+    found = set()
+    for node in (node for tree in sources(stage) for node in ast.walk(tree) if isinstance(node, ast.Call)):
+        named = [argument.value for argument in node.args if isinstance(argument, ast.Constant)]
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "read" and len(named) == 2:
+            found.add((str(named[0]), str(named[1])))
+    return {(name, dataset) for name, dataset in found if name != stage.name}
+
+
+def test_the_stages_are_the_folders_in_the_same_order() -> None:
+    assert tuple(STAGES) == FOLDERS
+
+
+@pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
+def test_a_stage_declares_the_settings_that_it_reads(stage: Stage) -> None:
+    read = attributes(stage, "settings") & set(Settings.model_fields)
+    assert read <= set(stage.settings), f"{stage.name} reads {read}: name them in drillid/stages.py"
+
+
+@pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
+def test_a_stage_declares_the_parts_of_the_rig_that_it_reads(stage: Stage) -> None:
+    read = attributes(stage, "rig") & {*Rig.model_fields, "collars_at"}
+    read = {"collars" if name == "collars_at" else name for name in read}
+    assert read <= set(stage.rig), f"{stage.name} reads {read} of the rig: name them in drillid/stages.py"
+
+
+@pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
+def test_a_stage_declares_the_datasets_that_it_reads(stage: Stage) -> None:
+    assert sources(stage), f"{stage.module} has no source"
+    assert datasets(stage) <= set(stage.reads), f"{stage.name}: name every dataset in drillid/stages.py"
+
+
+@pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
+def test_the_rule_waits_for_the_folders_that_the_stage_reads(stage: Stage) -> None:
+    rule = (RULES / f"{stage.name}.smk").read_text()
+    waits = {name for name in STAGES if f'{name}=folders("{name}", wells)' in rule}
+    assert waits == set(stage.upstream)
+
+
+def test_a_dataset_that_a_stage_reads_is_found_by_the_check(tmp_path: Path) -> None:
+    assert ("records", "records") in datasets(STAGES["spectra"])
+    assert not WellFolders(tmp_path, "W1").has("records", "records")
