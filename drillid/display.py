@@ -1,0 +1,111 @@
+"""How parameters, figures and gates are named for readers: units people say, titles, captions."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter as readers see it.
+
+    name, symbol : words and sign
+    unit : unit that people say
+    factor : number that takes SI values to that unit
+    decimals : digits behind the point worth printing
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    factor: float = 1.0
+    decimals: int = 0
+
+    @property
+    def label(self) -> str:
+        """Axis label with the unit in brackets."""
+        return f"{self.name} {self.symbol} [{self.unit}]"
+
+
+QUANTITIES = {
+    "kappa": Quantity("Mud and wall damping", "κ", "N s/m⁴"),
+    "delta": Quantity("Internal damping", "δ", "MN s/m²", 1e-6),
+    "length": Quantity("Pipe length", "L", "m"),
+    "polar_moment": Quantity("Pipe polar moment", "IP", "cm⁴", 1e8),
+    "delay": Quantity("Drive delay", "$T_d$", "ms", 1e3, 2),
+    "inertia_td": Quantity("Top-drive inertia", "$J_{td}$", "kg m²", 1.0, 1),
+    "damping_bha": Quantity("BHA damping", "$Y_{bha}$", "N m s/rad", 1.0, 1),
+    "inertia_bha": Quantity("BHA inertia", "$J_{bha}$", "kg m²", 1.0, 1),
+}
+"""The eight parameters, in the order of `drillid.schema.PARAMETERS`; symbols as matplotlib's mathtext."""
+
+RPM_PER_KILONEWTON_METRE = 1e3 * 30 / 3.141592653589793
+"""Takes rad/s per N m to rpm per kN m."""
+
+_IMAGE = (
+    "Depth runs downwards; the dark bars on the left are the stretches that windows measured, "
+    "and up to one stand beside them is filled in."
+)
+
+
+@dataclass(frozen=True)
+class FigureText:
+    """What one figure is called, and how to read it."""
+
+    title: str
+    caption: str
+
+
+FIGURES = {
+    "parameters": FigureText(
+        "Parameters against depth",
+        "The eight fitted parameters of every window with 95 % bars. Blue: the rig's papers with twice their tolerance. "
+        "Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, so only one "
+        "side is known. Hollow grey: fit not accepted.",
+    ),
+    "anomaly": FigureText(
+        "What stands out",
+        "BHA damping and inertia in standard deviations from the level of their run. Orange: windows that stand out "
+        "upwards in either, and the limit for it. Right: how well the model explains the data of each window.",
+    ),
+    "spectrograms": FigureText(
+        "Torque command and top-drive speed",
+        "Power over time and frequency in the middle window. The injected sweeps are slanted lines; the string's modes, "
+        "excited by the bit, are horizontal lines in the speed. Ticks on the right: modes of the identified model.",
+    ),
+    "command_mobility_measured": FigureText(
+        "Measured command mobility",
+        "Top-drive speed per injected torque of successive windows, and their stack with its 95 % band. "
+        "Frequencies that the coherence gate leaves out are missing above and grey crosses in the coherence.",
+    ),
+    "command_mobility_fitted": FigureText(
+        "Identified command and bit mobility",
+        "The fitted models of the same windows and of their stack; grey dots are measured, by the stack or else by the "
+        "middle window. Below: what the bit would do with the top drive clamped, which shows the string alone.",
+    ),
+    "command_mobility_depth": FigureText(
+        "Command mobility against depth",
+        f"Measured on the left, identified on the right. Grey: left out by the coherence gate. {_IMAGE}",
+    ),
+    "bit_step_stiff": FigureText(
+        "Bit speed after a torque step at the bit, stiff top drive",
+        f"Echoes between a clamped top drive and the bit; how slowly they fade shows the string's damping. {_IMAGE}",
+    ),
+    "bit_step_controlled": FigureText(
+        "Bit speed after a torque step at the bit, top drive as controlled",
+        f"The same with the rig's own speed control, in the same colours. {_IMAGE}",
+    ),
+    "bit_mobility_stiff": FigureText(
+        "Bit mobility, stiff top drive",
+        "Bit speed per torque on the bit over frequency with the top drive clamped: bright lines are the string's "
+        f"modes. {_IMAGE}",
+    ),
+    "bit_mobility_controlled": FigureText(
+        "Bit mobility, top drive as controlled",
+        f"The same with the rig's own speed control, in the same colours: it acts on the lowest modes. {_IMAGE}",
+    ),
+    "residuals": FigureText(
+        "What the fits leave over",
+        "Measured less fitted command mobility in standard deviations. A right model and a right noise estimate leave "
+        f"structureless noise that follows the normal distribution. {_IMAGE}",
+    ),
+}
+"""Every figure of a well, in the order of the report."""

@@ -1,0 +1,180 @@
+"""Tracks against depth, as drillers read logs: the eight parameters, and what stands out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.display import QUANTITIES
+from drillid.figures_data import DepthCells, WellResults
+from drillid.figures_style import (
+    FLAGGED,
+    INK,
+    MUTED,
+    PAPERS,
+    REFUSED,
+    depth_axis,
+    draw_marks,
+    new_figure,
+    well_marks,
+)
+from drillid.starts import BOUNDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_TWO_SIDED = 1.96
+"""Standard errors of a 95 % interval."""
+_SHARE_SHOWN = (2.0, 98.0)
+"""Percentiles of the ends of the bars that an axis must hold."""
+_ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
+"""From what changes with the hole to what stays with the rig."""
+_ROOM = 0.012
+"""Share of the depths left above and below, so that the outermost markers are whole."""
+_SMALLEST_CHANCE = 1e-6
+"""Chances below are drawn here."""
+
+
+def parameters(results: WellResults) -> Figure:
+    """All eight parameters with their errors, the rig's papers, sections, runs and flagged intervals."""
+    figure = new_figure(results, "parameters", 11, 9.2)
+    axes = figure.subplots(2, 4, sharey=True)
+    cells = DepthCells.of(results.windows)
+    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    for axis, name in zip(axes.flat, _ORDER, strict=True):
+        _track(axis, results, name)
+        depth_axis(axis, cells, label=axis in axes[:, 0], room=_ROOM)
+        draw_marks(axis, marks, shaded=True, labels=axis in axes[:, -1])
+    return figure
+
+
+def _track(axis: Axes, results: WellResults, name: str) -> None:
+    quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
+    shift, label = (
+        (_drilled_length(results), "Pipe length $L$ less\nthat by depth [m]") if name == "length" else (0.0, "")
+    )
+    value = (fits["value"].values - shift) * quantity.factor
+    margin = _TWO_SIDED * fits["standard_error"].values * quantity.factor
+    depth, accepted = results.windows["hole_depth"].values, fits["accepted"].values
+    at_low = fits["at_bound"].values & (
+        fits["value"].values < BOUNDS[:, list(results.fits["parameter"].values).index(name)].mean()
+    )
+    at_high = fits["at_bound"].values & ~at_low
+    least = 0.0 if name in ("kappa", "delta", "damping_bha") else -np.inf
+    low, high = np.maximum(value - np.where(at_low, 0, margin), least), value + np.where(at_high, 0, margin)
+    _draw_papers(axis, fits["prior"].values, fits["prior_error"].values, quantity.factor)
+    limits = _limits(low, high, accepted, fits["prior"].values[0] * quantity.factor)
+    axis.set_xlim(*limits)
+    for member, colour in ((accepted, INK), (~accepted, REFUSED)):
+        axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.55)
+    kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
+    for marker, member in kinds:
+        _points(axis, value, depth, member & accepted, marker, INK, filled=marker == "o")
+        _points(axis, value, depth, member & ~accepted, marker, REFUSED, filled=False)
+    title, _, symbol = quantity.label.partition(quantity.symbol)
+    axis.set_xlabel(label or f"{title.strip()}\n{quantity.symbol}{symbol}")
+
+
+def _points(axis: Axes, value: Floats, depth: Floats, member: Bools, marker: str, colour: str, *, filled: bool) -> None:
+    """Markers; a value outside of the axis is an arrow at its edge."""
+    low, high = axis.get_xlim()
+    outside = member & ((value < low) | (value > high))
+    face = colour if filled else "white"
+    inside = member & ~outside
+    look: dict[str, Any] = {"linestyle": "none", "markeredgecolor": colour, "markeredgewidth": 0.9}
+    axis.plot(value[inside], depth[inside], marker=marker, markersize=3.8, markerfacecolor=face, zorder=3, **look)
+    for end, direction in ((low, "$\\leftarrow$"), (high, "$\\rightarrow$")):
+        beyond = outside & ((value < low) if end == low else (value > high))
+        if beyond.any():
+            arrows: dict[str, Any] = {"marker": direction, "markersize": 8, "linestyle": "none", "clip_on": False}
+            axis.plot(np.full(beyond.sum(), end), depth[beyond], color=colour, **arrows)
+
+
+def _drilled_length(results: WellResults) -> Floats:
+    """Bit depth less the collars of the run: the pipe length by depth, m."""
+    depth = results.windows["bit_depth"].values
+    collars = [results.rig.collars_at(float(bit)) for bit in depth]
+    return np.asarray(depth - np.array([run.length if run else 0.0 for run in collars]), dtype=float)
+
+
+def _draw_papers(axis: Axes, prior: Floats, error: Floats, factor: float) -> None:
+    if not np.isfinite(prior[0]):
+        return
+    margin = _TWO_SIDED * error[0]
+    axis.axvspan((prior[0] - margin) * factor, (prior[0] + margin) * factor, color=PAPERS, alpha=0.25, linewidth=0)
+    axis.axvline(prior[0] * factor, color=PAPERS, linewidth=1.6)
+
+
+def _limits(low: Floats, high: Floats, accepted: Bools, prior: float) -> tuple[float, float]:
+    """Limits for the accepted windows' bars, or for all where none is accepted, and the papers' value."""
+    member = accepted & np.isfinite(low) & np.isfinite(high)
+    if not member.any():
+        member = np.isfinite(low) & np.isfinite(high)
+    ends = (
+        [*np.percentile(low[member], _SHARE_SHOWN[:1]), *np.percentile(high[member], _SHARE_SHOWN[1:])]
+        if member.any()
+        else []
+    )
+    ends += [prior] if np.isfinite(prior) else []
+    if not ends:
+        return 0.0, 1.0
+    room = 0.06 * (max(ends) - min(ends)) or 0.05 * abs(max(ends)) or 1.0
+    return min(ends) - room, max(ends) + room
+
+
+def anomaly(results: WellResults) -> Figure:
+    """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and chances of the residual tests."""
+    figure = new_figure(results, "anomaly", 11, 5.8)
+    axes = figure.subplots(1, 4, sharey=True)
+    cells = DepthCells.of(results.windows)
+    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    depth, found = results.windows["hole_depth"].values, results.discrepancy
+    for axis, name, title in (
+        (axes[0], "damping_pull", "BHA damping"),
+        (axes[1], "inertia_pull", "BHA inertia"),
+    ):
+        _pull_track(axis, depth, found[name].values, found["flagged"].values, results.restless_level())
+        axis.set_xlabel(f"{title} less its run's level\n[standard deviations]")
+    chi2 = results.fits["chi2_per_dof"].values
+    axes[2].axvline(1, color=PAPERS, linewidth=1.6)
+    axes[2].plot(chi2, depth, "o", color=INK, markersize=3.8)
+    axes[2].set_xlabel("χ² per degree of freedom\n[–]")
+    _chance_track(axes[3], results)
+    for axis in axes:
+        depth_axis(axis, cells, label=axis is axes[0], room=_ROOM)
+        draw_marks(axis, marks, shaded=True, labels=axis is axes[-1])
+    return figure
+
+
+def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Bools, limit: float) -> None:
+    axis.axvline(0, color=MUTED, linewidth=0.9)
+    if np.isfinite(limit):
+        axis.axvline(limit, color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
+    axis.hlines(depth, 0, pull, INK, linewidth=0.9, alpha=0.6)
+    axis.plot(pull[~flagged], depth[~flagged], "o", color=INK, markersize=3.8)
+    axis.plot(pull[flagged], depth[flagged], "o", color=FLAGGED, markeredgecolor="#a85a0c", markersize=6)
+    if not np.isfinite(pull).any():
+        axis.text(0.5, 0.5, "too few windows\nfor a level", transform=axis.transAxes, ha="center", color=MUTED)
+
+
+def _chance_track(axis: Axes, results: WellResults) -> None:
+    found, depth = results.discrepancy, results.windows["hole_depth"].values
+    tests = (
+        ("chi2_probability", "size", "o"),
+        ("normality_probability", "normality", "s"),
+        ("whiteness_probability", "whiteness", "^"),
+    )
+    for (name, label, marker), colour in zip(tests, (INK, PAPERS, "#5a9367"), strict=True):
+        chance = np.maximum(found[name].values, _SMALLEST_CHANCE)
+        axis.plot(chance, depth, marker, color=colour, markersize=3.6, label=label)
+    axis.set_xscale("log")
+    axis.set_xlim(_SMALLEST_CHANCE, 1.5)
+    axis.axvline(results.error_rate / (3 * depth.size), color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
+    axis.set_xlabel("Chance of such residuals\nwith the right model [–]")
+    axis.legend(loc="upper left", fontsize=7.5, handletextpad=0.1)
