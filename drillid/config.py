@@ -54,7 +54,7 @@ class MobilitySettings(Strict):
     band_octaves: float = Field(default=0.5, gt=0)
     """Width of the bands over which coherence is judged, in octaves."""
     error_rate: float = Field(default=0.01, gt=0, lt=1)
-    """Share of bands without response that may pass the gate, and of good frequencies that it may leave out as too coherent."""
+    """Share of bands without response that may pass the gate, and of good frequencies it may call too coherent."""
     stack_windows: int = Field(default=6, ge=2)
     """Successive windows in a stack; the paper stacks six."""
     agreement_error_rate: float = Field(default=0.01, gt=0, lt=1)
@@ -76,7 +76,7 @@ class DiscrepancySettings(Strict):
     """First look at what the model leaves unexplained."""
 
     error_rate: float = Field(default=0.01, gt=0, lt=1)
-    """Share of clean wells in which an interval may be flagged, and of clean windows whose residuals may fail a test."""
+    """Share of clean wells that may have an interval flagged, or a window whose residuals fail a test."""
 
 
 class DepthSettings(Strict):

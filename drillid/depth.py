@@ -40,11 +40,12 @@ def identified_responses(
     """
     s = laplace(frequency)
     rows = []
+    duration, interval = settings.step_duration_s, settings.step_interval_s
     for values, depth in zip(parameters, bit_depth, strict=True):
         system = drilling_system(values, known_equipment(rig, controller, float(depth)))
         steps = {}
         for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
-            lag, steps[name] = bit_step_response(system, settings.step_duration_s, settings.step_interval_s, stiff=stiff)
+            lag, steps[name] = bit_step_response(system, duration, interval, stiff=stiff)
         responses = {
             "command_mobility_fitted": command_mobility(system, s),
             "bit_mobility_stiff": bit_mobility(system, s, stiff=True),
@@ -90,7 +91,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         | parameter_variables(fits)
         | {"rig_state": ("depth", np.full(fits.sizes["window"], RigState.DRILLING))}
     ).assign_coords(
-        {name: ("depth", fits[name].values) for name in ("window", "start", "end")} | {"depth": fits["hole_depth"].values}
+        {name: ("depth", fits[name].values) for name in ("window", "start", "end")}
+        | {"depth": fits["hole_depth"].values}
     )
     folders.write("depth", "depth", dataset)
     parameter_table(dataset, fits["reason"].values).to_csv(folders.stage("depth") / "parameters.csv", index=False)

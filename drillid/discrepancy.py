@@ -9,7 +9,8 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from drillid.fits import Measured, known_equipment, measured_rows
+from drillid.estimation import Measured
+from drillid.fits import known_equipment, measured_rows
 from drillid.physics.equipment import Controller
 from drillid.physics.model import KnownEquipment, drilling_system
 from drillid.physics.responses import command_mobility, laplace
@@ -84,7 +85,7 @@ def flag(pulls: list[Floats], error_rate: float) -> NDArray[np.bool_]:
     The chance that a well without anything unusual has any flag is at most `error_rate`.
     """
     from scipy.special import ndtr
-    
+
     chance = np.concatenate([ndtr(-pull) for pull in pulls])
     tested = np.isfinite(chance)
     order = np.argsort(np.where(tested, chance, np.inf))
@@ -93,7 +94,7 @@ def flag(pulls: list[Floats], error_rate: float) -> NDArray[np.bool_]:
     count = bound.size if passed.all() else int(np.argmin(passed))
     flagged = np.zeros(chance.size, dtype=bool)
     flagged[order[:count]] = True
-    return flagged.reshape(len(pulls), -1).any(axis=0)
+    return np.asarray(flagged.reshape(len(pulls), -1).any(axis=0), dtype=bool)
 
 
 def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: NDArray[np.int64]) -> pd.DataFrame:
@@ -107,7 +108,9 @@ def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: NDArray[np.int6
             last += 1
         members = slice(first, last + 1)
         strongest = {name: float(np.nanmax(discrepancy[name].values[members])) for name in EVIDENCE}
-        said = [f"{EVIDENCE[name]} up by {pull:.1f} standard deviations" for name, pull in strongest.items() if pull > 2]
+        said = [
+            f"{EVIDENCE[name]} up by {pull:.1f} standard deviations" for name, pull in strongest.items() if pull > 2
+        ]
         depth_from, depth_to = float(windows["depth_from"][first]), float(windows["depth_to"][last])
         rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(said)))
     return pd.DataFrame(rows, columns=["from_m", "to_m", "windows", *EVIDENCE, "evidence"])
@@ -157,18 +160,23 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 def stored_controller(fits: xr.Dataset) -> Controller:
     """The controller that the fits took as given."""
     prefix = "controller_"
-    return Controller(**{str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)})
+    return Controller(
+        **{str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)}
+    )
 
 
 def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
     """Value and standard error of a parameter, NaN where the fit is not accepted."""
-    chosen = fits.sel(parameter=parameter).where(fits["accepted"])
+    chosen = fits[["value", "standard_error"]].sel(parameter=parameter).where(fits["accepted"])
     return chosen["value"].values, chosen["standard_error"].values
 
 
 def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
     """A row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
-    names = {"normality_probability": "are not Gaussian", "whiteness_probability": "depend on their neighbours in frequency"}
+    names = {
+        "normality_probability": "are not Gaussian",
+        "whiteness_probability": "depend on their neighbours in frequency",
+    }
     bound = error_rate / (len(names) * dataset.sizes["window"])
     return [
         Problem(

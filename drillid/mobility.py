@@ -124,7 +124,8 @@ def stack_windows(
     agree within their variances; where the next one does not, the stack ends with a row that
     says so. A window that agrees with no neighbour is in no stack.
     """
-    stacks, problems = [], []
+    stacks: list[xr.Dataset] = []
+    problems: list[Problem] = []
     total, first = mobility.sizes["window"], 0
     while first < total - 1:
         members, chance, refused = [first], 1.0, np.nan
@@ -168,7 +169,7 @@ def agreement_probability(windows: xr.Dataset, averages: xr.DataArray) -> float:
 
 
 def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
-    """How many frequencies one noise line serves: its estimate's ν against the n − 1 lines that each frequency brings."""
+    """How many frequencies one noise line serves: ν of its estimate against the n − 1 lines each frequency brings."""
     return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 

@@ -5,7 +5,16 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from drillid.strict import Strict
-from drillid.units import Fraction, Hertz, Metres, Seconds, TorsionalDamping, TorsionalInertia, TorsionalStiffness, to_si_factor
+from drillid.units import (
+    Fraction,
+    Hertz,
+    Metres,
+    Seconds,
+    TorsionalDamping,
+    TorsionalInertia,
+    TorsionalStiffness,
+    to_si_factor,
+)
 
 CHANNEL_UNITS = {
     "torque_command": "N m",
@@ -108,8 +117,17 @@ class Tubular(Strict):
     @model_validator(mode="after")
     def _has_a_wall(self) -> "Tubular":
         if self.inner_diameter >= self.outer_diameter:
-            raise ValueError(f"inner diameter {self.inner_diameter} m is not smaller than outer diameter {self.outer_diameter} m")
+            raise ValueError(
+                f"inner diameter {self.inner_diameter} m is not smaller than outer diameter {self.outer_diameter} m"
+            )
         return self
+
+
+class DrillPipe(Tubular):
+    """The drill pipe of the tally."""
+
+    length_relative: Fraction = Field(default=0.1, gt=0)
+    """Standard uncertainty of the pipe's length as waves see it: tool joints slow them down."""
 
 
 class Collars(Tubular):
@@ -145,7 +163,7 @@ class Rig(Strict):
     """Delay of the drive."""
     top_drive_inertia: KnownInertia | None = None
     """Inertia of the top drive."""
-    pipe: Tubular | None = None
+    pipe: DrillPipe | None = None
     """Drill pipe of the tally."""
     collars: tuple[Collars, ...] = ()
     """Drill collars of each run, shallowest first."""

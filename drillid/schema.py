@@ -115,10 +115,11 @@ class DatasetSchema:
             kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
             kept = kept or {"long_name": declared.long_name}
             result[name] = (declared.dims, _cast(result[name].values, declared.dtype), kept)
-        result = result.set_coords([name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims])
+        result = result.set_coords(
+            [name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims]
+        )
         result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
         return result
-
 
     def empty(self) -> xr.Dataset:
         """The dataset without a single row."""
@@ -205,6 +206,7 @@ WINDOWS = DatasetSchema(
 
 _FREQUENCY = {"frequency": Variable(("frequency",), "float64", "Hz", "frequency")}
 _WF = ("window", "frequency")
+_SPECTROGRAM = ("window", "spectrogram_frequency", "spectrogram_time")
 
 SPECTRA = DatasetSchema(
     "Cross spectra and spectrograms of each window",
@@ -229,10 +231,16 @@ SPECTRA = DatasetSchema(
         "spectrogram_time": Variable(("spectrogram_time",), "float64", "s", "time since the window's start"),
         "spectrogram_frequency": Variable(("spectrogram_frequency",), "float64", "Hz", "frequency of the spectrograms"),
         "torque_spectrogram": Variable(
-            ("window", "spectrogram_frequency", "spectrogram_time"), "float32", "N2 m2 Hz-1", "power density of the torque command"
+            ("window", "spectrogram_frequency", "spectrogram_time"),
+            "float32",
+            "N2 m2 Hz-1",
+            "power of the torque command",
         ),
         "speed_spectrogram": Variable(
-            ("window", "spectrogram_frequency", "spectrogram_time"), "float32", "rad2 s-2 Hz-1", "power density of the top-drive speed"
+            ("window", "spectrogram_frequency", "spectrogram_time"),
+            "float32",
+            "rad2 s-2 Hz-1",
+            "power of the top-drive speed",
         ),
     },
     _IN_WINDOW,
@@ -242,8 +250,12 @@ SPECTRA = DatasetSchema(
 def _mobility(row: str) -> dict[str, Variable]:
     dims = (row, "frequency")
     return {
-        "command_mobility": Variable(dims, "complex128", MOBILITY, "command mobility: top-drive speed per injected torque"),
-        "command_mobility_variance": Variable(dims, "float64", f"({MOBILITY})2", "variance of the complex command mobility"),
+        "command_mobility": Variable(
+            dims, "complex128", MOBILITY, "command mobility: top-drive speed per injected torque"
+        ),
+        "command_mobility_variance": Variable(
+            dims, "float64", f"({MOBILITY})2", "variance of the complex command mobility"
+        ),
         "degrees_of_freedom": Variable(dims, "float64", "1", "complex degrees of freedom of the variance"),
         "coherence": Variable(dims, "float64", "1", "squared coherence of speed and sweep"),
         "coherence_minimum": Variable(dims, "float64", "1", "least coherence of the band that passes the gate"),
@@ -263,7 +275,9 @@ STACKS = DatasetSchema(
         "hole_depth": Variable(("stack",), "float64", "m", "mean measured depth of the hole"),
         "first_window": Variable(("stack",), "int32", "", "first window of the stack"),
         "last_window": Variable(("stack",), "int32", "", "last window of the stack"),
-        "agreement_probability": Variable(("stack",), "float64", "1", "chance of so much disagreement between equal windows"),
+        "agreement_probability": Variable(
+            ("stack",), "float64", "1", "chance of such disagreement between equal windows"
+        ),
         "agree": Variable(("stack",), "bool", "", "the windows agree, so that their stack stands for them"),
         **_FREQUENCY,
         **_mobility("stack"),
@@ -282,7 +296,9 @@ def _parameters(row: str) -> dict[str, Variable]:
         "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
         "prior": Variable(dims, "float64", "", "value from the rig's papers; NaN where not given"),
         "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's papers"),
-        "correlation": Variable((row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"),
+        "correlation": Variable(
+            (row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"
+        ),
         "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_probability": Variable((row,), "float64", "1", "chance of so large a chi-squared with the right model"),
@@ -297,7 +313,8 @@ FITS = DatasetSchema(
 
 STACK_FITS = DatasetSchema(
     "Fitted transmission-line model of stacked windows",
-    {name: STACKS.variables[name] for name in ("stack", "hole_depth", "first_window", "last_window")} | _parameters("stack"),
+    {name: STACKS.variables[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
+    | _parameters("stack"),
     ("hole_depth", "first_window", "last_window"),
 )
 
@@ -306,7 +323,9 @@ DISCREPANCIES = DatasetSchema(
     {
         **_WINDOW_COORDINATES,
         **_FREQUENCY,
-        "whitened_residual": Variable(_WF, "complex128", "1", "measured less fitted mobility, per standard deviation of each component"),
+        "whitened_residual": Variable(
+            _WF, "complex128", "1", "measured less fitted mobility, per deviation of a component"
+        ),
         **_each(
             ("window",),
             chi2_probability=("1", "chance of so large a chi-squared with the right model"),
@@ -349,8 +368,11 @@ DEPTH = DatasetSchema(
         "gate": Variable(_DF, "int8", "", "why the frequency is used or left out", Gate),
         **_each(
             _DL,
-            bit_step_stiff=("rad s-1 N-1 m-1", "bit speed after a unit torque step at the bit, top drive clamped"),
-            bit_step_controlled=("rad s-1 N-1 m-1", "bit speed after a unit torque step at the bit, top drive as controlled"),
+            bit_step_stiff=("rad s-1 N-1 m-1", "bit speed after a unit step of torque, top drive clamped"),
+            bit_step_controlled=(
+                "rad s-1 N-1 m-1",
+                "bit speed after a unit step of torque, top drive as controlled",
+            ),
         ),
         **{name: Variable(("depth",), "float64", units, text) for name, (units, text) in PARAMETERS.items()},
         **{

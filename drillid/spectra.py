@@ -18,6 +18,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from drillid.schema import WINDOW_COORDINATES
 from drillid.store import Problem, WellFolders
+from drillid.windows import sample_rate
 
 if TYPE_CHECKING:
     from drillid.config import Settings, SpectraSettings
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_CHANNELS = ("torque_sweep", "speed", "torque_command")
 _NOT_REPEATING = 0.01
 """Share of the sweep's power that may differ from one period to the next."""
 _SHORTEST_PERIOD = 1.0
@@ -168,17 +170,24 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     """Spectra of all windows of a well."""
     records, windows = folders.read("records", "records"), folders.read("windows", "windows").load()
     if windows.sizes["window"] == 0:
-        return [Problem(f"well {well.name}", "has no window of steady drilling with the sweep on", "See its stretches.csv")]
+        return [
+            Problem(f"well {well.name}", "has no window of steady drilling with the sweep on", "See its stretches.csv")
+        ]
     rate, chosen = sample_rate(records), settings.spectra
     periods = np.array(
-        [sweep_period(_channel(records, window, "torque_sweep"), rate, chosen.frequency_minimum_hz) for window in _rows(windows)]
+        [
+            sweep_period(_channel(records, window, "torque_sweep"), rate, chosen.frequency_minimum_hz)
+            for window in _rows(windows)
+        ]
     )
     repeating = periods[periods > 0]
     grid_period = float(np.median(repeating)) if repeating.size else chosen.segment_s / 2
     frequencies = frequency_grid(grid_period, chosen, rate)
     pieces, problems = [], []
     for number, window in enumerate(_rows(windows)):
-        sweep, speed, command = (_channel(records, window, name) for name in ("torque_sweep", "speed", "torque_command"))
+        sweep, speed, command = (
+            _channel(records, window, name) for name in ("torque_sweep", "speed", "torque_command")
+        )
         if abs(periods[number] - grid_period) < 0.5 / rate:
             spectra = line_spectra(sweep, speed, command, rate, grid_period, frequencies, chosen.noise_lines)
         else:
@@ -186,15 +195,11 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             problems.append(_not_repeating(windows.isel(window=number), periods[number], grid_period))
         torque = command if np.isfinite(command).all() else sweep
         pieces.append(xr.merge([_cross_spectra(spectra, frequencies), _spectrograms(torque, speed, rate, chosen)]))
-    dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(sweep_period=("window", periods))
+    dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(
+        sweep_period=("window", periods)
+    )
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
     return problems
-
-
-def sample_rate(records: xr.Dataset) -> float:
-    """Samples per second of the regular records."""
-    first = records["time"][:2].values.astype("datetime64[ns]").astype(np.int64)
-    return float(1e9 / (first[1] - first[0]))
 
 
 def _rows(windows: xr.Dataset) -> list[tuple[int, int]]:
@@ -207,7 +212,11 @@ def _channel(records: xr.Dataset, window: tuple[int, int], name: str) -> Floats:
 
 
 def _not_repeating(window: xr.Dataset, period: float, usual: float) -> Problem:
-    found = f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows" if period else "does not repeat"
+    found = (
+        f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows"
+        if period
+        else "does not repeat"
+    )
     return Problem(
         f"window {int(window['window'])} at {float(window['hole_depth']):.1f} m",
         f"the sweep {found}; its spectra are averages over segments, with fewer degrees of freedom",
@@ -216,7 +225,9 @@ def _not_repeating(window: xr.Dataset, period: float, usual: float) -> Problem:
 
 
 def _cross_spectra(spectra: Spectra, frequencies: Floats) -> xr.Dataset:
-    return xr.Dataset({name: ("frequency", values) for name, values in vars(spectra).items()}, {"frequency": frequencies})
+    return xr.Dataset(
+        {name: ("frequency", values) for name, values in vars(spectra).items()}, {"frequency": frequencies}
+    )
 
 
 def _spectrograms(torque: Floats, speed: Floats, rate: float, settings: SpectraSettings) -> xr.Dataset:

@@ -19,8 +19,8 @@ Complex = NDArray[np.complex128]
 
 BOUNDS = np.array(
     [
-        [0.0, 0.0, 200.0, 5e-7, 0.0, 50.0, 0.0, 0.1],
-        [2e4, 1e10, 1e4, 2e-4, 0.3, 2e4, 2e4, 3e3],
+        [0.0, 1e5, 200.0, 5e-7, 0.0, 50.0, 0.0, 0.1],
+        [2e4, 1e11, 1e4, 2e-4, 0.3, 2e4, 2e4, 3e3],
     ]
 )
 """Least and largest value of each parameter, SI: wider than any rig."""
@@ -46,7 +46,9 @@ def starting_points(
     inverse = 1 / measured - control(known.controller, s)
     delay = float(prior[DELAY]) if np.isfinite(prior[DELAY]) else _delay(s, inverse, weight)
     target = inverse * np.exp(-s * delay)
-    trials = [trial for shape in itertools.product(_BHA_LENGTHS, _DAMPINGS) for trial in _trials(s, target, weight, *shape)]
+    trials = [
+        trial for shape in itertools.product(_BHA_LENGTHS, _DAMPINGS) for trial in _trials(s, target, weight, *shape)
+    ]
     trials.sort(key=lambda trial: trial[0])
     chosen: list[Floats] = []
     for _, point in trials:

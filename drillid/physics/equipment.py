@@ -46,7 +46,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Controller:
-    """Speed control A(s) = P + I/s on the speed filtered by H(s) = 1/(1 + s τ_H), torque filtered by E(s) = 1/(1 + s τ_E)."""
+    """Speed control A(s) = P + I/s with filters of speed, H(s) = 1/(1 + s τ_H), and torque, E(s) = 1/(1 + s τ_E)."""
 
     proportional: Figure
     """P, N m s/rad."""

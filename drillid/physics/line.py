@@ -35,14 +35,16 @@ def input_admittance(section: Section, load: Complex, s: Complex) -> Complex:
     """
     gamma, characteristic = propagation(section, s)
     tangent = np.tanh(gamma * section.length)
-    return characteristic * (load + characteristic * tangent) / (characteristic + load * tangent)
+    admittance: Complex = characteristic * (load + characteristic * tangent) / (characteristic + load * tangent)
+    return admittance
 
 
 def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:
     """Impedance (rad/(N m s)) at one end of a section whose other end carries the impedance `load`; zero is a clamp."""
     gamma, characteristic = propagation(section, s)
     tangent = np.tanh(gamma * section.length)
-    return (load + tangent / characteristic) / (1 + load * characteristic * tangent)
+    impedance: Complex = (load + tangent / characteristic) / (1 + load * characteristic * tangent)
+    return impedance
 
 
 def chain_matrix(section: Section, s: Complex) -> Complex:

@@ -78,7 +78,9 @@ def command_mobility_with_derivatives(parameters: Floats, known: KnownEquipment,
     kappa, delta, length, polar, delay, inertia_td, damping_bha, inertia_bha = columns
     alpha, beta = STEEL_DENSITY * s + kappa, STEEL_SHEAR_MODULUS / s + delta
     gamma, specific = np.sqrt(alpha / beta), np.sqrt(alpha * beta)
-    wave = _Wave(gamma, specific, 1 / (2 * gamma * beta), beta / (2 * specific), -gamma / (2 * beta), alpha / (2 * specific))
+    wave = _Wave(
+        gamma, specific, 1 / (2 * gamma * beta), beta / (2 * specific), -gamma / (2 * beta), alpha / (2 * specific)
+    )
 
     collar_polar, lump = _split_inertia(inertia_bha, known)
     load = _Admittance.of_bit(lump * s + damping_bha, s, inertia_bha >= known.collar_inertia)
@@ -123,7 +125,13 @@ class _Admittance:
         return _Admittance(load, {DAMPING_BHA: np.ones_like(load), INERTIA_BHA: np.where(lumped, s, 0)})
 
     def through(
-        self, wave: _Wave, length: Floats | float, polar: Floats, polar_derivatives: dict[int, Floats], *, free_length: bool = False
+        self,
+        wave: _Wave,
+        length: Floats | float,
+        polar: Floats,
+        polar_derivatives: dict[int, Floats],
+        *,
+        free_length: bool = False,
     ) -> "_Admittance":
         """Input admittance of a section that carries this one as its load."""
         tangent = np.tanh(wave.gamma * length)

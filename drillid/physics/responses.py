@@ -18,29 +18,33 @@ _LEAST_INERTIA = 1e-6
 
 
 def laplace(frequency: NDArray[np.float64]) -> Complex:
-    """s = 2πjf for frequencies in Hz."""
-    return 2j * np.pi * np.asarray(frequency)
+    """S = 2πjf for frequencies in Hz."""
+    return np.asarray(2j * np.pi * np.asarray(frequency), dtype=complex)
 
 
 def control(controller: Controller, s: Complex) -> Complex:
     """A E H (N m s/rad): torque that the speed controller takes back per speed."""
     gain = controller.proportional + controller.integral / s
-    return gain / ((1 + s * controller.speed_filter) * (1 + s * controller.torque_filter))
+    taken_back: Complex = gain / ((1 + s * controller.speed_filter) * (1 + s * controller.torque_filter))
+    return taken_back
 
 
 def drive(top_drive: TopDrive, s: Complex) -> Complex:
     """D e^(−sT_d): motor torque per commanded torque."""
-    return np.exp(-s * top_drive.delay) / (1 + s * top_drive.lag)
+    torque: Complex = np.exp(-s * top_drive.delay) / (1 + s * top_drive.lag)
+    return torque
 
 
 def top_admittance(top_drive: TopDrive, s: Complex) -> Complex:
     """Y_top = J_td s + D e^(−sT_d) A H, what the string sees at its upper end, N m s/rad."""
-    return top_drive.inertia * s + drive(top_drive, s) * control(top_drive.controller, s)
+    admittance: Complex = top_drive.inertia * s + drive(top_drive, s) * control(top_drive.controller, s)
+    return admittance
 
 
 def bit_load(system: DrillingSystem, s: Complex) -> Complex:
     """Y_L = J_bha s + Y_bha, N m s/rad."""
-    return system.bit.inertia * s + system.bit.damping
+    admittance: Complex = system.bit.inertia * s + system.bit.damping
+    return admittance
 
 
 def string_admittance(system: DrillingSystem, s: Complex) -> Complex:

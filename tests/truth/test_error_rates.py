@@ -14,7 +14,9 @@ FREQUENCY = np.arange(6, 481) / 120.0
 PERIODS, FREEDOM = 5.0, 18.0
 
 
-def synthetic_spectra(rng: np.random.Generator, windows: int, signal_to_noise: float, change: float = 0.0) -> xr.Dataset:
+def synthetic_spectra(
+    rng: np.random.Generator, windows: int, signal_to_noise: float, change: float = 0.0
+) -> xr.Dataset:
     """Windows with Gaussian noise of known power, its estimate independent between every fifth frequency."""
     shape = (windows, FREQUENCY.size)
     truth = np.sqrt(signal_to_noise / PERIODS) * np.exp(1j * FREQUENCY) * (1 + change * np.arange(windows)[:, None])

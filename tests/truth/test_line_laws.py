@@ -102,7 +102,9 @@ def test_one_element_is_the_lumped_two_inertia_model() -> None:
     half, stiffness = pipe.inertia / 2, pipe.shear_modulus * pipe.polar_moment / pipe.length
     below = load + half * S
     np.testing.assert_allclose(
-        ladder_input_admittance(pipe, load, S, 1), half * S + below * (stiffness / S) / (below + stiffness / S), rtol=1e-12
+        ladder_input_admittance(pipe, load, S, 1),
+        half * S + below * (stiffness / S) / (below + stiffness / S),
+        rtol=1e-12,
     )
 
 

@@ -33,11 +33,7 @@ def test_mobilities_agree_with_thirty_digit_arithmetic(column: str) -> None:
     for name, system in systems():
         expected = reference.loc[name]
         s = laplace(expected["frequency_hz"].to_numpy())
-        value = {
-            "command": lambda: command_mobility(system, s),
-            "bit_stiff": lambda: bit_mobility(system, s, stiff=True),
-            "bit_soft": lambda: bit_mobility(system, s),
-        }[column]()
+        value = command_mobility(system, s) if column == "command" else bit_mobility(system, s, stiff="stiff" in column)
         np.testing.assert_allclose(
             value, expected[f"{column}_re"].to_numpy() + 1j * expected[f"{column}_im"].to_numpy(), rtol=1e-9
         )
