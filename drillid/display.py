@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class Quantity:
     """A parameter as readers see it.
 
-    name, symbol : words and sign
+    name, symbol, index : words, sign and its subscript
     unit : unit that people say
     factor : number that takes SI values to that unit
     decimals : digits behind the point worth printing
@@ -15,27 +15,32 @@ class Quantity:
 
     name: str
     symbol: str
+    index: str
     unit: str
     factor: float = 1.0
     decimals: int = 0
 
     @property
-    def label(self) -> str:
-        """Axis label with the unit in brackets."""
-        return f"{self.name} {self.symbol} [{self.unit}]"
+    def axis_label(self) -> str:
+        """Name over sign and unit, in matplotlib's mathtext."""
+        sign = f"${self.symbol}_{{{self.index}}}$" if self.index else self.symbol
+        return f"{self.name}\n{sign} [{self.unit}]"
 
 
 QUANTITIES = {
-    "kappa": Quantity("Mud and wall damping", "κ", "N s/m⁴"),
-    "delta": Quantity("Internal damping", "δ", "MN s/m²", 1e-6),
-    "length": Quantity("Pipe length", "L", "m"),
-    "polar_moment": Quantity("Pipe polar moment", "IP", "cm⁴", 1e8),
-    "delay": Quantity("Drive delay", "$T_d$", "ms", 1e3, 2),
-    "inertia_td": Quantity("Top-drive inertia", "$J_{td}$", "kg m²", 1.0, 1),
-    "damping_bha": Quantity("BHA damping", "$Y_{bha}$", "N m s/rad", 1.0, 1),
-    "inertia_bha": Quantity("BHA inertia", "$J_{bha}$", "kg m²", 1.0, 1),
+    "kappa": Quantity("Mud and wall damping", "κ", "", "N s/m⁴"),
+    "delta": Quantity("Internal damping", "δ", "", "MN s/m²", 1e-6),
+    "length": Quantity("Pipe length", "L", "", "m"),
+    "polar_moment": Quantity("Pipe polar moment", "IP", "", "cm⁴", 1e8),
+    "delay": Quantity("Drive delay", "T", "d", "ms", 1e3, 2),
+    "inertia_td": Quantity("Top-drive inertia", "J", "td", "kg m²", 1.0, 1),
+    "damping_bha": Quantity("BHA damping", "Y", "bha", "N m s/rad"),
+    "inertia_bha": Quantity("BHA inertia", "J", "bha", "kg m²"),
 }
-"""The eight parameters, in the order of `drillid.schema.PARAMETERS`; symbols as matplotlib's mathtext."""
+"""The eight parameters, in the order of `drillid.schema.PARAMETERS`."""
+
+LENGTH_LESS_DEPTH = "Pipe length L less\nthat by depth [m]"
+"""Pipe length less bit depth less collars: the length itself only repeats the depth."""
 
 RPM_PER_KILONEWTON_METRE = 1e3 * 30 / 3.141592653589793
 """Takes rad/s per N m to rpm per kN m."""
@@ -57,9 +62,9 @@ class FigureText:
 FIGURES = {
     "parameters": FigureText(
         "Parameters against depth",
-        "The eight fitted parameters of every window with 95 % bars. Blue: the rig's papers with twice their tolerance. "
-        "Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, so only one "
-        "side is known. Hollow grey: fit not accepted.",
+        "The eight fitted parameters of every window with 95 % bars. Blue: the rig's papers with twice their "
+        "tolerance. Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, "
+        "so only one side is known. Hollow grey: fit not accepted.",
     ),
     "anomaly": FigureText(
         "What stands out",
@@ -68,8 +73,9 @@ FIGURES = {
     ),
     "spectrograms": FigureText(
         "Torque command and top-drive speed",
-        "Power over time and frequency in the middle window. The injected sweeps are slanted lines; the string's modes, "
-        "excited by the bit, are horizontal lines in the speed. Ticks on the right: modes of the identified model.",
+        "Power over time and frequency in the middle window. The injected sweeps are slanted lines; the string's "
+        "modes, excited by the bit, are horizontal lines in the speed. Ticks on the right: modes of the identified "
+        "model.",
     ),
     "command_mobility_measured": FigureText(
         "Measured command mobility",
@@ -109,3 +115,16 @@ FIGURES = {
     ),
 }
 """Every figure of a well, in the order of the report."""
+
+_BOTH = frozenset({"damping_bha", "inertia_bha"})
+EXPLANATIONS = {
+    _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves and drags along with the assembly; so "
+    "would cuttings packed around it, or whirl. A caliper log, cuttings returns and downhole vibration data can tell "
+    "them apart.",
+    frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
+    "around the assembly, whirl or wall contact, or a change of formation or bit wear. A caliper log, cuttings returns "
+    "and downhole vibration data can tell them apart.",
+    frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
+    "assembly other than in the tally. Check the tally first.",
+}
+"""What could explain an interval, by the parameters that rose in it; the data alone do not decide."""

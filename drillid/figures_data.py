@@ -151,3 +151,9 @@ def cell_edges(points: Floats) -> Floats:
         return np.array([points[0] * 0.99, points[0] * 1.01])
     inner = (points[1:] + points[:-1]) / 2
     return np.concatenate([[points[0] - (inner[0] - points[0])], inner, [points[-1] + (points[-1] - inner[-1])]])
+
+
+def drilled_length(rig: Rig, bit_depth: Floats) -> Floats:
+    """Pipe length by depth: bit depth less the collars of the run, shape (window,), m."""
+    collars = [rig.collars_at(float(depth)) for depth in bit_depth]
+    return np.asarray(bit_depth - np.array([run.length if run else 0.0 for run in collars]), dtype=float)

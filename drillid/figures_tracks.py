@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.display import QUANTITIES
-from drillid.figures_data import DepthCells, WellResults
+from drillid.display import LENGTH_LESS_DEPTH, QUANTITIES
+from drillid.figures_data import DepthCells, WellResults, drilled_length
 from drillid.figures_style import (
     FLAGGED,
     INK,
@@ -56,9 +56,7 @@ def parameters(results: WellResults) -> Figure:
 
 def _track(axis: Axes, results: WellResults, name: str) -> None:
     quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
-    shift, label = (
-        (_drilled_length(results), "Pipe length $L$ less\nthat by depth [m]") if name == "length" else (0.0, "")
-    )
+    shift = drilled_length(results.rig, results.windows["bit_depth"].values) if name == "length" else 0.0
     value = (fits["value"].values - shift) * quantity.factor
     margin = _TWO_SIDED * fits["standard_error"].values * quantity.factor
     depth, accepted = results.windows["hole_depth"].values, fits["accepted"].values
@@ -77,8 +75,7 @@ def _track(axis: Axes, results: WellResults, name: str) -> None:
     for marker, member in kinds:
         _points(axis, value, depth, member & accepted, marker, INK, filled=marker == "o")
         _points(axis, value, depth, member & ~accepted, marker, REFUSED, filled=False)
-    title, _, symbol = quantity.label.partition(quantity.symbol)
-    axis.set_xlabel(label or f"{title.strip()}\n{quantity.symbol}{symbol}")
+    axis.set_xlabel(LENGTH_LESS_DEPTH if name == "length" else quantity.axis_label)
 
 
 def _points(axis: Axes, value: Floats, depth: Floats, member: Bools, marker: str, colour: str, *, filled: bool) -> None:
@@ -94,13 +91,6 @@ def _points(axis: Axes, value: Floats, depth: Floats, member: Bools, marker: str
         if beyond.any():
             arrows: dict[str, Any] = {"marker": direction, "markersize": 8, "linestyle": "none", "clip_on": False}
             axis.plot(np.full(beyond.sum(), end), depth[beyond], color=colour, **arrows)
-
-
-def _drilled_length(results: WellResults) -> Floats:
-    """Bit depth less the collars of the run: the pipe length by depth, m."""
-    depth = results.windows["bit_depth"].values
-    collars = [results.rig.collars_at(float(bit)) for bit in depth]
-    return np.asarray(depth - np.array([run.length if run else 0.0 for run in collars]), dtype=float)
 
 
 def _draw_papers(axis: Axes, prior: Floats, error: Floats, factor: float) -> None:
