@@ -40,7 +40,7 @@ run: $(READY)
 	$(SNAKEMAKE)
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadscope
 
 lint: $(READY)
 	$(BIN)/ruff check

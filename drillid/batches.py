@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from drillid.config import Settings
-from drillid.provenance import digest, source_hash
+from drillid.provenance import digest, source_hash, template_hash
 from drillid.sheets import Listing, read_sheets
 from drillid.stages import STAGES, fingerprint
 
@@ -73,10 +73,20 @@ class Plan:
             "logs": digest([each["logs"] for each in prints]),
         }
 
-    def fleet_dependencies(self, module: str, *sections: str) -> dict[str, Any]:
-        """The same for a rule over all wells, done by a module of drillid."""
+    def fleet_dependencies(self) -> dict[str, Any]:
+        """The same for the tables over all wells."""
+        return {"wells": list(self.wells), "source": source_hash("drillid.depth")}
+
+    def report_dependencies(self) -> dict[str, Any]:
+        """The same for the report, which lists the settings and describes the wells."""
         return {
             "wells": {name: listing.description for name, listing in self.wells.items()},
-            "source": source_hash(f"drillid.{module}"),
-            "settings": self.settings.model_dump(mode="json", include=set(sections)),
+            "source": source_hash("drillid.report", "drillid.rig"),
+            "templates": template_hash(),
+            "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),
         }
+
+    def simulation_dependencies(self, well: str) -> dict[str, Any]:
+        """The same for the simulated logs of one well of the demo."""
+        section = self.settings.model_dump(mode="json", include={"simulate"})
+        return {"well": well, "source": source_hash("drillid.demo"), "settings": section}

@@ -62,8 +62,6 @@ def source_hash(*modules: str) -> str:
     SettingsError
         If a module does not exist or is not valid Python.
     """
-    if any(_file(module) is None for module in modules):
-        return "missing"
     return digest({name: _code(name) for module in modules for name in closure(module)})
 
 
@@ -72,6 +70,11 @@ def package_hash() -> str:
     """Hash of every source file of the package as it is on disk at the first call."""
     files = sorted(PACKAGE.rglob("*.py"))
     return digest({str(path.relative_to(PACKAGE)): path.read_text() for path in files})
+
+
+def template_hash() -> str:
+    """Hash of the package's templates, which no import shows."""
+    return digest({path.name: path.read_text() for path in sorted((PACKAGE / "templates").glob("*"))})
 
 
 @functools.cache

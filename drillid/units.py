@@ -20,11 +20,11 @@ _FIELD_UNITS = (
 
 
 @functools.cache
-def registry() -> "pint.UnitRegistry":
+def registry() -> "pint.UnitRegistry[Any]":
     """The one unit registry; pint is imported on first use because that costs most of a second."""
     import pint
 
-    units: pint.UnitRegistry = pint.UnitRegistry()
+    units: pint.UnitRegistry[Any] = pint.UnitRegistry()
     for definition in _FIELD_UNITS:
         units.define(definition)
     return units

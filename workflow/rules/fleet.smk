@@ -18,6 +18,6 @@ rule fleet:
         mem_mb=2000,
         runtime=10,
     params:
-        **PLAN.fleet_dependencies("depth"),
+        **PLAN.fleet_dependencies(),
     script:
         "../../scripts/fleet.py"

@@ -6,6 +6,7 @@ rule report:
         fleet=rules.fleet.output.fleet,
         problems=rules.fleet.output.problems,
         windows=folders("windows", PLAN.wells),
+        fits=folders("fits", PLAN.wells),
         discrepancy=folders("discrepancy", PLAN.wells),
         depth=folders("depth", PLAN.wells),
         figures=folders("figures", PLAN.wells),
@@ -22,6 +23,6 @@ rule report:
         mem_mb=2000,
         runtime=10,
     params:
-        **PLAN.fleet_dependencies("report", "report"),
+        **PLAN.report_dependencies(),
     script:
         "../../scripts/report.py"

@@ -19,8 +19,6 @@ if PLAN.settings.simulate is not None:
                 mem_mb=1000,
                 runtime=10,
             params:
-                well=well,
-                source=PLAN.fleet_dependencies("demo")["source"],
-                settings=PLAN.settings.simulate.model_dump(mode="json"),
+                **PLAN.simulation_dependencies(well),
             script:
                 "../../scripts/simulate.py"
