@@ -26,12 +26,18 @@ _RATE_TOLERANCE = 0.01
 """Largest relative difference of stated and found sample rate."""
 _NEAR_TICK = 0.3
 """A grid joins the grid before it where their ticks differ by less than this share of an interval."""
-_WIDE_JITTER = 0.35
-"""Jitter, in intervals, from which single stamps no longer tell the tick."""
+_PHASE_ROWS = 100
+"""Rows on either side over which the stamps' place between ticks is averaged."""
+_PHASE_BREAK = 0.15
+"""Change of that place over a jump, in intervals, from which the clock does not run on through it."""
+_LASTING_ROWS = 5
+"""A row whose stamp leaves its neighbours' ticks for fewer rows than this is a late stamp, not a jump."""
 _EITHER_SIDE = 3
 """Samples on either side of a jump by which it is judged whether a signal runs on."""
 _SHORT_JUMP = 5
 """Intervals up to which missing rows themselves leave a signal smooth enough to be told from a set clock."""
+_FAR_ROUGHER = 4.0
+"""How many times rougher a signal must be with missing rows than without, for a short jump to be a set clock."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +107,10 @@ def place_rows(
     interval = _interval(stamps[rows], rate, where)
     rows, reordered = _in_order(stamps, rows, interval)
     seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
-    seconds, steps = _without_steps(seconds, sweep[rows], speed[rows], interval)
-    tick, interval = _fitted(seconds, interval)
+    apart, shift = _apart(seconds, interval)
+    apart, moved, steps = _without_steps(apart, shift, sweep[rows], speed[rows], interval)
+    seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(apart)])
+    interval = float(np.polyfit(tick, seconds, 1)[0])
     chosen = _round_rate(interval, int(tick[-1]), rate)
     offset = float(np.median(seconds - tick / chosen))
     origin = _joined(int(stamps[rows[0]]) + round(offset * 1e9), chosen, anchor)
@@ -155,35 +163,57 @@ def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Intege
     return ordered, int(np.sum(ordered != rows))
 
 
+def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
+    """Ticks from each row to the next, and how far the clock's place between ticks shifts there, shape (row − 1,).
+
+    The place of the stamps between ticks is averaged over many rows, as an angle, which missing
+    rows do not change; a stamp then tells its tick for itself as long as it is less than half an
+    interval off. A stamp further off differs from its neighbours for a few rows only, whereas
+    missing rows and set clocks shift all that follow: a median filter takes off the former and
+    leaves the latter.
+    """
+    row = np.arange(seconds.size)
+    place = seconds / interval - row
+    turn = np.exp(2j * np.pi * place)
+    total = np.concatenate([[0], np.cumsum(turn)])
+    first, stop = np.maximum(row - _PHASE_ROWS, 0), np.minimum(row + _PHASE_ROWS + 1, row.size)
+    unlike = np.angle((total[stop[1:] - 1] - total[1:-1]) * np.conj(total[1:-1] - total[first[:-1]])) / (2 * np.pi)
+    jump = np.abs(np.diff(place)) > 1
+    breaks = 1 + np.flatnonzero(jump & (np.abs(unlike) > _PHASE_BREAK))
+    bounds = np.concatenate([[0], breaks, [row.size]])
+    piece = np.searchsorted(breaks, row, side="right")
+    mean = total[np.minimum(stop, bounds[piece + 1])] - total[np.maximum(first, bounds[piece])]
+    phase = np.unwrap(np.angle(mean)) / (2 * np.pi)
+    ahead = median_filter(np.rint(place - phase), 2 * _LASTING_ROWS - 1, mode="nearest")
+    return 1 + np.diff(ahead).astype(np.int64), np.diff(phase) * interval
+
+
 def _without_steps(
-    seconds: Floats, sweep: Floats, speed: Floats, interval: float
-) -> tuple[Floats, tuple[ClockStep, ...]]:
-    """Stamps (s) with settings of the clock taken out, and those settings."""
-    jumps = np.diff(seconds)
-    doubtful = np.flatnonzero((jumps > 1.5 * interval) | (jumps < -0.5 * interval)).tolist()
-    if not doubtful:
-        return seconds, ()
-    sweep_ends, speed_ends = _RunsOn(sweep, jumps, interval), _RunsOn(speed, jumps, interval)
-    steps, correction = [], np.zeros(seconds.size)
+    apart: Integers, shift: Floats, sweep: Floats, speed: Floats, interval: float
+) -> tuple[Integers, Floats, tuple[ClockStep, ...]]:
+    """Ticks between rows with settings of the clock taken out, what those moved each stamp by (s), and the settings."""
+    doubtful = np.flatnonzero((apart > 1) | (apart < 0)).tolist()
+    apart, moved, steps = apart.copy(), np.zeros(apart.size + 1), []
+    sweep_ends, speed_ends = _RunsOn(sweep, apart), _RunsOn(speed, apart)
     for before in doubtful:
-        apart = round(jumps[before] / interval)
+        jump = int(apart[before])
         runs_on = sweep_ends.moving(before) and sweep_ends.smooth(before, 1) and speed_ends.smooth(before, 1)
-        if 1 < apart <= _SHORT_JUMP:
-            runs_on = runs_on and not sweep_ends.smooth(before, apart)
-        if runs_on or apart < 1:
-            hole = interval if runs_on else 1.0
-            correction[before + 1] = jumps[before] - hole
-            steps.append(ClockStep(before + 1, float(jumps[before] - hole), bool(runs_on)))
-    return seconds - np.cumsum(correction), tuple(steps)
+        if 1 < jump <= _SHORT_JUMP:
+            runs_on = runs_on and sweep_ends.told_apart(before, jump)
+        if runs_on or jump < 1:
+            apart[before] = 1 if runs_on else round(1 / interval)
+            moved[before + 1] = (jump - apart[before]) * interval + shift[before]
+            steps.append(ClockStep(before + 1, float(moved[before + 1]), bool(runs_on)))
+    return apart, np.cumsum(moved), tuple(steps)
 
 
 class _RunsOn:
     """Whether a signal runs smoothly over a jump of its stamps, judged against its usual smoothness."""
 
-    def __init__(self, signal: Floats, jumps: Floats, interval: float) -> None:
+    def __init__(self, signal: Floats, apart: Integers) -> None:
         self.signal = signal
         usual = self._misfit(np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE), 1)
-        broken = np.convolve(np.abs(jumps / interval - 1) > 0.5, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
+        broken = np.convolve(apart != 1, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
         usual = usual[~broken & np.isfinite(usual)]
         self.limit = float(np.quantile(usual, 0.99)) if usual.size else 0.0
 
@@ -209,18 +239,11 @@ class _RunsOn:
         around = self._around(before)
         return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, apart) <= self.limit)
 
-
-def _fitted(seconds: Floats, interval: float) -> tuple[Integers, float]:
-    """Tick of each row and the interval (s) of the straight line through stamps against ticks."""
-    tick = np.concatenate([[0], np.cumsum(np.rint(np.diff(seconds) / interval))]).astype(np.int64)
-    slope, start = np.polyfit(tick, seconds, 1)
-    place = (seconds - start) / slope
-    tick = np.rint(place).astype(np.int64)
-    if np.quantile(np.abs(place - tick), 0.999) > _WIDE_JITTER:
-        row = np.arange(tick.size)
-        tick = row + np.rint(median_filter((tick - row).astype(float), 11, mode="nearest")).astype(np.int64)
-    tick = np.maximum.accumulate(tick)
-    return tick - tick[0], float(slope)
+    def told_apart(self, before: int, apart: int) -> bool:
+        """Whether the signal would be far rougher with the rows around the jump `apart` intervals apart than with 1."""
+        around = self._around(before)
+        rough = self._misfit(around, apart)
+        return bool(rough > self.limit and rough > _FAR_ROUGHER * self._misfit(around, 1))
 
 
 def _round_rate(interval: float, ticks: int, stated: float | None) -> float:

@@ -135,8 +135,10 @@ _NEWTONS = tuple(
     dataclasses.replace(column, header=column.channel, unit=unit, decimals=decimals)
     for column, (unit, decimals) in zip(
         _METRIC,
-        [("N m", 0), ("N m", 1), ("rpm", 3), ("rpm", 1), ("m", 2), ("m", 2), ("kN", 1), ("L/min", 0), ("kPa", 0)]
-        + [("kN", 0)],
+        (
+            *(("N m", 0), ("N m", 1), ("rpm", 3), ("rpm", 1), ("m", 2), ("m", 2)),
+            *(("kN", 1), ("L/min", 0), ("kPa", 0), ("kN", 0)),
+        ),
         strict=True,
     )
 )
@@ -191,7 +193,7 @@ WELLS = {
             "time",
             _NEWTONS,
             zone="Asia/Muscat",
-            faults=Faults(jitter=0.001, dropped_share=0.001, speed_spikes=4, gap=5.0),
+            faults=Faults(jitter=0.002, dropped_share=0.001, speed_spikes=4, gap=5.0),
         ),
     ),
     "D03": DemoWell(
