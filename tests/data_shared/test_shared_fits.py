@@ -1,0 +1,72 @@
+"""What the recorded logs of W10 must give: drive and pipe as on the papers, its wash-out and little else."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from drillid import depth, discrepancy, fits, mobility, records, spectra, windows
+from drillid.config import FitsSettings, Settings
+from drillid.physics.equipment import polar_moment
+from drillid.rig import Rig
+from drillid.sheets import Well
+from drillid.store import WellFolders
+
+ROOT = Path(__file__).resolve().parents[2]
+LOGS = ROOT.parent / "shared" / "data" / "rig-logs" / "W10"
+WASHED_OUT = (3085.0, 3145.0)
+
+pytestmark = [
+    pytest.mark.skipif(not LOGS.exists(), reason=f"{LOGS} is not there"),
+    pytest.mark.xdist_group("W10"),
+]
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["with the papers", "without advance information"])
+def well(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> WellFolders:
+    settings = Settings(fits=FitsSettings(use_knowledge=request.param))
+    rig = Rig.from_yaml(ROOT / "config" / "shared-rigs" / "rigs" / "W10.yaml")
+    w10 = Well("W10", rig, tuple(sorted(LOGS.iterdir())))
+    folders = WellFolders(tmp_path_factory.mktemp("W10"), "W10")
+    for stage in (records, windows, spectra, mobility, fits, discrepancy, depth):
+        stage.process(w10, folders, settings)
+    return folders
+
+
+def dataset(well: WellFolders) -> xr.Dataset:
+    return well.read("depth", "depth").load()
+
+
+def test_drive_and_pipe_are_those_on_the_papers(well: WellFolders) -> None:
+    found = dataset(well)
+    outside = (found["depth"] < WASHED_OUT[0]) | (found["depth"] > WASHED_OUT[1] + 15)
+    sound = found.isel(depth=np.flatnonzero(outside))
+    inertia = np.abs(sound["inertia_td"] / 1105 - 1) < 0.015
+    delay = np.abs(sound["delay"] - 0.0405) < 0.001
+    pipe = np.abs(sound["polar_moment"] - polar_moment(0.1397, 0.1214)) < 3 * sound["polar_moment_error"]
+    assert float(inertia.mean()) >= 0.95
+    assert float(delay.mean()) >= 0.95
+    assert float(pipe.mean()) >= 0.95
+
+
+def test_the_wash_out_is_flagged_and_nothing_else(well: WellFolders) -> None:
+    flagged = pd.read_csv(well.stage("discrepancy") / "intervals.csv")
+    assert len(flagged) == 1
+    assert WASHED_OUT[0] <= flagged["from_m"][0] < WASHED_OUT[1]
+    assert abs(flagged["to_m"][0] - WASHED_OUT[1]) < 15
+
+
+def test_the_lighter_collars_below_the_casing_show_as_a_drop_of_bha_inertia(well: WellFolders) -> None:
+    found = dataset(well)
+    above, below = found.sel(depth=slice(0, 3000)), found.sel(depth=slice(3000, WASHED_OUT[0]))
+    assert float(above["inertia_bha"].min()) > float(below["inertia_bha"].max())
+    washed_out = found.sel(depth=slice(3105, 3150))
+    assert float(washed_out["damping_bha"].min()) > 2 * float(below["damping_bha"].max())
+
+
+def test_the_model_explains_the_windows(well: WellFolders) -> None:
+    found = dataset(well)
+    assert bool(found["accepted"].all())
+    assert float(found["chi2_per_dof"].mean()) == pytest.approx(1.0, abs=0.03)
