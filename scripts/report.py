@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from drillid.report import write_report
-
 from drillid.config import Settings
 from drillid.fleet import logged
+from drillid.report import write_report
 
 if __name__ == "__main__":
     settings = Settings.checked(dict(snakemake.config), "configuration")
