@@ -106,9 +106,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     controller = speed_controller(well.rig, spectra)
     fits = _fit_rows(measured_rows(mobility, averages), bit_depth, well.rig, controller, settings.fits, "window")
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
-    folders.write(
-        "fits", "fits", fits, **{f"controller_{name}": float(value) for name, value in vars(controller).items()}
-    )
+    gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
+    folders.write("fits", "fits", fits, **gains)
     members = (stacks["last_window"] - stacks["first_window"] + 1).values[:, None]
     rows = measured_rows(stacks, averages[stacks["first_window"].values] * members)
     stack_fits = _fit_rows(rows, stacks["hole_depth"].values, well.rig, controller, settings.fits, "stack")
