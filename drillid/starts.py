@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS
 from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
-from drillid.physics.responses import control, laplace
+from drillid.physics.responses import laplace
+from drillid.physics.top_drive import control
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -1,7 +1,8 @@
 """The equipment, described once: the linear model and the time-domain simulator are both built from it.
 
 Any figure may be an array that broadcasts against the Laplace variable, so that one
-description stands for many windows; the simulator takes plain numbers only.
+description stands for many windows, or a `drillid.physics.dual.Dual`, which carries exact
+derivatives through every response; the simulator takes plain numbers only.
 """
 
 from dataclasses import dataclass
@@ -9,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from drillid.physics.damping import DampingLaw
+
 Figure = Any
-"""A float, or an array of floats that broadcasts against s."""
+"""A float, an array of floats that broadcasts against s, or a Dual."""
 
 STEEL_DENSITY = 7850.0
 """ρ, kg/m³."""
@@ -28,58 +31,137 @@ class Section:
     """A uniform length of the string.
 
     length m, polar_moment m⁴, kappa N s/m⁴ (viscous damping of mud and wall), delta N s/m²
-    (internal damping), density kg/m³, shear_modulus Pa.
+    (internal damping), density kg/m³, shear_modulus Pa, further damping laws.
     """
 
     length: Figure
     polar_moment: Figure
     kappa: Figure = 0.0
     delta: Figure = 0.0
-    density: float = STEEL_DENSITY
-    shear_modulus: float = STEEL_SHEAR_MODULUS
+    density: Figure = STEEL_DENSITY
+    shear_modulus: Figure = STEEL_SHEAR_MODULUS
+    laws: tuple[DampingLaw, ...] = ()
 
     @property
     def inertia(self) -> Figure:
         """Inertia of the whole section, kg m²."""
         return self.density * self.polar_moment * self.length
 
+    @property
+    def characteristic_admittance(self) -> Figure:
+        """IP √(ρG), Y₀ of the section without damping, N m s/rad."""
+        return self.polar_moment * np.sqrt(self.density * self.shear_modulus)
+
+
+@dataclass(frozen=True)
+class ImpedanceMatching:
+    """String torque lowers the set point by Z F(s) T_string, so that the top drive takes up waves.
+
+    T_string is reckoned from the drive's torque as T_m − J s ω. Under a stiff controller and a fast
+    drive the top then looks like the admittance 1/Z, whatever its inertia. F(s) is a low pass
+    1/(1 + s τ_low) and, so that the mean torque does not lower the mean speed, a high pass
+    s τ_high/(1 + s τ_high).
+    """
+
+    impedance: Figure
+    """Z, rad/(N m s): 1/Y₀ of the pipe to match it; 0 switches the matching off."""
+    inertia: Figure
+    """J that the controller reckons with, kg m²."""
+    low_pass: Figure = 0.0
+    """τ_low, s."""
+    high_pass: Figure | None = None
+    """τ_high, s; None passes the mean."""
+
 
 @dataclass(frozen=True)
 class Controller:
-    """Speed control A(s) = P + I/s with filters of speed, H(s) = 1/(1 + s τ_H), and torque, E(s) = 1/(1 + s τ_E)."""
+    """Speed control A(s) = P + I/s − J_c s/(1 + s τ_c), behind the filters of speed, H, and of torque, E.
+
+    H(s) = 1/(1 + s τ_H) and E(s) = 1/(1 + s τ_E).
+    """
 
     proportional: Figure
     """P, N m s/rad."""
     integral: Figure = 0.0
     """I, N m/rad."""
-    speed_filter: float = 0.0
+    speed_filter: Figure = 0.0
     """τ_H, s."""
-    torque_filter: float = 0.0
+    torque_filter: Figure = 0.0
     """τ_E, s."""
+    compensated_inertia: Figure = 0.0
+    """J_c, kg m²: part of the top drive's inertia that torque in phase with acceleration makes up for."""
+    compensation_filter: Figure = 0.0
+    """τ_c, s."""
+    matching: ImpedanceMatching | None = None
+    """Feedback of the string's torque."""
 
 
 @dataclass(frozen=True)
 class TopDrive:
-    """Inertia J_td (kg m²), driven with the delay T_d (s) and a first-order lag (s)."""
+    """Inertia J_td (kg m²), driven with the delay T_d (s), a first-order lag (s) and an actuator gain."""
 
     inertia: Figure
     delay: Figure
     controller: Controller
-    lag: float = 0.0
+    lag: Figure = 0.0
+    gain: Figure = 1.0
+    """Torque per commanded torque at low frequency."""
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A mud motor between string and bit: the inertia of its housing, and below it a spring with a damper."""
+
+    stiffness: Figure
+    """N m/rad; infinite for a rigid joint."""
+    damping: Figure = 0.0
+    """N m s/rad, in parallel with the spring."""
+    inertia: Figure = 0.0
+    """kg m², of the housing, at the string's lower end."""
+
+
+@dataclass(frozen=True)
+class RegenerativeCutting:
+    """A bit whose blades cut what the blade ahead has left, at a mean torque and speed."""
+
+    torque: Figure
+    """Mean cutting torque T₀, N m."""
+    speed: Figure
+    """Mean bit speed Ω, rad/s."""
+    blades: Figure
+    """Number of blades n."""
+
+
+@dataclass(frozen=True)
+class StribeckCutting:
+    """Torque that falls from static to dynamic as the bit speeds up: T_d + (T_s − T_d) exp(−(Ω/Ω_s)^n)."""
+
+    static: Figure
+    """T_s, N m."""
+    dynamic: Figure
+    """T_d, N m."""
+    threshold: Figure
+    """Ω_s, rad/s."""
+    speed: Figure
+    """Mean bit speed Ω, rad/s."""
+    exponent: Figure = 1.0
+    """Exponent n; a large one comes close to a jump at the threshold."""
 
 
 @dataclass(frozen=True)
 class Bit:
-    """The lower end: a lumped inertia (kg m²) with viscous damping (N m s/rad)."""
+    """The lower end: a lumped inertia (kg m²) with viscous damping (N m s/rad) and laws of cutting."""
 
     inertia: Figure
     damping: Figure = 0.0
+    cutting: tuple[RegenerativeCutting | StribeckCutting, ...] = ()
 
 
 @dataclass(frozen=True)
 class DrillingSystem:
-    """Top drive, string from top to bottom, bit."""
+    """Top drive, string from top to bottom, mud motor where there is one, bit."""
 
     top_drive: TopDrive
     string: tuple[Section, ...]
     bit: Bit
+    motor: Motor | None = None

@@ -4,28 +4,51 @@ Speed plays voltage and torque, counted positive from the top towards the bit, p
 All functions broadcast: s has shape (..., frequency), figures of a section broadcast against it.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from drillid.physics.damping import KelvinVoigt, ViscousWall
 from drillid.physics.equipment import Section
 
 Complex = NDArray[np.complex128]
 
 
-def propagation(section: Section, s: Complex) -> tuple[Complex, Complex]:
-    """Propagation coefficient and characteristic admittance.
+def immittances(section: Section, s: Complex) -> tuple[Any, Any]:
+    """Sums over inertia, stiffness and all damping laws of a section.
 
-    Equations 1 and 2 with β = G/s + δ, as the units demand; the roots with positive real
-    part belong to a passive line.
+    Equations 1 to 4 with β = G/s + δ, as the units demand.
+
+    Returns
+    -------
+    shunt : Y' = α IP + …, admittance per length, N s/rad
+    series : B' = β IP + …, admittance times length, N m² s/rad
+    """
+    laws = (ViscousWall(section.kappa), KelvinVoigt(section.delta), *section.laws)
+    shunt = section.density * section.polar_moment * s
+    series = section.shear_modulus * section.polar_moment / s
+    for law in laws:
+        shunt = shunt + law.shunt(section, s)
+        series = series + law.series(section, s)
+    return shunt, series
+
+
+def propagation(section: Section, s: Complex) -> tuple[Complex, Complex]:
+    """Propagation coefficient γ = √(Y'/B') and characteristic admittance Y₀ = √(Y'B').
+
+    Both are made of the same two roots, so that whatever the branch, also left of the
+    imaginary axis, γ and Y₀ change sign together and equation 5 stays the same; on the
+    right a passive line attenuates: Re γ ≥ 0.
 
     Returns
     -------
     gamma : 1/m
     characteristic_admittance : Y₀, N m s/rad
     """
-    alpha = section.density * s + section.kappa
-    beta = section.shear_modulus / s + section.delta
-    return np.sqrt(alpha / beta), section.polar_moment * np.sqrt(alpha * beta)
+    shunt, series = immittances(section, s)
+    root_shunt, root_series = np.sqrt(shunt), np.sqrt(series)
+    return root_shunt / root_series, root_shunt * root_series
 
 
 def input_admittance(section: Section, load: Complex, s: Complex) -> Complex:
@@ -47,8 +70,23 @@ def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:
     return impedance
 
 
-def chain_matrix(section: Section, s: Complex) -> Complex:
-    """Transfer matrix of equation 5, shape s.shape + (2, 2); overflows where Re γL exceeds 700."""
+def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
+    """Speed at the end that carries `load` per speed at the other: 1/(cosh γL + Y_L/Y₀ sinh γL), without overflow."""
+    gamma, characteristic = propagation(section, s)
+    decay = np.exp(-gamma * section.length)
+    relative = load / characteristic
+    ratio: Complex = 2 * decay / (1 + relative + (1 - relative) * np.square(decay))
+    return ratio
+
+
+def chain_entries(section: Section, s: Complex) -> tuple[Any, Any, Any, Any]:
+    """The transfer matrix of equation 5 as its entries (cosh γL, Z₀ sinh γL, Y₀ sinh γL, cosh γL)."""
     gamma, characteristic = propagation(section, s)
     cosh, sinh = np.cosh(gamma * section.length), np.sinh(gamma * section.length)
-    return np.stack([np.stack([cosh, sinh / characteristic], -1), np.stack([sinh * characteristic, cosh], -1)], -2)
+    return cosh, sinh / characteristic, sinh * characteristic, cosh
+
+
+def chain_matrix(section: Section, s: Complex) -> Complex:
+    """Transfer matrix of equation 5, shape s.shape + (2, 2); overflows where Re γL exceeds 700."""
+    entries = np.broadcast_arrays(*chain_entries(section, s))
+    return np.stack([np.stack(entries[:2], -1), np.stack(entries[2:], -1)], -2)

@@ -15,7 +15,7 @@ from drillid.physics.equipment import (
     TopDrive,
 )
 from drillid.physics.line import Complex
-from drillid.physics.responses import control
+from drillid.physics.top_drive import control
 from drillid.schema import PARAMETERS
 
 Floats = NDArray[np.float64]

@@ -15,6 +15,8 @@ LAYERS = (
     ("store", "sheets"),
     ("stages",),
     ("batches",),
+    ("physics.dual",),
+    ("physics.damping",),
     ("physics.equipment",),
     ("physics",),
     ("statistics",),

@@ -1,0 +1,64 @@
+"""The lower end: bit, laws of cutting about a steady speed, mud motor."""
+
+from typing import Any
+
+import numpy as np
+
+from drillid.physics.equipment import Bit, Motor, RegenerativeCutting, StribeckCutting
+from drillid.physics.line import Complex
+
+
+def bit_load(bit: Bit, s: Complex) -> Complex:
+    """Y_L = J_bha s + Y_bha + laws of cutting, N m s/rad."""
+    admittance: Complex = bit.inertia * s + bit.damping
+    for law in bit.cutting:
+        admittance = admittance + cutting_admittance(law, s)
+    return admittance
+
+
+def cutting_admittance(law: RegenerativeCutting | StribeckCutting, s: Complex) -> Any:
+    """Torque that the rock takes more per bit speed, N m s/rad; a negative real part feeds vibration.
+
+    Stribeck: the slope of the torque at the mean speed, −(T_s − T_d) (Ω/Ω_s)^n exp(−(Ω/Ω_s)^n) n/Ω.
+
+    Regenerative: with the rate of penetration V imposed, a blade cuts V times the time since the blade ahead
+    was there, t with φ(τ) − φ(τ − t) = 2π/n. To first order in vibration,
+
+        Y = −n T₀/(2π) (1 − e^(−s t₀))/s,   t₀ = 2π/(n Ω),
+
+    which at low frequency is the slope −T₀/Ω of T ∝ V/Ω. Torsional part of Richard, Germay and Detournay 2007,
+    Journal of Sound and Vibration 305, 432–456.
+    """
+    if isinstance(law, StribeckCutting):
+        ratio = (law.speed / law.threshold) ** law.exponent
+        return -(law.static - law.dynamic) * np.exp(-ratio) * ratio * law.exponent / law.speed
+    blade_time = 2 * np.pi / (law.blades * law.speed)
+    return law.blades * law.torque / (2 * np.pi) * np.expm1(-s * blade_time) / s
+
+
+def motor_impedance(motor: Motor, s: Complex) -> Complex:
+    """Speed across the motor per torque through it, s/(k + c s), rad/(N m s)."""
+    impedance: Complex = s / (motor.stiffness + motor.damping * s)
+    return impedance
+
+
+def above_motor(motor: Motor | None, load: Complex, s: Complex) -> Complex:
+    """Admittance (N m s/rad) that the string sees where the motor carries `load`."""
+    if motor is None:
+        return load
+    admittance: Complex = motor.inertia * s + load / (1 + load * motor_impedance(motor, s))
+    return admittance
+
+
+def below_motor(motor: Motor | None, impedance: Complex, s: Complex) -> Complex:
+    """Impedance (rad/(N m s)) that the bit sees where the string shows `impedance` to the motor."""
+    if motor is None:
+        return impedance
+    seen: Complex = motor_impedance(motor, s) + impedance / (1 + motor.inertia * s * impedance)
+    return seen
+
+
+def chain_through_motor(motor: Motor, s: Complex) -> tuple[Any, Any, Any, Any]:
+    """The motor's transfer matrix as its entries, row by row: the housing's inertia above the spring."""
+    spring, housing = motor_impedance(motor, s), motor.inertia * s
+    return 1.0, spring, housing, 1 + housing * spring

@@ -1,0 +1,75 @@
+"""The upper end: drive, speed control and the top drive's inertia (paper, figure 1).
+
+The drive's torque on the inertia is T_m = W T_sweep − V ω (N m), with ω the top drive's speed; W is the
+`command_transfer`, V the `feedback`. Below, the string takes T_m − J_td s ω.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
+from drillid.physics.line import Complex
+
+
+def control(controller: Controller, s: Complex) -> Complex:
+    """A E H (N m s/rad): torque that the speed controller takes back per speed, string torque feedback apart.
+
+    A = P + I/s − J_c s/(1 + s τ_c): P, PI, or PI with inertia compensation (Kyllingstad and Nessjøen 2009,
+    SPE/IADC 119660).
+    """
+    filtered: Complex = _unfiltered(controller, s) / (1 + s * controller.speed_filter)
+    return filtered
+
+
+def _unfiltered(controller: Controller, s: Complex) -> Any:
+    """A E, N m s/rad."""
+    compensation = controller.compensated_inertia * s / (1 + s * controller.compensation_filter)
+    gain = controller.proportional + controller.integral / s - compensation
+    return gain / (1 + s * controller.torque_filter)
+
+
+def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:
+    """Z F, rad/(N m s): set-point speed given up per string torque."""
+    transfer: Complex = matching.impedance / (1 + s * matching.low_pass)
+    if matching.high_pass is not None:
+        lagging = s * matching.high_pass
+        transfer = transfer * lagging / (1 + lagging)
+    return transfer
+
+
+def drive(top_drive: TopDrive, s: Complex) -> Complex:
+    """D e^(−sT_d): motor torque per commanded torque, with gain, delay and first-order lag."""
+    torque: Complex = top_drive.gain * np.exp(-s * top_drive.delay) / (1 + s * top_drive.lag)
+    return torque
+
+
+def torque_transfers(top_drive: TopDrive, s: Complex) -> tuple[Complex, Complex]:
+    """W and V of T_m = W T_sweep − V ω.
+
+    Without feedback of the string's torque W = D and V = D A E H. With it, T_com = −A E (H ω + Z F T_string),
+    T_string = T_m − J s ω and T_m = D (T_sweep + T_com) give
+
+        W = D/(1 + D A E Z F),   V = D A E (H − Z F J s)/(1 + D A E Z F),
+
+    so that J_td s + V → 1/(Z F) for a stiff controller, a prompt drive and J = J_td.
+
+    Returns
+    -------
+    command_transfer : W, without unit
+    feedback : V, N m s/rad
+    """
+    controller, driven = top_drive.controller, drive(top_drive, s)
+    if controller.matching is None:
+        return driven, driven * control(controller, s)
+    given_up = matching_transfer(controller.matching, s)
+    loop = driven * _unfiltered(controller, s)
+    closing = 1 + loop * given_up
+    speed_filter = 1 / (1 + s * controller.speed_filter)
+    return driven / closing, loop * (speed_filter - given_up * controller.matching.inertia * s) / closing
+
+
+def top_admittance(top_drive: TopDrive, s: Complex) -> Complex:
+    """Y_top = J_td s + V, what the string sees at its upper end, N m s/rad."""
+    admittance: Complex = top_drive.inertia * s + torque_transfers(top_drive, s)[1]
+    return admittance
