@@ -25,7 +25,7 @@ _DRIVERS = {"snakemake"}
 _CONDA_NAMES = {"dask": "dask-core", "matplotlib": "matplotlib-base"}
 _DATASETS_HEAD = (
     "Every stage writes one zarr store for each dataset and well, `<results>/<stage>/<well>/<dataset>.zarr`, "
-    "which `xarray.open_zarr(path, consolidated=False)` opens. Variables named like a dimension are coordinates. "
+    "which `xarray.open_zarr(path)` opens. Variables named like a dimension are coordinates. "
     "Beside the datasets each folder holds problems.csv, a row for whatever was rejected, with its reason and the "
     "remedy, and key.json, the hashes of everything the folder was made from. fleet.zarr holds all wells."
 )

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+_CONTRADICTION = 4.0
+"""Standard deviations between log and papers that tolerances do not explain."""
 _REMEDY = "See its residuals; the other windows stand"
 
 
@@ -55,9 +57,6 @@ def knowledge(rig: Rig, bit_depth: float) -> Prior:
 def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
     """The controller on the rig's papers or, where they are silent, P and I read from the logged torque command.
 
-    The command less the sweep is −A H times the speed, without noise: P + I/s is fitted to it by
-    least squares over all windows.
-
     Raises
     ------
     EstimationError
@@ -66,18 +65,47 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
     if rig.controller:
         told = rig.controller
         return Controller(told.proportional, told.integral, told.speed_filter, told.torque_filter)
-    taken_back = ((spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]).values
-    measured = np.median(taken_back.real, axis=0) + 1j * np.median(taken_back.imag, axis=0)
-    if not np.isfinite(measured).all():
-        raise EstimationError(
-            rig.name, "neither describes its controller nor logs the torque command", "Add one of them"
-        )
+    gains = logged_gains(spectra, Controller(0.0))
+    if not np.isfinite(gains).all():
+        raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
+    proportional, integral = np.median(gains, axis=0)
+    return Controller(float(proportional), float(integral))
+
+
+def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
+    """P (N m s/rad) and I (N m/rad) of each window's logged torque command, shape (window, 2).
+
+    The command less the sweep is −A H times the speed, without noise, whatever the string does:
+    P + I/s is fitted to it by least squares, with the filters taken as given.
+    """
     s = laplace(spectra["frequency"].values)
-    design = np.stack([np.ones_like(s), 1 / s], axis=1)
-    gains = np.linalg.lstsq(np.concatenate([design.real, design.imag]), np.concatenate([measured.real, measured.imag]))[
-        0
+    taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
+    unfiltered = taken_back.values * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
+    weight = np.abs(spectra["cross_speed"].values)
+    design = np.stack([np.ones_like(s), 1 / s], axis=1) * weight[..., None]
+    rows = np.concatenate([design.real, design.imag], axis=-2)
+    target = np.concatenate([(unfiltered * weight).real, (unfiltered * weight).imag], axis=-1)
+    return np.matvec(np.linalg.pinv(rows), target) if np.isfinite(target).all() else np.full((len(target), 2), np.nan)
+
+
+def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
+    """A row where the logged torque command shows other gains than the papers, beyond their tolerance."""
+    if rig.controller is None:
+        return []
+    told = np.array([rig.controller.proportional, rig.controller.integral])
+    gains = logged_gains(spectra, speed_controller(rig, spectra))
+    found = np.median(gains, axis=0)
+    error = np.hypot(rig.controller.relative * told, np.std(gains, axis=0) / np.sqrt(len(gains)))
+    if not np.isfinite(found).all() or np.all(np.abs(found - told) <= _CONTRADICTION * error):
+        return []
+    return [
+        Problem(
+            f"rig {rig.name}, controller",
+            f"the logged command answers the speed with P {found[0]:.4g} N m s/rad and I {found[1]:.4g} N m/rad, "
+            f"the papers say {told[0]:.4g} and {told[1]:.4g}",
+            "Correct the rig description, or look for a filter in the control",
+        )
     ]
-    return Controller(float(gains[0]), float(gains[1]))
 
 
 def measured_rows(mobility: xr.Dataset, averages: Floats) -> list[Measured]:
@@ -113,11 +141,12 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     stack_fits = _fit_rows(rows, stacks["hole_depth"].values, well.rig, controller, settings.fits, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
-    return [
+    refused = [
         Problem(f"window {int(fits['window'][row])} at {float(fits['hole_depth'][row]):.1f} m", reason, _REMEDY)
         for row, reason in enumerate(fits["reason"].values.tolist())
         if reason
     ]
+    return [*contradicted_controller(well.rig, spectra), *refused]
 
 
 def _fit_rows(

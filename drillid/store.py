@@ -3,6 +3,7 @@
 import contextlib
 import os
 import shutil
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +13,6 @@ import pandas as pd
 import xarray as xr
 
 from drillid.schema import DATASETS, PROBLEM_COLUMNS
-
-STAGES = ("records", "windows", "spectra", "mobility", "fits", "discrepancy", "depth", "figures")
-"""The stages that work well by well, in the order of the data's way."""
-
 
 _SERIES_CHUNK = 60_000
 """Samples in a chunk of a long series; ten minutes at 100 Hz."""
@@ -43,7 +40,7 @@ class WellFolders:
 
     def read(self, stage: str, name: str) -> xr.Dataset:
         """Open a dataset lazily."""
-        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", consolidated=False)
+        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr")
         return dataset
 
     def has(self, stage: str, name: str) -> bool:
@@ -76,9 +73,10 @@ class WellFolders:
                 conformed.to_zarr(temporary, mode="w", consolidated=False, encoding=_series_encoding(conformed))
 
         yield append
-        shutil.rmtree(path, ignore_errors=True)
         if temporary.exists():
-            os.replace(temporary, path)
+            _finish(temporary, path)
+        else:
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:
@@ -86,6 +84,17 @@ def write_store(dataset: xr.Dataset, path: Path) -> None:
     temporary = path.with_suffix(".part")
     shutil.rmtree(temporary, ignore_errors=True)
     dataset.to_zarr(temporary, mode="w", consolidated=False)
+    _finish(temporary, path)
+
+
+def _finish(temporary: Path, path: Path) -> None:
+    """Gather the metadata, so that `xarray.open_zarr(path)` needs no options, and give the store its name."""
+    import zarr
+
+    with warnings.catch_warnings():
+        # zarr warns that other programs may not know gathered metadata; they find all of it in place as well
+        warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
+        zarr.consolidate_metadata(str(temporary))
     shutil.rmtree(path, ignore_errors=True)
     os.replace(temporary, path)
 

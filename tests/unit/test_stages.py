@@ -9,7 +9,6 @@ from drillid.config import Settings
 from drillid.provenance import PACKAGE
 from drillid.rig import Rig
 from drillid.stages import STAGES, Stage, own_modules
-from drillid.store import STAGES as FOLDERS
 from drillid.store import WellFolders
 
 RULES = PACKAGE.parent / "workflow/rules"
@@ -41,10 +40,6 @@ def datasets(stage: Stage) -> set[tuple[str, str]]:
         if isinstance(node.func, ast.Attribute) and node.func.attr == "read" and len(named) == 2:
             found.add((str(named[0]), str(named[1])))
     return {(name, dataset) for name, dataset in found if name != stage.name}
-
-
-def test_the_stages_are_the_folders_in_the_same_order() -> None:
-    assert tuple(STAGES) == FOLDERS
 
 
 @pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))

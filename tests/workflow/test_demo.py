@@ -52,7 +52,7 @@ def run(folder: Path) -> str:
 
 
 def test_the_depth_dataset_holds_what_the_simulator_was_given(demo: Path) -> None:
-    with xr.open_zarr(demo / "results/depth/D03/depth.zarr", consolidated=False) as depth:
+    with xr.open_zarr(demo / "results/depth/D03/depth.zarr") as depth:
         assert depth.sizes["depth"] == 1
         found = depth[["accepted", "inertia_td"]].load()
     assert found["accepted"].item()
