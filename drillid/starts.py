@@ -40,7 +40,11 @@ _MOST_FREQUENCIES = 160
 def starting_points(
     frequency: Floats, mobility: Complex, variance: Floats, known: KnownEquipment, prior: Floats, count: int
 ) -> list[Floats]:
-    """The best `count` trials whose lengths differ, best first, each of shape (8,)."""
+    """The best `count` trials whose lengths differ, best first, each of shape (8,).
+
+    Only trials that are better than those a little longer and shorter count, as their neighbours
+    lead to the same optimum.
+    """
     thin = slice(None, None, max(1, -(-frequency.size // _MOST_FREQUENCIES)))
     s, measured = laplace(frequency[thin]), mobility[thin]
     weight = np.abs(measured) ** 2 / np.sqrt(variance[thin])
@@ -75,7 +79,7 @@ def _delay(s: Complex, inverse: Complex, weight: Floats) -> float:
 def _trials(
     s: Complex, target: Complex, weight: Floats, bha_length: float, damping: tuple[float, float, float]
 ) -> list[tuple[float, Floats]]:
-    """Cost and point of every trial length for one shape of the string's lower end."""
+    """Cost and point of the trial lengths of least cost in their neighbourhood, for one shape of the lower end."""
     kappa, delta, bha_share = damping
     lengths = np.geomspace(BOUNDS[0, LENGTH], BOUNDS[1, LENGTH], _length_count())[:, None]
     alpha, beta = STEEL_DENSITY * s + kappa, STEEL_SHEAR_MODULUS / s + delta
@@ -96,12 +100,16 @@ def _trials(
     polar = np.clip(polar, *BOUNDS[:, POLAR_MOMENT])
     misfit = target - inertia[:, None] * s - polar[:, None] * per_polar
     costs = np.sum(w2 * np.abs(misfit) ** 2, axis=1)
+    around = np.concatenate([[np.inf], costs, [np.inf]])
+    least = (costs <= around[:-2]) & (costs <= around[2:])
     return [
         (
             float(cost),
             np.array([kappa, delta, length, moment, 0.0, inertia_td, moment * bha_damping, moment * bha_inertia]),
         )
-        for cost, length, moment, inertia_td in zip(costs, lengths[:, 0], polar, inertia, strict=True)
+        for cost, length, moment, inertia_td in zip(
+            costs[least], lengths[least, 0], polar[least], inertia[least], strict=True
+        )
     ]
 
 
