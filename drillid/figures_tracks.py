@@ -20,6 +20,7 @@ from drillid.figures_style import (
     new_figure,
     well_marks,
 )
+from drillid.schema import PARAMETERS
 from drillid.starts import BOUNDS
 
 if TYPE_CHECKING:
@@ -48,27 +49,28 @@ def parameters(results: WellResults) -> Figure:
     cells = DepthCells.of(results.windows)
     marks = well_marks(results, cells.edges[0], cells.edges[-1])
     for axis, name in zip(axes.flat, _ORDER, strict=True):
-        _track(axis, results, name)
+        _track(axis, results, cells, name)
         depth_axis(axis, cells, label=axis in axes[:, 0], room=_ROOM)
         draw_marks(axis, marks, shaded=True, labels=axis in axes[:, -1])
     return figure
 
 
-def _track(axis: Axes, results: WellResults, name: str) -> None:
+def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> None:
+    """One parameter with its bars, one-sided where it lies at a bound."""
     quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
     shift = drilled_length(results.rig, results.windows["bit_depth"].values) if name == "length" else 0.0
     value = (fits["value"].values - shift) * quantity.factor
     margin = _TWO_SIDED * fits["standard_error"].values * quantity.factor
     depth, accepted = results.windows["hole_depth"].values, fits["accepted"].values
-    at_low = fits["at_bound"].values & (
-        fits["value"].values < BOUNDS[:, list(results.fits["parameter"].values).index(name)].mean()
-    )
+    least, most = (bound - shift for bound in BOUNDS[:, list(PARAMETERS).index(name)])
+    at_low = fits["at_bound"].values & (fits["value"].values - shift < (least + most) / 2)
     at_high = fits["at_bound"].values & ~at_low
-    least = 0.0 if name in ("kappa", "delta", "damping_bha") else -np.inf
-    low, high = np.maximum(value - np.where(at_low, 0, margin), least), value + np.where(at_high, 0, margin)
-    _draw_papers(axis, fits["prior"].values, fits["prior_error"].values, quantity.factor)
-    limits = _limits(low, high, accepted, fits["prior"].values[0] * quantity.factor)
-    axis.set_xlim(*limits)
+    low = np.where(at_low, value, np.maximum(value - margin, least * quantity.factor))
+    high = np.where(at_high, value, np.minimum(value + margin, most * quantity.factor))
+    papers = (fits["prior"].values - shift) * quantity.factor
+    axis.set_xlim(*_limits(low, high, accepted, papers))
+    order = cells.order[cells.order >= 0]
+    _draw_papers(axis, cells, papers[order], (_TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REFUSED)):
         axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.55)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
@@ -93,15 +95,18 @@ def _points(axis: Axes, value: Floats, depth: Floats, member: Bools, marker: str
             axis.plot(np.full(beyond.sum(), end), depth[beyond], color=colour, **arrows)
 
 
-def _draw_papers(axis: Axes, prior: Floats, error: Floats, factor: float) -> None:
-    if not np.isfinite(prior[0]):
+def _draw_papers(axis: Axes, cells: DepthCells, prior: Floats, margin: Floats) -> None:
+    """The papers' value with its 95 % band from the first edge to the last; rows in order of depth."""
+    known = np.isfinite(prior)
+    if not known.any():
         return
-    margin = _TWO_SIDED * error[0]
-    axis.axvspan((prior[0] - margin) * factor, (prior[0] + margin) * factor, color=PAPERS, alpha=0.25, linewidth=0)
-    axis.axvline(prior[0] * factor, color=PAPERS, linewidth=1.6)
+    depth = np.concatenate([cells.edges[:1], cells.measured.mean(axis=1)[known], cells.edges[-1:]])
+    value, half = (np.pad(each[known], 1, mode="edge") for each in (prior, margin))
+    axis.fill_betweenx(depth, value - half, value + half, color=PAPERS, alpha=0.25, linewidth=0)
+    axis.plot(value, depth, color=PAPERS, linewidth=1.6)
 
 
-def _limits(low: Floats, high: Floats, accepted: Bools, prior: float) -> tuple[float, float]:
+def _limits(low: Floats, high: Floats, accepted: Bools, papers: Floats) -> tuple[float, float]:
     """Limits for the accepted windows' bars, or for all where none is accepted, and the papers' value."""
     member = accepted & np.isfinite(low) & np.isfinite(high)
     if not member.any():
@@ -111,7 +116,7 @@ def _limits(low: Floats, high: Floats, accepted: Bools, prior: float) -> tuple[f
         if member.any()
         else []
     )
-    ends += [prior] if np.isfinite(prior) else []
+    ends += [*papers[np.isfinite(papers)]]
     if not ends:
         return 0.0, 1.0
     room = 0.06 * (max(ends) - min(ends)) or 0.05 * abs(max(ends)) or 1.0
@@ -150,7 +155,9 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Bools, limit: 
     axis.plot(pull[~flagged], depth[~flagged], "o", color=INK, markersize=3.8)
     axis.plot(pull[flagged], depth[flagged], "o", color=FLAGGED, markeredgecolor="#a85a0c", markersize=6)
     if not np.isfinite(pull).any():
-        axis.text(0.5, 0.5, "too few windows\nfor a level", transform=axis.transAxes, ha="center", color=MUTED)
+        axis.set_xlim(-4, 4)
+        note: dict[str, Any] = {"bbox": {"facecolor": "white", "edgecolor": "none"}, "ha": "center", "color": MUTED}
+        axis.text(0.5, 0.5, "too few accepted\nwindows for a level", transform=axis.transAxes, **note)
 
 
 def _chance_track(axis: Axes, results: WellResults) -> None:
@@ -164,7 +171,7 @@ def _chance_track(axis: Axes, results: WellResults) -> None:
         chance = np.maximum(found[name].values, _SMALLEST_CHANCE)
         axis.plot(chance, depth, marker, color=colour, markersize=3.6, label=label)
     axis.set_xscale("log")
-    axis.set_xlim(_SMALLEST_CHANCE, 1.5)
+    axis.set_xlim(_SMALLEST_CHANCE / 2, 2)
     axis.axvline(results.error_rate / (3 * depth.size), color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
     axis.set_xlabel("Chance of such residuals\nwith the right model [–]")
     axis.legend(loc="upper left", fontsize=7.5, handletextpad=0.1)

@@ -27,6 +27,8 @@ Complex = NDArray[np.complex128]
 
 _SPECTROGRAM_TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 4)
 MOBILITY_LABEL = "Mobility\n[rad/(N m s)]"
+_EMPTY_AMPLITUDE = (1e-6, 1e-2)
+"""Limits of an amplitude axis without data, rad/(N m s)."""
 _TWO_SIDED = 1.96
 """Standard errors of a 95 % band."""
 _LOWEST_PHASE = -240.0
@@ -112,7 +114,7 @@ def _amplitude_limits(results: WellResults, rows: list[int]) -> tuple[float, flo
     chosen = results.mobility.isel(window=rows)
     amplitude = np.abs(chosen["command_mobility"].values[chosen["gate"].values == Gate.USED])
     if not amplitude.size:
-        return 1e-6, 1e-2
+        return _EMPTY_AMPLITUDE
     return float(np.percentile(amplitude, 0.3)) / 1.5, float(amplitude.max()) * 1.5
 
 
@@ -155,7 +157,7 @@ def command_mobility_fitted(results: WellResults) -> Figure:
     if shown.stack is not None:
         _draw_fitted_stack(results, shown.stack, amplitude, phase, bit)
     _finish_mobility(results, amplitude, phase)
-    bit.set_yscale("log")
+    _logarithmic_amplitude(bit)
     bit.set_ylabel(f"Bit mobility, stiff\ntop drive\n{MOBILITY_LABEL.splitlines()[1]}")
     bit.set_xlabel("Frequency [Hz]")
     return figure
@@ -175,12 +177,20 @@ def _draw_fitted_stack(results: WellResults, row: int, amplitude: Axes, phase: A
 
 def _finish_mobility(results: WellResults, amplitude: Axes, phase: Axes) -> None:
     frequency_axis(amplitude, results.band, label=False)
-    amplitude.set_yscale("log")
+    _logarithmic_amplitude(amplitude)
     amplitude.set_ylabel(f"Command m{MOBILITY_LABEL[1:]}")
     amplitude.legend(ncols=2, loc="best")
     phase.set_ylabel("Phase [°]")
     phase.set_yticks(np.arange(-180, 91, 90))
     phase.set_ylim(-215, 105)
+
+
+def _logarithmic_amplitude(axis: Axes) -> None:
+    """Logarithmic axis, with limits of its own and a remark where there is nothing to draw."""
+    if not any(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any() for line in axis.lines):
+        axis.set_ylim(*_EMPTY_AMPLITUDE)
+        axis.text(0.5, 0.5, "nothing to show", transform=axis.transAxes, ha="center", color=MUTED)
+    axis.set_yscale("log")
 
 
 def _colours(shown: Successive) -> list[Any]:

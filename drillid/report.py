@@ -201,7 +201,7 @@ def number(value: float, decimals: int = 0) -> str:
     if not np.isfinite(value):
         return "–"
     parted = "," if abs(value) >= 1e4 else ""
-    return f"{value:{parted}.{decimals}f}".replace(",", "\u202f").replace("-", "−")
+    return f"{value:z{parted}.{decimals}f}".replace(",", "\u202f").replace("-", "−")
 
 
 def share(part: float, whole: float) -> str:
@@ -213,7 +213,9 @@ def share(part: float, whole: float) -> str:
 
 
 def depths(place: Interval | Drilled) -> str:
-    """From and to in metres."""
+    """From and to in metres, a dash for nothing."""
+    if not np.isfinite(place.from_m):
+        return "–"
     return f"{number(place.from_m)}–{number(place.to_m)} m"
 
 
@@ -226,7 +228,9 @@ def estimate_text(estimate: Estimate, parameter: str) -> str:
 
 
 def spread_text(spread: Spread, parameter: str) -> str:
-    """Median and middle two thirds in the parameter's unit."""
+    """Median and middle two thirds in the parameter's unit; a dash without windows of use."""
+    if not np.isfinite(spread.median):
+        return "–"
     quantity = QUANTITIES[parameter]
     low, middle, high = (
         number(value * quantity.factor, quantity.decimals) for value in (spread.low, spread.median, spread.high)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -130,6 +130,8 @@ class Identified:
     windows: int
     hours: float
     accepted: int
+    refusals: Counter[str]
+    """Reasons why fits are not accepted, with their windows."""
     chi2: tuple[float, float, float]
     """Median, least and largest chi-squared per degree of freedom of the accepted windows."""
     judged: bool
@@ -152,6 +154,7 @@ def identified(folders: WellFolders, rig: Rig) -> Identified:
         windows=windows.sizes["window"],
         hours=covered_hours(windows["start"].values, windows["end"].values),
         accepted=int(accepted.sum()),
+        refusals=Counter(kinds(pd.Series(fits["reason"].values[~accepted], dtype=str))),
         chi2=(float(np.median(chi2)), float(chi2.min()), float(chi2.max())) if chi2.size else (np.nan,) * 3,
         judged=bool(np.isfinite(discrepancy["damping_pull"].values).any()),
         intervals=tuple(_interval(row, windows, fits, discrepancy, run, quiet) for row in table.to_dict("records")),
@@ -204,21 +207,25 @@ def weighted_mean(value: Floats, error: Floats) -> Estimate:
 
 
 def comparison(fits: xr.Dataset, name: str, member: NDArray[np.bool_]) -> Comparison:
-    """What the data alone say about a parameter, beside the papers.
+    """What the data alone say about a parameter, beside the papers; both as means over the windows.
 
     Every fit had the papers as prior knowledge, so that their share is taken out of each
-    window's estimate first: the information of independent sources adds.
+    window's estimate first: the information of independent sources adds. The papers are
+    wrong by the same share in all windows, so that their error does not average out.
     """
     fit = fits.sel(parameter=name)
-    value, error = fit["value"].values[member], fit["standard_error"].values[member]
-    papers = Estimate(float(fit["prior"].values[0]), float(fit["prior_error"].values[0]))
-    information = 1 / error**2 - 1 / papers.error**2
+    value, error, prior, prior_error = (
+        fit[each].values[member] for each in ("value", "standard_error", "prior", "prior_error")
+    )
+    told = fit["prior"].values, fit["prior_error"].values
+    papers = Estimate(*(float(np.nanmean(each)) for each in ((prior, prior_error) if prior.size else told)))
+    information = 1 / error**2 - 1 / prior_error**2
     informed = information > _LEAST_SHARE_FROM_DATA / error**2
     if not informed.any():
         return Comparison(name, papers, None)
     own = information[informed]
-    alone = (value[informed] / error[informed] ** 2 - papers.value / papers.error**2) / own
-    return Comparison(name, papers, weighted_mean(alone, own**-0.5))
+    difference = weighted_mean((value - prior)[informed] / error[informed] ** 2 / own, own**-0.5)
+    return Comparison(name, papers, Estimate(papers.value + difference.value, difference.error))
 
 
 def _run(
@@ -276,15 +283,20 @@ def drilled(stretches: pd.DataFrame) -> Drilled:
 def without_windows(stretches: pd.DataFrame) -> pd.DataFrame:
     """Time that became no window: columns state, reason, stretches, minutes; longest first.
 
-    Reasons that differ in their numbers alone count as one.
+    Reasons that differ in their numbers alone count together.
     """
     empty = stretches[stretches["windows"] == 0]
-    reason = (
-        empty["reason"].fillna("").map(lambda text: re.sub(r"(:| of| for)? ?\d[\d.]*( s| %)( of.*)?", "", text).strip())
-    )
+    reason = kinds(empty["reason"].fillna("").astype(str))
     grouped = empty.assign(reason=reason).groupby(["state", "reason"])["duration_s"]
     table = grouped.agg(stretches="size", minutes="sum").reset_index()
     return table.assign(minutes=table["minutes"] / 60).sort_values("minutes", ascending=False, ignore_index=True)
+
+
+def kinds(reasons: pd.Series[str]) -> pd.Series[str]:
+    """Reasons with … for the numbers in which several of one kind differ."""
+    pattern = reasons.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
+    different = reasons.groupby(pattern).transform("nunique") > 1
+    return reasons.mask(different, pattern)
 
 
 def read_stretches(folders: WellFolders) -> pd.DataFrame:

@@ -1,0 +1,125 @@
+"""A small well made by the linear model plus noise: datasets from windows to depth, without any time series."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from drillid import depth, discrepancy, fits, mobility
+from drillid.config import Settings
+from drillid.fits import known_equipment
+from drillid.physics.equipment import Controller, polar_moment
+from drillid.physics.model import drilling_system
+from drillid.physics.responses import command_mobility, laplace
+from drillid.rig import Rig
+from drillid.schema import RigState
+from drillid.sheets import Well
+from drillid.store import WellFolders
+from drillid.stretches import STRETCH_COLUMNS
+
+RIG: dict[str, Any] = {
+    "name": "Rig <of the test>",
+    "channels": {
+        "torque_sweep": {"column": "SWEEP", "unit": "kN m"},
+        "speed": {"column": "RPM", "unit": "rpm"},
+        "hole_depth": {"column": "DMEA", "unit": "m"},
+    },
+    "controller": {"proportional": "1500 N m s/rad", "integral": "800 N m/rad"},
+    "drive_delay": {"value": "40 ms", "tolerance": "5 ms"},
+    "top_drive_inertia": {"value": "1100 kg m^2", "relative": "5 %"},
+    "pipe": {"outer_diameter": "139.7 mm", "inner_diameter": "121.4 mm"},
+    "collars": [{"length": "60 m", "outer_diameter": "165.1 mm", "inner_diameter": "71.4 mm"}],
+    "hole_sections": [{"diameter": '12¼"'}, {"diameter": '8⅜"', "from_depth": "1018 m"}],
+}
+SETTINGS = Settings()
+FIRST_DEPTH, WINDOW_HEIGHT, WINDOW_S = 1000.0, 3.0, 600
+FREQUENCY = np.linspace(0.05, 4.0, 160)
+SWEEP_POWER, AVERAGES = 1e4, 5.0
+NOISE_DEVIATION = 4e-6
+"""Standard deviation of the complex command mobility, rad/(N m s)."""
+FLAGGED = (5, 6)
+"""Windows with more damping and inertia at the bit, in a well of more than these."""
+
+
+def truth(bit_depth: float, *, restless: bool) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The eight parameters at a bit depth (m)."""
+    damping, inertia = (400.0, 120.0) if restless else (20.0, 60.0)
+    return np.array([150.0, 2.5e8, bit_depth - 60.0, polar_moment(0.1397, 0.1214), 0.0405, 1105.0, damping, inertia])
+
+
+def windows_of(count: int, gap: float = 0.0) -> xr.Dataset:
+    """Windows on end, with a gap (m) behind the third."""
+    begin = FIRST_DEPTH + WINDOW_HEIGHT * np.arange(count) + gap * (np.arange(count) > 2)
+    start = np.datetime64("2025-05-01T06:00:00", "ns") + np.arange(count) * np.timedelta64(WINDOW_S, "s")
+    middle, one = begin + WINDOW_HEIGHT / 2, np.ones(count)
+    columns = {"hole_depth": middle, "depth_from": begin, "depth_to": begin + WINDOW_HEIGHT, "bit_depth": middle}
+    columns |= {"speed": 12 * one, "torque": 1e4 * one, "weight_on_bit": 1e5 * one, "flow": 0.04 * one}
+    columns |= {"sweep_amplitude": 500 * one, "flagged_share": 0 * one}
+    columns |= {"start": start, "end": start + np.timedelta64(WINDOW_S, "s")}
+    columns |= {"first_sample": 30000 * np.arange(count), "samples": 30000 * one}
+    return xr.Dataset({name: ("window", values) for name, values in columns.items()}, {"window": np.arange(count)})
+
+
+def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Dataset:
+    """Spectra that the true systems and Gaussian noise would give."""
+    count, controller = windows.sizes["window"], Controller(1500.0, 800.0)
+    shape = (count, FREQUENCY.size)
+    true = [
+        command_mobility(
+            drilling_system(truth(bit, restless=row in FLAGGED), known_equipment(rig, controller, bit)),
+            laplace(FREQUENCY),
+        )
+        for row, bit in enumerate(windows["bit_depth"].values.tolist())
+    ]
+    noise = rng.normal(0, NOISE_DEVIATION / np.sqrt(2), (2, *shape))
+    cross = SWEEP_POWER * (np.array(true).reshape(shape) + noise[0] + 1j * noise[1])
+    speed_noise = np.full(shape, NOISE_DEVIATION**2 * AVERAGES * SWEEP_POWER)
+    one, lines = np.ones(shape), ("window", "frequency")
+    images = ("window", "spectrogram_frequency", "spectrogram_time")
+    power = rng.chisquare(2, (count, 50, 20))
+    return xr.Dataset(
+        {
+            "sweep_power": (lines, SWEEP_POWER * one),
+            "speed_power": (lines, np.abs(cross) ** 2 / SWEEP_POWER + speed_noise * (AVERAGES - 1) / AVERAGES),
+            "speed_noise": (lines, speed_noise),
+            "cross_speed": (lines, cross),
+            "cross_command": (lines, SWEEP_POWER * one),
+            "averages": (lines, AVERAGES * one),
+            "degrees_of_freedom": (lines, 40 * one),
+            "sweep_period": ("window", np.full(count, 120.0)),
+            "torque_spectrogram": (images, power),
+            "speed_spectrogram": (images, 1e-6 * power),
+        },
+        {
+            "frequency": FREQUENCY,
+            "spectrogram_frequency": 0.1 * np.arange(50),
+            "spectrogram_time": 30.0 * (1 + np.arange(20)),
+            **{name: windows[name] for name in ("window", "hole_depth", "start", "end")},
+        },
+    )
+
+
+def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, settings: Settings = SETTINGS) -> Well:
+    """Write all datasets of a well with so many windows; of one without windows only the windows."""
+    well, folders = Well(name, Rig.checked(RIG, "rig"), ()), WellFolders(results, name)
+    windows = windows_of(count, gap)
+    folders.write("windows", "windows", windows)
+    state = RigState.DRILLING.name.lower()
+    rows = [
+        (name, state, begin, end, top, bottom, WINDOW_S, 1, "")
+        for begin, end, top, bottom in zip(
+            *(windows[each].values for each in ("start", "end", "depth_from", "depth_to")), strict=True
+        )
+    ]
+    rows += [
+        (name, state, "2025-05-01T09:00:00", "2025-05-01T09:05:00", 1090, 1091, 300, 0, "too short: 300 s of 600 s")
+    ]
+    rows += [(name, "connection", "2025-05-01T09:05:00", "2025-05-01T09:08:00", 1091, 1091, 180, 0, "connection")]
+    pd.DataFrame(rows, columns=list(STRETCH_COLUMNS)).to_csv(folders.stage("windows") / "stretches.csv", index=False)
+    if count:
+        folders.write("spectra", "spectra", spectra_of(windows, well.rig, np.random.default_rng(20250501)))
+        for stage in (mobility, fits, discrepancy, depth):
+            stage.process(well, folders, settings)
+    return well
