@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from drillid.errors import SettingsError
 from drillid.physics.dual import lifted, primal
 
 
@@ -75,16 +76,27 @@ class HystereticLoss(DampingLaw):
 
     Off the imaginary axis sign ω is continued as sign Im s. That is analytic in either half plane, so that
     modes exist, but not across the real axis: the law is not causal (Crandall 1970, Journal of Sound and
-    Vibration 11, 3–18), and a step response begins before its cause by about η. `ConstantLossFactor` is
-    its causal relative.
+    Vibration 11, 3–18) and has no response in time. `ConstantLossFactor` is its causal relative.
     """
 
     loss_factor: Any
     """η."""
 
     def series(self, section: Steel, s: Any) -> Any:
-        """Loss jη sign(ω) G IP/s, N m² s/rad."""
+        """Loss jη sign(ω) G IP/s, N m² s/rad.
+
+        Raises
+        ------
+        SettingsError
+            For real s, which inverse Laplace transforms ask for.
+        """
         sign = np.sign(np.imag(primal(s)))
+        if np.any(sign == 0):
+            raise SettingsError(
+                "damping law HystereticLoss",
+                "it is not causal, so that it has no step or impulse response",
+                "Use ConstantLossFactor, which has the same loss factor",
+            )
         return 1j * sign * self.loss_factor * section.shear_modulus * section.polar_moment / s
 
 
