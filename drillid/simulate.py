@@ -1,4 +1,4 @@
-"""Time-domain simulation of a drilling system: top drive under speed control, string, bit.
+"""Time-domain simulation of a drilling rig: top drive under speed control, string, bit, and what is not linear.
 
 The string is cut into springs and inertias such that a wave passes one spring a time step. At that
 ratio the leap-frog scheme moves waves without dispersion, whatever the frequency; sections that are not
@@ -7,168 +7,261 @@ about 0.03 % of the command mobility at 5 Hz for the default step. The simulator
 the transmission-line formulas but the description of the equipment.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.errors import SettingsError
-from drillid.physics.equipment import DrillingSystem, Section, TopDrive
-from drillid.simulate_kernel import Grid, Inputs, Loop, march
+from drillid.physics.equipment import DrillingSystem
+from drillid.physics.nonlinear import Course, NonlinearRig
+from drillid.simulate_grid import build, element_counts, whole_steps
+from drillid.simulate_kernel import OUTPUTS, flank_torque, march
+from drillid.simulate_parts import (
+    DEMAND,
+    DRIVE_BEFORE,
+    DRIVE_TORQUE,
+    ERROR,
+    FILTERED,
+    FIRST_SPEED,
+    INTEGRAL,
+    MEAN_STRING,
+    MEASURED,
+    MEMORY_SIZE,
+    SMOOTH_ERROR,
+    SMOOTH_STRING,
+    SPEED,
+    STRING_TORQUE,
+    TORQUE,
+    TWIST,
+    WANTED,
+    Friction,
+    Inputs,
+    Machine,
+    Rock,
+    State,
+)
+
+Vector = NDArray[np.float64]
 
 TIME_STEP = 0.0025
 """s."""
 SAMPLE_INTERVAL = 0.02
 """s; rig logs give torque and speed at 50 Hz."""
+RENEWAL = 1.0
+"""s, after which a rig that changes in time is described anew."""
 
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies of one simulation, J; supplied = dissipated + stored."""
+    """Energies of one simulation, J; supplied + brought = dissipated + stored."""
 
     supplied: float
-    """Work of the drive less work taken by the rock."""
+    """Work of the drive less work taken by the given bit torque."""
+    brought: float
+    """Energy that came with new descriptions of a rig that changes in time."""
     dissipated: float
-    """Lost in mud, steel and bottom-hole assembly."""
+    """Lost in mud, steel, bottom-hole assembly, friction, cutting and gear."""
     stored: float
     """Gain of kinetic and elastic energy."""
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """Samples of one simulation, each (samples,)."""
+    """Samples of one simulation, each (samples,); torques belong to half a time step after `time`."""
 
-    time: NDArray[np.float64]
+    time: Vector
     """s since the first step."""
-    speed: NDArray[np.float64]
+    speed: Vector
     """rad/s, of the top drive."""
-    torque_command: NDArray[np.float64]
-    """N m, sweep included, before the drive's delay."""
-    drive_torque: NDArray[np.float64]
-    """N m, of the drive on the top drive's inertia, half a time step after `time`."""
-    bit_speed: NDArray[np.float64]
+    speed_reading: Vector
+    """rad/s, as the speed sensor gives it."""
+    torque_command: Vector
+    """N m, sweep included, before the drive's delay; at `time`. 0 where the top drive follows a given speed."""
+    drive_torque: Vector
+    """N m, of the drive on the top drive's inertia."""
+    string_torque: Vector
+    """N m, into the top of the string."""
+    bit_speed: Vector
     """rad/s."""
+    torque_on_bit: Vector
+    """N m, of the rock and, where the string rubs at the bit, of the wall."""
     energies: Energies | None
     """Given where asked for."""
 
 
 def simulate(
-    system: DrillingSystem,
-    sweep: NDArray[np.float64],
-    speed_set: NDArray[np.float64],
-    bit_torque: NDArray[np.float64],
+    rig: DrillingSystem | NonlinearRig | Course,
+    sweep: Vector,
+    speed_set: Vector,
+    bit_torque: Vector,
     *,
     mean_bit_torque: float = 0.0,
+    weight_on_bit: Vector | float = 0.0,
+    top_speed: Vector | None = None,
     time_step: float = TIME_STEP,
     sample_interval: float = SAMPLE_INTERVAL,
+    seed: int | Sequence[int] = 0,
     energies: bool = False,
 ) -> Simulation:
-    """Simulate from steady rotation at the first set point against the mean bit torque.
+    """Simulate from steady rotation, or standstill, at the first set point.
 
     Parameters
     ----------
-    system : equipment, in plain numbers; it does not change during the simulation
+    rig : equipment in plain numbers; a function of time gives one that changes, read every RENEWAL seconds
     sweep : (steps,) N m, injected torque at each step
     speed_set : (steps,) rad/s, set point of the speed control
-    bit_torque : (steps,) N m, all torque that the rock takes from the bit
-    mean_bit_torque : N m, bit torque before the first step
+    bit_torque : (steps,) N m, all torque that the rock takes from the bit beside the rig's own cutting
+    mean_bit_torque : N m, `bit_torque` before the first step
+    weight_on_bit : N, (steps,) or the same at each step
+    top_speed : (steps,) rad/s, speed that the top drive follows whatever it takes, without control and drive
     time_step : s
     sample_interval : s, a whole number of time steps
+    seed : of the delay's jitter
     energies : also sum up the energies
 
     Raises
     ------
     SettingsError
-        If the sample interval is no whole number of steps, or a section is shorter than a wave's way in a step.
+        If an interval is no whole number of steps, a section is shorter than a wave's way in a step, an input
+        has another length than the others, or a rig that changes in time changes its parts.
     """
-    every = round(sample_interval / time_step)
-    if every < 1 or abs(every * time_step - sample_interval) > 1e-9:
-        raise SettingsError(
-            "simulation",
-            f"the sample interval {sample_interval} s is no whole number of time steps of {time_step} s",
-            "Choose a time step that divides it",
-        )
-    grid = ladder_grid(system, time_step)
-    speed = np.full(grid.inertia.size, float(speed_set[0]))
-    below = np.cumsum((grid.viscous * speed)[::-1])[::-1][1:]
-    torque = below + mean_bit_torque
-    before = _stored(grid, speed, torque, time_step)
-    inputs = Inputs(*(np.ascontiguousarray(series, dtype=float) for series in (sweep, speed_set, bit_torque)))
-    loop = _loop(system.top_drive, time_step)
-    outputs, account = march(grid, loop, inputs, time_step, every, speed, torque, energies)
-    stored = _stored(grid, speed, torque, time_step) - before
+    every = whole_steps("sample interval", sample_interval, time_step)
+    rigs, block = _rigs(rig, sweep.size, time_step)
+    # the fewest elements keep a string that grows or shrinks within the scheme's stability
+    counts = tuple(map(min, zip(*(element_counts(one, time_step) for one in rigs), strict=True)))
+    machines = [_build(one, counts, time_step, top_speed is not None) for one in rigs]
+    inputs = _inputs(rigs[0], (sweep, speed_set, bit_torque), weight_on_bit, top_speed, time_step, seed)
+    state = _steady(machines, inputs, mean_bit_torque, time_step)
+    outputs = np.zeros((OUTPUTS, (sweep.size + every - 1) // every))
+    account, brought = np.zeros(2), 0.0
+    before = stored = _stored(machines[0], state, time_step)
+    for number, machine in enumerate(machines):
+        brought += _stored(machine, state, time_step) - stored
+        span = (number * block, min((number + 1) * block, sweep.size))
+        march(machine, inputs, state, span, time_step, every, outputs, account, energies)
+        stored = _stored(machine, state, time_step)
+    balance = Energies(float(account[0]), brought, float(account[1]), stored - before) if energies else None
+    speed, reading, command, drive, string, bit_speed, on_bit = outputs
     time = sample_interval * np.arange(outputs.shape[1], dtype=float)
-    speeds, commands, drives, bit_speeds = outputs
-    balance = Energies(float(account[0]), float(account[1]), stored) if energies else None
-    return Simulation(time, speeds, commands, drives, bit_speeds, balance)
+    return Simulation(time, speed, reading, command, drive, string, bit_speed, on_bit, balance)
 
 
-def ladder_grid(system: DrillingSystem, time_step: float) -> Grid:
-    """Cut the string so that a wave needs at least, and nearly, one time step for each element.
-
-    Raises
-    ------
-    SettingsError
-        If a section is shorter than the way of a wave in one step.
-    """
-    counts = [_elements(section, time_step) for section in system.string]
-    nodes = sum(counts) + 1
-    inertia, viscous = np.zeros(nodes), np.zeros(nodes)
-    stiffness, coupling = np.empty(nodes - 1), np.empty(nodes - 1)
-    first = 0
-    for section, count in zip(system.string, counts, strict=True):
-        width = section.length / count
-        span = slice(first, first + count)
-        stiffness[span] = section.shear_modulus * section.polar_moment / width
-        coupling[span] = section.delta * section.polar_moment / width
-        for ends in (span, slice(first + 1, first + count + 1)):
-            inertia[ends] += section.density * section.polar_moment * width / 2
-            viscous[ends] += section.kappa * section.polar_moment * width / 2
-        first += count
-    inertia[0] += system.top_drive.inertia
-    inertia[-1] += system.bit.inertia
-    viscous[-1] += system.bit.damping
-    return Grid(inertia, viscous, stiffness, coupling)
-
-
-def _elements(section: Section, time_step: float) -> int:
-    way = np.sqrt(section.shear_modulus / section.density) * time_step
-    count = int(section.length / way)
-    if count < 1:
+def _rigs(rig: DrillingSystem | NonlinearRig | Course, steps: int, time_step: float) -> tuple[list[NonlinearRig], int]:
+    """Descriptions for one block of steps after another, and the blocks' length in steps."""
+    if isinstance(rig, DrillingSystem):
+        return [NonlinearRig(rig)], steps
+    if isinstance(rig, NonlinearRig):
+        return [rig], steps
+    block = max(1, round(RENEWAL / time_step))
+    rigs = [rig(first * time_step) for first in range(0, steps, block)]
+    parts = {(len(one.system.string), one.gear.play > 0, one.system.motor is None, one.contact is None) for one in rigs}
+    if len(parts) > 1:
         raise SettingsError(
-            f"simulation, section of {section.length} m",
-            f"a wave runs {way:.2f} m in a time step of {time_step} s, further than the section is long",
-            "Choose a smaller time step, or join the section to its neighbour",
+            "simulation", "sections, gear, motor or wall contact come or go in time", "Give them a size all the time"
         )
-    return count
+    return rigs, block
 
 
-def _loop(top_drive: TopDrive, time_step: float) -> Loop:
-    """Delay by cubic interpolation between commands; torque acts half a step after the speeds it changes."""
-    age = top_drive.delay / time_step - 0.5
-    steps = max(1, int(np.floor(age)))
-    part = age - steps
-    weights = np.array(
-        [
-            -part * (part - 1) * (part - 2) / 6,
-            (part + 1) * (part - 1) * (part - 2) / 2,
-            -(part + 1) * part * (part - 2) / 2,
-            (part + 1) * part * (part - 1) / 6,
-        ]
-    )
-    controller = top_drive.controller
-    return Loop(
-        float(controller.proportional),
-        float(controller.integral),
-        float(controller.speed_filter),
-        float(controller.torque_filter),
-        float(top_drive.lag),
-        steps,
-        weights,
-    )
+def _build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float, imposed: bool) -> Machine:
+    machine = build(rig, counts, time_step)
+    friction = machine.friction
+    if not imposed or friction.nodes.size == 0 or friction.nodes[0] != 0:
+        return machine
+    # a top drive that follows a speed is held already: the wall's grip on its node moves to the node below
+    if friction.nodes.size > 1 and friction.nodes[1] == 1:
+        friction.static[1] += friction.static[0]
+        friction.dynamic[1] += friction.dynamic[0]
+        friction = friction._replace(
+            nodes=friction.nodes[1:], static=friction.static[1:].copy(), dynamic=friction.dynamic[1:].copy()
+        )
+    else:
+        friction.nodes[0] = 1
+    return machine._replace(friction=friction)
 
 
-def _stored(grid: Grid, speed: NDArray[np.float64], torque: NDArray[np.float64], time_step: float) -> float:
+def _inputs(
+    rig: NonlinearRig,
+    series: tuple[Vector, Vector, Vector],
+    weight: Vector | float,
+    top_speed: Vector | None,
+    time_step: float,
+    seed: int | Sequence[int],
+) -> Inputs:
+    steps = series[0].size
+    weights = np.full(steps, float(weight)) if np.ndim(weight) == 0 else np.asarray(weight, dtype=float)
+    given = [*series, weights] if top_speed is None else [*series, weights, np.asarray(top_speed, dtype=float)]
+    if steps == 0 or any(one.shape != (steps,) for one in given):
+        raise SettingsError(
+            "simulation", f"inputs have the shapes {[one.shape for one in given]}", "Give one value for each step"
+        )
+    followed = np.empty(0) if top_speed is None else np.append(given[4], given[4][-1])
+    sweep, speed_set, bit_torque, weights = (np.ascontiguousarray(one, dtype=float) for one in given[:4])
+    return Inputs(sweep, speed_set, bit_torque, weights, _jitter(rig, steps, time_step, seed), followed)
+
+
+def _jitter(rig: NonlinearRig, steps: int, time_step: float, seed: int | Sequence[int]) -> Vector:
+    limits = rig.limits
+    if limits.delay_jitter == 0.0:
+        return np.zeros(1)
+    every = whole_steps("jitter interval", limits.jitter_interval, time_step)
+    draws = limits.delay_jitter * np.random.default_rng(seed).standard_normal(-(-steps // every))
+    return np.repeat(draws, every)[:steps]
+
+
+def _steady(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: float, time_step: float) -> State:
+    """State of steady rotation, or of a string at rest with nothing but the given torque at its lower end."""
+    machine, steps = machines[0], inputs.sweep.size
+    grid, friction, rock, gear = machine.grid, machine.friction, machine.rock, machine.gear
+    first = float(inputs.speed_set[0] if inputs.top_speed.size == 0 else inputs.top_speed[0])
+    if first < 0 or (first == 0 and rock.blades and mean_bit_torque):
+        raise SettingsError("simulation", "it cannot start from this rotation", "Start at rest or turning forward")
+    taken = grid.viscous * first
+    taken[-1] += mean_bit_torque
+    if first > 0:
+        taken[friction.nodes] += _weakened(friction.static, friction.dynamic, first, friction)
+        weight = max(float(inputs.weight[0]), 0.0)
+        taken[-1] += weight * float(_weakened(rock.static, rock.dynamic, first, rock)) if rock.cuts else 0.0
+        taken[-1] += rock.torque_per_depth * rock.rate * 2 * np.pi / first if weight > 0 else 0.0
+    torque = np.cumsum(taken[::-1])[::-1][1:].copy()
+    load = float(taken.sum()) / machine.drive.gain
+    error = inputs.speed_set[0] - first
+    memory = np.zeros(MEMORY_SIZE)
+    memory[[SPEED, FILTERED, MEASURED, FIRST_SPEED]] = first
+    memory[[WANTED, TORQUE]] = load
+    memory[[DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, STRING_TORQUE, SMOOTH_STRING]] = machine.drive.gain * load
+    if machine.control.matching_high_pass < np.inf:
+        memory[MEAN_STRING] = memory[SMOOTH_STRING]
+    else:
+        error -= machine.control.matching * memory[SMOOTH_STRING]
+    memory[[ERROR, SMOOTH_ERROR]], memory[INTEGRAL] = error, load - machine.control.proportional * error
+    if gear.present:
+        memory[TWIST] = torque[0] / grid.stiffness[0] + np.sign(torque[0]) * gear.half_play
+        grid.coupling[0] = gear.damping if torque[0] != 0.0 else 0.0
+    speed = np.full(grid.inertia.size, first)
+    slip, held = np.zeros(speed.size, dtype=np.int8), np.zeros(speed.size, dtype=np.bool_)
+    slip[friction.nodes], held[friction.nodes] = int(first > 0), first == 0
+    held[0] |= inputs.top_speed.size > 0
+    longest = max(one.drive.delay for one in machines) + float(inputs.jitter.max())
+    past = max(1, int(np.floor(longest / time_step))) + 3
+    command = np.full(past + steps, load)
+    angle = np.zeros(steps + 1 if rock.blades else 1)
+    relaxed = np.full(machine.memory.shunt.shape, first)
+    twists = np.zeros(machine.memory.series.shape)
+    return State(speed, speed.copy(), torque, slip, held, memory, relaxed, twists, command, angle, angle.copy())
+
+
+def _weakened(static: Vector | float, dynamic: Vector | float, speed: float, law: Friction | Rock) -> Vector:
+    fallen = np.exp(-((speed / law.threshold) ** law.exponent))
+    return np.asarray(dynamic + (np.asarray(static) - dynamic) * fallen, dtype=float)
+
+
+def _stored(machine: Machine, state: State, time_step: float) -> float:
     """Kinetic and elastic energy, J; the product of the torques of both half steps is what leap-frog conserves."""
-    after = torque + time_step * grid.stiffness * (speed[:-1] - speed[1:])
-    return float(np.sum(grid.inertia * speed**2) / 2 + np.sum(torque * after / grid.stiffness) / 2)
+    grid, gear = machine.grid, machine.gear
+    after = state.torque + time_step * grid.stiffness * (state.speed[:-1] - state.speed[1:])
+    if gear.present:
+        twist = state.memory[TWIST] + time_step * (state.speed[0] - state.speed[1])
+        after[0] = flank_torque(twist, gear.half_play, grid.stiffness[0])
+    return float(np.sum(grid.inertia * state.speed**2) / 2 + np.sum(state.torque * after / grid.stiffness) / 2)

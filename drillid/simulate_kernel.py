@@ -1,176 +1,195 @@
 """The time-domain simulator's inner loop, compiled.
 
-Speeds live at whole steps, twists between nodes and the drive's torque at half steps. Elastic
-forces are leap-frogged, damping is centred implicitly: one symmetric tridiagonal solution a step.
+Speeds live at whole steps, twists between nodes and the torques on them at half steps. Elastic
+forces are leap-frogged, damping and friction are implicit: one symmetric tridiagonal solution a step.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from drillid.simulate_drive import control_torque, drive_torque, read_speed
+from drillid.simulate_friction import chip_torque, factorise, reaction, set_levels, settle
+from drillid.simulate_parts import MEASURED, TOP_ANGLE, TWIST, Grid, Inputs, Machine, Memory, State, Vector
 
-
-class Grid(NamedTuple):
-    """The string as nodes 0 … n (top drive … bit) and the n springs between them."""
-
-    inertia: Vector
-    """(n + 1,) kg m², top drive and bit included."""
-    viscous: Vector
-    """(n + 1,) N m s/rad, damping of each node against the ground."""
-    stiffness: Vector
-    """(n,) N m/rad."""
-    coupling: Vector
-    """(n,) N m s/rad, damping in parallel with each spring."""
-
-
-class Loop(NamedTuple):
-    """Speed control and drive in discrete time."""
-
-    proportional: float
-    """N m s/rad."""
-    integral: float
-    """N m/rad."""
-    speed_filter: float
-    """s."""
-    torque_filter: float
-    """s."""
-    lag: float
-    """s."""
-    delay_steps: int
-    """Age, in steps, of the newest command but one that enters the delayed command."""
-    delay_weights: Vector
-    """(4,) weights of the commands of ages delay_steps − 1 … delay_steps + 2."""
-
-
-class Inputs(NamedTuple):
-    """What acts on the rig at each step."""
-
-    sweep: Vector
-    """(steps,) N m, injected torque."""
-    speed_set: Vector
-    """(steps,) rad/s."""
-    bit_torque: Vector
-    """(steps,) N m, torque that the rock takes from the bit, half a step after the step's speeds."""
+OUTPUTS = 7
+"""Top drive's speed, its reading, command, drive torque, torque into the string, bit's speed, torque on the bit."""
+SUPPLIED, DISSIPATED = 0, 1
 
 
 @njit(cache=True)
-def _factors(grid: Grid, half_step: float) -> tuple[Vector, Vector]:
-    """LDLᵀ factors of inertia + half_step · damping: off-diagonal multipliers (n,), inverse pivots (n + 1,)."""
-    count = grid.coupling.size
-    multiplier = np.empty(count)
-    inverse = np.empty(count + 1)
-    diagonal = grid.inertia + half_step * grid.viscous
-    diagonal[:count] += half_step * grid.coupling
-    diagonal[1:] += half_step * grid.coupling
-    for i in range(count):
-        inverse[i] = 1.0 / diagonal[i]
-        multiplier[i] = half_step * grid.coupling[i] * inverse[i]
-        diagonal[i + 1] -= multiplier[i] * half_step * grid.coupling[i]
-    inverse[count] = 1.0 / diagonal[count]
-    return multiplier, inverse
+def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
+    """Elastic torque of the gear at a twist: none within the play."""
+    if twist > half_play:
+        return stiffness * (twist - half_play)
+    if twist < -half_play:
+        return stiffness * (twist + half_play)
+    return 0.0
 
 
 @njit(cache=True)
-def _low_pass(before: float, now: float, state: float, time_constant: float, step: float) -> float:
-    """First-order low pass by the trapezoidal rule; a time constant of 0 passes the input."""
-    if time_constant == 0.0:
-        return now
-    return ((2 * time_constant - step) * state + step * (before + now)) / (2 * time_constant + step)
+def _stretch(machine: Machine, state: State, step: float) -> bool:
+    """Torques of all springs half a step later; tells whether the gear's teeth have met or parted."""
+    grid, gear = machine.grid, machine.gear
+    for i in range(state.torque.size):
+        state.torque[i] += step * grid.stiffness[i] * (state.speed[i] - state.speed[i + 1])
+    if not gear.present:
+        return False
+    state.memory[TWIST] += step * (state.speed[0] - state.speed[1])
+    state.torque[0] = flank_torque(state.memory[TWIST], gear.half_play, grid.stiffness[0])
+    damping = gear.damping if state.torque[0] != 0.0 else 0.0
+    changed = bool(damping != grid.coupling[0])
+    grid.coupling[0] = damping
+    return changed
 
 
 @njit(cache=True, fastmath={"contract"})
-def _mean_speeds(
-    speed: Vector,
-    torque: Vector,
-    grid: Grid,
-    multiplier: Vector,
-    inverse: Vector,
-    ends: tuple[float, float],
-    half_step: float,
-    mean: Vector,
-) -> None:
-    """Mean of old and new speeds, (n + 1,) rad/s into `mean`, from the balance of momentum at each node."""
-    count = torque.size
-    mean[0] = grid.inertia[0] * speed[0] + half_step * (ends[0] - torque[0])
+def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float, push: Vector) -> None:
+    """Momentum plus impulse of half a step of all torques but damping and friction, (n + 1,) into `push`."""
+    count = state.torque.size
+    push[0] = grid.inertia[0] * state.speed[0] + half_step * (drive - state.torque[0])
     for i in range(1, count):
-        mean[i] = grid.inertia[i] * speed[i] + half_step * (torque[i - 1] - torque[i])
-    mean[count] = grid.inertia[count] * speed[count] + half_step * (torque[count - 1] - ends[1])
-    for i in range(count):
-        mean[i + 1] += multiplier[i] * mean[i]
-    for i in range(count + 1):
-        mean[i] *= inverse[i]
-    for i in range(count - 1, -1, -1):
-        mean[i] += multiplier[i] * mean[i + 1]
+        push[i] = grid.inertia[i] * state.speed[i] + half_step * (state.torque[i - 1] - state.torque[i])
+    push[count] = grid.inertia[count] * state.speed[count] + half_step * (state.torque[count - 1] - rock)
 
 
 @njit(cache=True)
-def _losses(mean: Vector, grid: Grid) -> float:
-    """Power lost in all dampers, W."""
+def _remember(memory: Memory, state: State, half_step: float, past: tuple[Vector, Vector], push: Vector) -> None:
+    """Torques that relaxations owe to what was before: on nodes and in springs, into `past` and to `push`."""
+    on_nodes, in_springs = past
+    on_nodes[:] = 0.0
+    in_springs[:] = 0.0
+    for k in range(memory.shunt_decay.size):
+        on_nodes += memory.shunt[k] / (1 + memory.shunt_decay[k]) * state.relaxed_speed[k]
+    for k in range(memory.series_decay.size):
+        in_springs += memory.series[k] / (1 + memory.series_decay[k]) * state.unrelaxed_twist[k]
+    push += half_step * on_nodes
+    push[:-1] -= half_step * in_springs
+    push[1:] += half_step * in_springs
+
+
+@njit(cache=True)
+def _relax(memory: Memory, state: State, mean: Vector, half_step: float) -> None:
+    """Relaxations a step later, by the trapezoidal rule."""
+    for k in range(memory.shunt_decay.size):
+        a, relaxed = memory.shunt_decay[k], state.relaxed_speed[k]
+        relaxed[:] = ((1 - a) * relaxed + 2 * a * mean) / (1 + a)
+    for k in range(memory.series_decay.size):
+        a, twist = memory.series_decay[k], state.unrelaxed_twist[k]
+        twist[:] = ((1 - a) * twist + 2 * half_step * (mean[:-1] - mean[1:])) / (1 + a)
+
+
+@njit(cache=True)
+def _losses(machine: Machine, push: Vector, mean: Vector, half_step: float, past: tuple[Vector, Vector]) -> float:
+    """Power lost in all dampers and in friction, W; what relaxations store counts as lost until they return it."""
+    grid = machine.grid
     twisting = mean[:-1] - mean[1:]
-    return float(np.sum(grid.viscous * mean * mean) + np.sum(grid.coupling * twisting * twisting))
+    lost = float(np.sum(grid.viscous * mean * mean) + np.sum(grid.coupling * twisting * twisting))
+    lost += float(np.sum(past[1] * twisting) - np.sum(past[0] * mean))
+    for node in machine.friction.nodes:
+        lost += reaction(grid, push, mean, half_step, node) * mean[node]
+    return lost
 
 
 @njit(cache=True)
-def _control(loop: Loop, step: float, speed_set: float, speed: float, memory: Vector) -> float:
-    """Torque in N m; `memory` is (speed, filtered speed, error, integral's torque, wanted torque, torque)."""
-    filtered = _low_pass(memory[0], speed, memory[1], loop.speed_filter, step)
-    error = speed_set - filtered
-    held = memory[3] + loop.integral * step / 2 * (error + memory[2])
-    wanted = loop.proportional * error + held
-    torque = _low_pass(memory[4], wanted, memory[5], loop.torque_filter, step)
-    memory[:] = speed, filtered, error, held, wanted, torque
-    return torque
+def _into_string(machine: Machine, state: State, mean: Vector, drive: float, step: float) -> float:
+    """Torque that drive or gear leave to the string after moving the top drive's own inertia, N m."""
+    torque = drive - machine.top_inertia * 2 * (mean[0] - state.speed[0]) / step
+    if machine.gear.present:
+        flanks = state.torque[0] + machine.grid.coupling[0] * (mean[0] - mean[1])
+        torque = flanks - machine.top_inertia * 2 * (mean[1] - state.speed[1]) / step
+    return float(torque)
+
+
+@njit(cache=True)
+def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int, newest: int) -> None:
+    """Write the command of step n; between readings of the speed it is held."""
+    control = machine.control
+    if n % control.every:
+        state.command[newest] = state.command[newest - 1]
+        return
+    reading = read_speed(control, state.speed[0], state.memory)
+    interval = control.every * step
+    state.command[newest] = inputs.sweep[n] + control_torque(
+        control, interval, inputs.speed_set[n], reading, state.memory
+    )
+
+
+@njit(cache=True)
+def _advance(machine: Machine, state: State, mean: Vector, step: float, n: int) -> None:
+    """Speeds, angles and relaxations of the next step."""
+    if machine.memory.present:
+        _relax(machine.memory, state, mean, step / 2)
+    state.memory[TOP_ANGLE] += step * mean[0]
+    if machine.rock.blades:
+        state.angle[n + 1] = state.angle[n] + step * mean[-1]
+    state.before[:] = state.speed
+    state.speed[:] = 2 * mean - state.speed
 
 
 @njit(cache=True, fastmath={"contract"})
 def march(
-    grid: Grid, loop: Loop, inputs: Inputs, step: float, every: int, speed: Vector, torque: Vector, account: bool
-) -> tuple[NDArray[np.float64], Vector]:
-    """March the rig from a steady state through all steps.
+    machine: Machine,
+    inputs: Inputs,
+    state: State,
+    steps: tuple[int, int],
+    step: float,
+    every: int,
+    outputs: NDArray[np.float64],
+    energy: Vector,
+    account: bool,
+) -> None:
+    """March the rig through a block of steps.
 
     Parameters
     ----------
-    grid, loop, inputs : the rig and what acts on it
+    machine, inputs : the rig and what acts on it
+    state : at the first step of the block; afterwards at its end
+    steps : first step of the block, first step after it
     step : s
     every : steps between samples of the output
-    speed : (n + 1,) rad/s at step 0; holds the last speeds afterwards
-    torque : (n,) N m, elastic torque half a step before step 0; holds the last ones afterwards
+    outputs : (OUTPUTS, samples), written
+    energy : (2,) J, supplied and dissipated, added to
     account : sum up the energies, at some cost
-
-    Returns
-    -------
-    outputs : (4, samples), top-drive speed, torque command, drive torque, bit speed
-    energy : (2,) J, supplied and dissipated
     """
-    steps, count = inputs.sweep.size, torque.size
-    outputs = np.empty((4, (steps + every - 1) // every))
-    energy = np.zeros(2)
-    mean = np.empty_like(speed)
-    multiplier, inverse = _factors(grid, step / 2)
-    load = torque[0] + grid.viscous[0] * speed[0]
-    error = inputs.speed_set[0] - speed[0]
-    memory = np.array([speed[0], speed[0], error, load - loop.proportional * error, load, load])
-    past = loop.delay_steps + 2
-    command = np.full(steps + past, load)
-    delayed_before = drive = load
-    for n in range(steps):
-        newest = past + n
-        command[newest] = inputs.sweep[n] + _control(loop, step, inputs.speed_set[n], speed[0], memory)
-        delayed = 0.0
-        for k in range(4):
-            delayed += loop.delay_weights[k] * command[newest - loop.delay_steps + 1 - k]
-        drive = _low_pass(delayed_before, delayed, drive, loop.lag, step)
-        delayed_before = delayed
-        for i in range(count):
-            torque[i] += step * grid.stiffness[i] * (speed[i] - speed[i + 1])
-        ends = (drive, inputs.bit_torque[n])
-        _mean_speeds(speed, torque, grid, multiplier, inverse, ends, step / 2, mean)
+    grid, rock, nodes = machine.grid, machine.rock, machine.friction.nodes
+    half_step, imposed = step / 2, inputs.top_speed.size > 0
+    past = state.command.size - inputs.sweep.size
+    bit_rubs = nodes.size > 0 and nodes[-1] == state.torque.size
+    mean, push = np.empty_like(state.speed), np.empty_like(state.speed)
+    factors = (np.empty_like(state.torque), np.empty_like(state.speed))
+    levels = (np.zeros(nodes.size), np.zeros(nodes.size))
+    owed = (np.zeros(state.speed.size), np.zeros(state.torque.size))
+    factorise(grid, state.held, half_step, factors[0], factors[1])
+    for n in range(steps[0], steps[1]):
+        drive, top_mean, chips = 0.0, 0.0, 0.0
+        if imposed:
+            top_mean = (state.speed[0] + inputs.top_speed[n + 1]) / 2
+            state.command[past + n] = 0.0
+            read_speed(machine.control, state.speed[0], state.memory)
+        else:
+            _command(machine, inputs, state, step, n, past + n)
+            jitter = inputs.jitter[n % inputs.jitter.size]
+            drive = drive_torque(machine.drive, step, state.command, past + n, jitter, state.memory)
+        if _stretch(machine, state, step):
+            factorise(grid, state.held, half_step, factors[0], factors[1])
+        set_levels(machine.friction, rock, inputs.weight[n], state, levels)
+        if rock.blades:
+            chips = chip_torque(rock, inputs.weight[n], state, n, step)
+        _push(grid, state, drive, inputs.bit_torque[n], half_step, push)
+        if machine.memory.present:
+            _remember(machine.memory, state, half_step, owed, push)
+        settle(grid, nodes, levels, chips, push, state, factors, half_step, top_mean, mean)
+        if imposed:
+            drive = -reaction(grid, push, mean, half_step, 0)
         if n % every == 0:
-            outputs[:, n // every] = speed[0], command[newest], drive, speed[count]
+            output = outputs[:, n // every]
+            output[0], output[1], output[2] = state.speed[0], state.memory[MEASURED], state.command[past + n]
+            output[3], output[4], output[5] = drive, _into_string(machine, state, mean, drive, step), state.speed[-1]
+            output[6] = inputs.bit_torque[n]
+            if bit_rubs:
+                output[6] += reaction(grid, push, mean, half_step, state.torque.size)
         if account:
-            energy += step * np.array([drive * mean[0] - inputs.bit_torque[n] * mean[count], _losses(mean, grid)])
-        speed[:] = 2 * mean - speed
-    return outputs, energy
+            energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
+            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, owed)
+        _advance(machine, state, mean, step, n)

@@ -1,0 +1,199 @@
+"""What the linear model leaves out: friction, cutting, play, limits and sensors, described once beside the equipment.
+
+Every part has sizes at which it does nothing; a `NonlinearRig` of defaults is its drilling system. Figures are plain
+numbers in SI units, for the time-domain simulator.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.errors import SettingsError
+from drillid.physics.equipment import DrillingSystem, RegenerativeCutting, StribeckCutting
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Weakening:
+    """How friction falls from its static to its dynamic level as the speed v rises.
+
+    level(v) = dynamic + (static − dynamic) exp(−(|v|/threshold)^exponent), after Stribeck (1902) in the form of
+    Armstrong-Hélouvry, Dupont and Canudas de Wit (1994), Automatica 30, 1083–1138. A large exponent comes close to
+    a jump at the threshold.
+    """
+
+    threshold: float = 1.0
+    """rad/s."""
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.threshold > 0 and self.exponent > 0):
+            raise SettingsError(
+                "weakening of friction",
+                f"threshold {self.threshold} rad/s and exponent {self.exponent} must both be positive",
+                "Give static and dynamic friction the same level where there is no weakening",
+            )
+
+    def level(self, static: float, dynamic: float, speed: float) -> float:
+        """Level at a speed in rad/s, in the unit of `static` and `dynamic`."""
+        return float(dynamic + (static - dynamic) * np.exp(-((abs(speed) / self.threshold) ** self.exponent)))
+
+    def slope(self, static: float, dynamic: float, speed: float) -> float:
+        """Derivative of the level to a positive speed in rad/s; negative where friction weakens."""
+        ratio = (speed / self.threshold) ** self.exponent
+        return float(-(static - dynamic) * np.exp(-ratio) * ratio * self.exponent / speed)
+
+
+@dataclass(frozen=True, eq=False)
+class WallContact:
+    """Coulomb friction between string and wall, as torque per length, constant within each piece of the string."""
+
+    edges: Vector
+    """(pieces + 1,) m from the top of the string, rising."""
+    static: Vector
+    """(pieces,) N, torque per length that a standing string can take."""
+    dynamic: Vector
+    """(pieces,) N, torque per length far above the threshold speed."""
+    weakening: Weakening = Weakening()
+
+    def __post_init__(self) -> None:
+        pieces = self.edges.size - 1
+        fits = self.static.shape == self.dynamic.shape == (pieces,) and bool(np.all(np.diff(self.edges) > 0))
+        if not (fits and np.all(self.dynamic >= 0) and np.all(self.static >= self.dynamic)):
+            raise SettingsError(
+                "wall contact",
+                "it needs one static and one dynamic level for each piece, 0 ≤ dynamic ≤ static, and rising edges",
+                "Build it with drillid.physics.soft_string.wall_contact, or correct the levels",
+            )
+
+    def within(self, edges: Vector) -> tuple[Vector, Vector]:
+        """Static and dynamic torque (N m) between each pair of neighbouring edges (m), as exact integrals."""
+        widths = np.diff(self.edges)
+        static, dynamic = (
+            np.diff(np.interp(edges, self.edges, np.concatenate([[0.0], np.cumsum(level * widths)])))
+            for level in (self.static, self.dynamic)
+        )
+        return static, dynamic
+
+
+@dataclass(frozen=True)
+class Cutting:
+    """Friction of cutting at the bit: torque proportional to the weight on it, weakening with speed."""
+
+    static: float
+    """m, torque per weight on bit at standstill."""
+    dynamic: float
+    """m, torque per weight on bit far above the threshold speed."""
+    weakening: Weakening = Weakening()
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.dynamic <= self.static:
+            raise SettingsError("cutting", "it needs 0 ≤ dynamic ≤ static", "Correct the torques per weight on bit")
+
+    def torque(self, weight: float, speed: float) -> float:
+        """Torque (N m) at a weight (N) and a speed (rad/s) of the turning bit."""
+        return weight * self.weakening.level(self.static, self.dynamic, speed)
+
+
+@dataclass(frozen=True)
+class RegenerativeBit:
+    """A bit whose blades cut what the blade ahead of each has left.
+
+    Torsional form of Richard, Germay and Detournay (2007), Journal of Sound and Vibration 305, 432–456: each of N
+    blades cuts the depth d = V t_N, with t_N the time since the bit was 2π/N behind its present angle, and the
+    torque is ½ ε a² N d. Axial motion is reduced to the rate V of penetration; the bit goes down at it until the
+    cut takes all the weight, N d = W/(ζ ε a), and no further. So a bit that stands is loaded up to a stalling
+    torque. One that turns backward or carries no weight cuts nothing.
+    """
+
+    blades: int
+    torque_per_depth: float
+    """N, torque per depth of cut of all blades together, ½ ε a²."""
+    rate: float
+    """m/s, rate of penetration V."""
+    depth_per_weight: float
+    """m/N, greatest depth of cut of all blades together per weight on bit, 1/(ζ ε a)."""
+
+    def __post_init__(self) -> None:
+        if self.blades < 1 or min(self.torque_per_depth, self.rate, self.depth_per_weight) < 0:
+            raise SettingsError(
+                "regenerative bit", "blades must be at least 1, torque, rate and depth not negative", "Correct them"
+            )
+
+    def torque(self, speed: float) -> float:
+        """Torque (N m) of steady cutting at a speed in rad/s."""
+        return self.torque_per_depth * self.rate * 2 * np.pi / speed
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Gear between motor and output of the top drive, with play; without play it is rigid."""
+
+    play: float = 0.0
+    """rad, free angle between contact on either flank."""
+    output_inertia: float = 0.0
+    """kg m², the part of the top drive's inertia below the gear."""
+    stiffness: float = 5e6
+    """N m/rad, of teeth in contact."""
+    damping: float = 2e3
+    """N m s/rad, of teeth in contact."""
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """What the drive does to the delayed command between its gain and its lag: limits of torque and of its rate."""
+
+    torque: float = np.inf
+    """N m, of either sign; the integral of the speed control is held meanwhile."""
+    rate: float = np.inf
+    """N m/s."""
+    delay_jitter: float = 0.0
+    """s, root mean square of the delay's variation; a delay never falls below zero."""
+    jitter_interval: float = 0.02
+    """s, for which each delay holds."""
+
+
+@dataclass(frozen=True)
+class SpeedSensor:
+    """What speed control and log see of the top drive's speed."""
+
+    resolution: float = 0.0
+    """rad/s, step of the reading."""
+    ripple: float = 0.0
+    """Share of the speed by which an eccentric wheel falsifies it, once per revolution."""
+
+
+@dataclass(frozen=True)
+class NonlinearRig:
+    """A drilling system with all that is not linear in it."""
+
+    system: DrillingSystem
+    contact: WallContact | None = None
+    cutting: Cutting | None = None
+    regenerative: RegenerativeBit | None = None
+    gear: Gear = Gear()
+    limits: DriveLimits = DriveLimits()
+    sensor: SpeedSensor = SpeedSensor()
+    control_interval: float = 0.0
+    """s, at which the control reads the speed and renews its command; 0 for continuous control."""
+
+    def about(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
+        """The linear system of small vibrations about a steady speed (rad/s): the bit's cutting laws at that speed.
+
+        Wall contact, gear, limits, sensor and the control's sampling have no part in it.
+        """
+        laws: list[RegenerativeCutting | StribeckCutting] = []
+        if self.cutting is not None:
+            levels = (weight_on_bit * self.cutting.static, weight_on_bit * self.cutting.dynamic)
+            weakening = self.cutting.weakening
+            laws.append(StribeckCutting(*levels, weakening.threshold, speed, weakening.exponent))
+        if self.regenerative is not None and weight_on_bit > 0:
+            laws.append(RegenerativeCutting(self.regenerative.torque(speed), speed, self.regenerative.blades))
+        return replace(self.system, bit=replace(self.system.bit, cutting=tuple(laws)))
+
+
+Course = Callable[[float], NonlinearRig]
+"""NonlinearRig at a time in s since the first step; only sizes may change, not which parts there are."""

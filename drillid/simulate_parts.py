@@ -1,0 +1,194 @@
+"""Plain numbers and arrays that the time-domain simulator's compiled loops work on."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+class Grid(NamedTuple):
+    """The rig as nodes 0 … n (top drive … bit) and the n springs between them."""
+
+    inertia: Vector
+    """(n + 1,) kg m², top drive and bit included."""
+    viscous: Vector
+    """(n + 1,) N m s/rad, damping of each node against the ground."""
+    stiffness: Vector
+    """(n,) N m/rad."""
+    coupling: Vector
+    """(n,) N m s/rad, damping in parallel with each spring; the first is 0 while the gear's teeth are apart."""
+
+
+class Gear(NamedTuple):
+    """Play of the first spring; `present` is False where the top drive is rigid."""
+
+    present: bool
+    half_play: float
+    """rad."""
+    damping: float
+    """N m s/rad, while teeth touch."""
+
+
+class Friction(NamedTuple):
+    """Dry friction of the nodes that rub; the bit is the last of them wherever it cuts."""
+
+    nodes: NDArray[np.int64]
+    """(contacts,) numbers of the nodes."""
+    static: Vector
+    """(contacts,) N m, of the wall."""
+    dynamic: Vector
+    """(contacts,) N m, of the wall."""
+    threshold: float
+    """rad/s."""
+    exponent: float
+
+
+class Rock(NamedTuple):
+    """What the bit does to the rock."""
+
+    cuts: bool
+    static: float
+    """m, torque per weight on bit."""
+    dynamic: float
+    """m."""
+    threshold: float
+    """rad/s."""
+    exponent: float
+    blades: int
+    """0 for a bit without memory."""
+    torque_per_depth: float
+    """N."""
+    rate: float
+    """m/s."""
+    depth_per_weight: float
+    """m/N."""
+
+
+class Memory(NamedTuple):
+    """Relaxations of the damping laws, K of the nodes and L of the springs; `present` is False without any."""
+
+    present: bool
+    shunt_decay: Vector
+    """(K,) rate times half a step."""
+    shunt: Vector
+    """(K, n + 1) N m s/rad, each acts on a node's speed less its relaxed speed."""
+    series_decay: Vector
+    """(L,) rate times half a step."""
+    series: Vector
+    """(L, n) N m/rad, each acts on a spring's twist as far as it has not relaxed."""
+
+
+class Control(NamedTuple):
+    """Speed control in discrete time."""
+
+    proportional: float
+    """N m s/rad."""
+    integral: float
+    """N m/rad."""
+    speed_filter: float
+    """s."""
+    torque_filter: float
+    """s."""
+    every: int
+    """Steps between readings of the speed; the command is held between them."""
+    resolution: float
+    """rad/s, step of the reading."""
+    ripple: float
+    """Share of the speed."""
+    compensated_inertia: float
+    """kg m²."""
+    compensation_filter: float
+    """s."""
+    matching: float
+    """rad/(N m s), set-point speed given up per string torque."""
+    matching_inertia: float
+    """kg m²."""
+    matching_low_pass: float
+    """s."""
+    matching_high_pass: float
+    """s; infinite passes the mean."""
+
+
+class Drive(NamedTuple):
+    """Drive in discrete time."""
+
+    delay: float
+    """s."""
+    lag: float
+    """s."""
+    gain: float
+    limit: float
+    """N m."""
+    rate: float
+    """N m/s."""
+
+
+class Machine(NamedTuple):
+    """Everything that may change from one block of steps to the next."""
+
+    grid: Grid
+    gear: Gear
+    friction: Friction
+    memory: Memory
+    rock: Rock
+    control: Control
+    drive: Drive
+    top_inertia: float
+    """kg m², of the top drive, or of what turns below its gear; not part of the string."""
+
+
+class Inputs(NamedTuple):
+    """What acts on the rig at each step."""
+
+    sweep: Vector
+    """(steps,) N m, injected torque."""
+    speed_set: Vector
+    """(steps,) rad/s."""
+    bit_torque: Vector
+    """(steps,) N m, torque that the rock takes beside cutting, half a step after the step's speeds."""
+    weight: Vector
+    """(steps,) N, weight on bit, half a step after the step's speeds."""
+    jitter: Vector
+    """(steps,) s, variation of the drive's delay, or (1,) for all steps."""
+    top_speed: Vector
+    """(steps + 1,) rad/s that the top drive is made to follow, or (0,)."""
+
+
+class State(NamedTuple):
+    """What the rig is doing; changed in place by each step."""
+
+    speed: Vector
+    """(n + 1,) rad/s."""
+    before: Vector
+    """(n + 1,) rad/s, one step ago."""
+    torque: Vector
+    """(n,) N m, elastic torque half a step ago."""
+    slip: NDArray[np.int8]
+    """(n + 1,) direction in which a node slips; 0 while it sticks."""
+    held: NDArray[np.bool_]
+    """(n + 1,) nodes whose next speed is known beforehand."""
+    memory: Vector
+    """(MEMORY_SIZE,) figures of control, drive, gear and bit, by the numbers below."""
+    relaxed_speed: Vector
+    """(K, n + 1) rad/s."""
+    unrelaxed_twist: Vector
+    """(L, n) rad."""
+    command: Vector
+    """(past + steps,) N m."""
+    angle: Vector
+    """(steps + 1,) rad turned by a bit with blades, else (1,)."""
+    depth: Vector
+    """(steps + 1,) m penetrated by a bit with blades, else (1,)."""
+
+
+SPEED, FILTERED, ERROR, INTEGRAL, WANTED, TORQUE, MEASURED = range(7)
+"""Speed control at its last reading."""
+SMOOTH_ERROR, ERROR_SLOPE, SPEED_SLOPE, STRING_TORQUE, SMOOTH_STRING, MEAN_STRING = range(7, 13)
+"""Inertia compensation and impedance matching at the last reading."""
+DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, EXCESS = range(13, 17)
+"""Drive: limited delayed command; its torque now and a step ago; what the limit cut off."""
+TOP_ANGLE, TWIST, BLADE, FIRST_SPEED = range(17, 21)
+"""Top drive's angle; gear's twist; step in whose course the bit was one blade behind; speed before the first step."""
+MEMORY_SIZE = 21

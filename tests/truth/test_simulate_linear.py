@@ -1,0 +1,138 @@
+"""Every linear effect that the simulator and the transmission-line model both know, at small amplitude."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drillid.errors import SettingsError
+from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, MudDrag, RootDrag
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, ImpedanceMatching, Motor
+from drillid.physics.nonlinear import (
+    Cutting,
+    Gear,
+    NonlinearRig,
+    RegenerativeBit,
+    Weakening,
+)
+from drillid.physics.responses import command_mobility, laplace
+from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
+from tests.truth.rigs import (
+    COLLARS,
+    CONTROLLER,
+    FREQUENCIES,
+    PERIOD,
+    PIPE,
+    SPEED,
+    SYSTEM,
+    TOP_DRIVE,
+    lines_of,
+    multisine,
+)
+
+WEIGHT = 5e4
+LARGEST_ERROR = 3e-3
+
+
+def mobility_error(
+    rig: DrillingSystem | NonlinearRig, linear: DrillingSystem, bit_torque: float = 4e3, amplitude: float = 20.0
+) -> float:
+    """Largest relative deviation of the simulated command mobility over 0.05–5 Hz, after four periods of settling."""
+    sweep = multisine(round(PERIOD / TIME_STEP), amplitude)
+    steady = np.ones(5 * sweep.size)
+    result = simulate(
+        rig,
+        np.tile(sweep, 5),
+        SPEED * steady,
+        bit_torque * steady,
+        mean_bit_torque=bit_torque,
+        weight_on_bit=WEIGHT,
+    )
+    samples = result.speed.size // 5
+    measured = lines_of(result.speed, samples) / lines_of(sweep[:: round(SAMPLE_INTERVAL / TIME_STEP)], samples)
+    expected = command_mobility(linear, laplace(FREQUENCIES))
+    return float(np.max(np.abs(measured - expected) / np.abs(expected)))
+
+
+def top(**figures: float) -> DrillingSystem:
+    return replace(SYSTEM, top_drive=replace(TOP_DRIVE, **figures))  # type: ignore[arg-type]
+
+
+def controlled(controller: Controller) -> DrillingSystem:
+    return replace(SYSTEM, top_drive=replace(TOP_DRIVE, controller=controller))
+
+
+def damped(*laws: DampingLaw) -> DrillingSystem:
+    return replace(SYSTEM, string=(replace(PIPE, laws=laws), COLLARS))
+
+
+MATCHED = 0.5 / PIPE.characteristic_admittance
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        pytest.param(top(gain=0.8), id="actuator-gain"),
+        pytest.param(
+            controlled(replace(CONTROLLER, compensated_inertia=400.0, compensation_filter=0.05)),
+            id="inertia-compensation",
+        ),
+        pytest.param(controlled(replace(CONTROLLER, compensated_inertia=100.0)), id="unfiltered-compensation"),
+        pytest.param(
+            controlled(Controller(3000.0, 800.0, matching=ImpedanceMatching(MATCHED, 1100.0, 0.05, 5.0))),
+            id="impedance-matching",
+        ),
+        pytest.param(
+            controlled(replace(CONTROLLER, matching=ImpedanceMatching(0.6 * MATCHED, 1100.0, 0.03))),
+            id="matching-of-the-mean",
+        ),
+        pytest.param(replace(SYSTEM, motor=Motor(2e4, 50.0, 15.0), bit=Bit(25.0, 40.0)), id="motor"),
+        pytest.param(damped(RootDrag(200.0)), id="root-drag"),
+        pytest.param(damped(MudDrag(1200.0, 0.03, 0.1397, 0.1214)), id="mud-drag"),
+        pytest.param(damped(ConstantLossFactor(0.02), RootDrag(100.0)), id="loss-factor-and-drag"),
+    ],
+)
+def test_simulated_command_mobility_has_the_effect(system: DrillingSystem) -> None:
+    assert mobility_error(system, system) < LARGEST_ERROR
+
+
+def test_ideal_hysteretic_damping_is_simulated_as_its_causal_relative() -> None:
+    assert mobility_error(damped(HystereticLoss(0.01)), damped(ConstantLossFactor(0.01))) < LARGEST_ERROR
+
+
+def test_stribeck_cutting_has_its_slope_at_small_amplitude() -> None:
+    rig = NonlinearRig(SYSTEM, cutting=Cutting(0.05, 0.02, Weakening(6.0)))
+    linear = rig.about(SPEED, WEIGHT)
+    assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
+    assert mobility_error(rig, SYSTEM, bit_torque=0.0, amplitude=2.0) > 10 * LARGEST_ERROR
+
+
+def test_blades_feed_back_what_they_cut_a_blade_time_ago() -> None:
+    rig = NonlinearRig(SYSTEM, regenerative=RegenerativeBit(5, 1.5e5, 0.004, 1.0))
+    linear = rig.about(SPEED, WEIGHT)
+    assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
+    assert mobility_error(rig, SYSTEM, bit_torque=0.0, amplitude=2.0) > 10 * LARGEST_ERROR
+
+
+def test_sampled_control_holds_its_command_half_an_interval_longer() -> None:
+    """A continuous command is already interpolated between steps, which a held one is not."""
+    rig = NonlinearRig(SYSTEM, control_interval=2 * TIME_STEP)
+    assert mobility_error(rig, top(delay=TOP_DRIVE.delay + TIME_STEP / 2)) < LARGEST_ERROR
+    assert mobility_error(rig, SYSTEM) > 3 * LARGEST_ERROR
+
+
+def test_a_gear_whose_teeth_stay_in_contact_is_nearly_rigid() -> None:
+    rig = NonlinearRig(SYSTEM, gear=Gear(play=0.05, output_inertia=150.0, stiffness=1e7))
+    assert mobility_error(rig, SYSTEM, bit_torque=8e3) < LARGEST_ERROR
+
+
+def test_linear_laws_of_cutting_are_refused_rather_than_dropped() -> None:
+    rig = NonlinearRig(SYSTEM, cutting=Cutting(0.05, 0.02))
+    with pytest.raises(SettingsError, match="laws of cutting are linear"):
+        simulate(rig.about(SPEED, WEIGHT), np.zeros(10), np.ones(10), np.zeros(10))
+
+
+def test_a_motor_too_stiff_for_the_time_step_is_refused() -> None:
+    system = replace(SYSTEM, motor=Motor(1e9, 0.0, 15.0), bit=Bit(5.0))
+    with pytest.raises(SettingsError, match="too fast for a time step"):
+        simulate(system, np.zeros(10), np.ones(10), np.zeros(10))
