@@ -44,13 +44,15 @@ def identified_responses(
     for values, depth in zip(parameters, bit_depth, strict=True):
         system = drilling_system(values, known_equipment(rig, controller, float(depth)))
         steps = {}
-        for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
-            lag, steps[name] = bit_step_response(system, duration, interval, stiff=stiff)
-        responses = {
-            "command_mobility_fitted": command_mobility(system, s),
-            "bit_mobility_stiff": bit_mobility(system, s, stiff=True),
-            "bit_mobility_controlled": bit_mobility(system, s),
-        }
+        # complex arithmetic on the NaN of a fit without result would warn of what is meant
+        with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):
+            for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
+                lag, steps[name] = bit_step_response(system, duration, interval, stiff=stiff)
+            responses = {
+                "command_mobility_fitted": command_mobility(system, s),
+                "bit_mobility_stiff": bit_mobility(system, s, stiff=True),
+                "bit_mobility_controlled": bit_mobility(system, s),
+            }
         rows.append(
             xr.Dataset(
                 {name: ("frequency", response) for name, response in responses.items()}

@@ -206,8 +206,12 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
 def _disagreement(mobility: xr.Dataset, members: list[int], chance: float) -> Problem:
     names = [int(mobility["window"][member]) for member in members]
     depth = float(mobility["hole_depth"][members[-1] + 1])
+    where = f"window {int(mobility['window'][members[-1] + 1])} at {depth:.1f} m"
+    if np.isnan(chance):
+        what = f"shares no frequency that passes the gate with windows {names[0]} to {names[-1]}; they are not stacked"
+        return Problem(where, what, "None needed where a row says why no frequency passes the gate")
     return Problem(
-        f"window {int(mobility['window'][members[-1] + 1])} at {depth:.1f} m",
+        where,
         f"does not agree with windows {names[0]} to {names[-1]} (chance {chance:.2g}), so they are not stacked",
         "None needed: the string changed between them; see the parameters against depth",
     )
