@@ -1,0 +1,124 @@
+"""Intervals of flagged windows, residual tests of simulated wells, and what is stored of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from drillid.discrepancy import intervals, runs
+from drillid.schema import DISCREPANCIES, Gate
+from drillid.store import write_store
+from tests.simulated import RIG, Processed
+
+
+def table(flagged: list[int], run: list[int], damping: list[float] | None = None) -> list[tuple[float, float, int]]:
+    windows, discrepancy = track(flagged, damping)
+    found = intervals(windows, discrepancy, np.array(run))
+    return list(zip(found["from_m"], found["to_m"], found["windows"], strict=True))
+
+
+def track(flagged: list[int], damping: list[float] | None = None) -> tuple[xr.Dataset, xr.Dataset]:
+    """Windows of 10 m from 1000 m on, and their anomaly track."""
+    count = len(flagged)
+    depth = 1000.0 + 10 * np.arange(count)
+    windows = xr.Dataset({"depth_from": ("window", depth), "depth_to": ("window", depth + 10)})
+    pulls = {
+        "flagged": ("window", np.array(flagged, dtype=bool)),
+        "damping_pull": ("window", np.array(damping or [0.0] * count)),
+        "inertia_pull": ("window", np.linspace(0.0, 5.0, count)),
+    }
+    return windows, xr.Dataset(pulls)
+
+
+def test_successive_flagged_windows_are_one_interval() -> None:
+    assert table([0, 1, 1, 1, 0, 1], [0] * 6) == [(1010.0, 1040.0, 3), (1050.0, 1060.0, 1)]
+    assert table([1, 0, 0, 0, 0, 1], [0] * 6) == [(1000.0, 1010.0, 1), (1050.0, 1060.0, 1)]
+    assert table([1, 1, 1, 1, 1, 1], [0] * 6) == [(1000.0, 1060.0, 6)]
+    assert table([0] * 6, [0] * 6) == []
+
+
+def test_an_interval_ends_with_its_run() -> None:
+    assert table([0, 1, 1, 1, 1, 0], [0, 0, 0, 1, 1, 1]) == [(1010.0, 1030.0, 2), (1030.0, 1050.0, 2)]
+
+
+def test_the_evidence_names_what_stands_out() -> None:
+    windows, discrepancy = track([0, 1, 1, 0], [0.0, 3.0, 7.25, 0.0])
+    found = intervals(windows, discrepancy, np.zeros(4, dtype=np.int64))
+    assert found["evidence"].tolist() == [
+        "BHA damping up by 7.2 standard deviations; BHA inertia up by 3.3 standard deviations"
+    ]
+    assert found["damping_pull"].tolist() == [7.25]
+    discrepancy["inertia_pull"][:] = 1.0
+    found = intervals(windows, discrepancy, np.zeros(4, dtype=np.int64))
+    assert found["evidence"].tolist() == ["BHA damping up by 7.2 standard deviations"]
+
+
+def test_runs_follow_the_tally() -> None:
+    collars = [RIG.collars[0].model_copy(update={"from_depth": depth}) for depth in (0.0, 3000.0)]
+    rig = RIG.model_copy(update={"collars": tuple(collars)})
+    assert runs(rig, np.array([500.0, 2999.0, 3000.0, 3400.0])).tolist() == [1, 1, 2, 2]
+    assert runs(rig.model_copy(update={"collars": ()}), np.array([500.0, 3400.0])).tolist() == [0, 0]
+
+
+def test_a_sound_well_shows_nothing(healthy: Processed) -> None:
+    found = healthy.dataset("discrepancy", "discrepancy")
+    assert healthy.problems["discrepancy"] == []
+    assert not found["flagged"].any()
+    assert np.isfinite(found["damping_pull"]).all()
+    header = (healthy.folders.stage("discrepancy") / "intervals.csv").read_text().splitlines()
+    assert header == ["from_m,to_m,windows,damping_pull,inertia_pull,evidence"]
+    used = (healthy.dataset("mobility", "mobility")["gate"] == Gate.USED).values
+    residual = found["whitened_residual"].values
+    assert np.isfinite(residual[used]).all()
+    assert np.isnan(residual[~used]).all()
+    assert np.mean(np.abs(residual[used]) ** 2) / 2 == pytest.approx(1, abs=0.1)
+
+
+def test_attributes_are_those_of_the_schema(healthy: Processed) -> None:
+    found = healthy.dataset("discrepancy", "discrepancy")
+    assert found.attrs["well"] == "healthy"
+    assert found.attrs["title"] == DISCREPANCIES.title
+    for name, declared in DISCREPANCIES.variables.items():
+        assert found[name].dims == declared.dims
+        assert found[name].attrs["long_name"] == declared.long_name
+
+
+def test_a_window_without_fit_has_no_residuals(troubled: Processed) -> None:
+    found = troubled.dataset("discrepancy", "discrepancy")
+    assert np.isnan(found["whitened_residual"].values[2]).all()
+    assert np.isnan(found["normality_probability"].values[2])
+    assert not found["flagged"].any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"), [("coloured", "depend on their neighbours in frequency"), ("wide", "are not Gaussian")]
+)
+def test_residuals_that_fail_a_test_are_rows(healthy: Processed, tmp_path: Path, fault: str, said: str) -> None:
+    well = healthy.copied(tmp_path / "results")
+    mobility = well.dataset("mobility", "mobility")
+    deviation = np.sqrt(mobility["command_mobility_variance"].values[1])
+    if fault == "coloured":
+        mobility["command_mobility"].values[1] += deviation * np.exp(0.1j * np.arange(deviation.size))
+    else:
+        mobility["command_mobility_variance"].values[1] /= 4
+    well.folders.write("mobility", "mobility", mobility)
+    problems = well.run("discrepancy")
+    assert {problem.where.split(" at ")[0] for problem in problems} == {"window 1"}
+    assert any(said in problem.what for problem in problems)
+    assert all(problem.remedy for problem in problems)
+
+
+def test_a_damping_that_leaves_its_run_is_an_interval(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    fits = well.dataset("fits", "fits")
+    place = fits["parameter"].values.tolist().index("damping_bha")
+    fits["value"].values[:, place] = [20.0, 30.0, 25.0, 900.0]
+    fits["standard_error"].values[:, place] = 20.0
+    write_store(fits, well.folders.stage("fits") / "fits.zarr")
+    well.run("discrepancy")
+    flagged = well.dataset("discrepancy", "discrepancy")["flagged"].values
+    assert flagged.tolist() == [False, False, False, True]
+    rows = (well.folders.stage("discrepancy") / "intervals.csv").read_text().splitlines()
+    assert len(rows) == 2
+    assert "BHA damping up by" in rows[1]
