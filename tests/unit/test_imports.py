@@ -37,6 +37,7 @@ LAYERS = (
     ("figures_windows", "figures_depth", "figures_tracks"),
     ("figures",),
     ("report", "report_content"),
+    ("bit_sensor",),
     ("excitation",),
     ("simulate_parts",),
     ("simulate_drive", "simulate_friction", "simulate_memory"),
