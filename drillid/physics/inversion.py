@@ -12,21 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len
 
-from drillid.physics.dual import linear
+from drillid.errors import EstimationError
+from drillid.physics.dual import linear, primal
 from drillid.physics.line import Complex
 
 Floats = NDArray[np.float64]
 
-IMAGES = 1e-12
+IMAGES = 1e-9
 """Size of the periodic images."""
 FINEST_INTERVAL_S = 0.004
 """Spacing in time at which the transform is computed."""
 
+_PERIODS = 4
+"""Period of the images in durations; the longer, the less e^(at) enlarges what is cut off."""
+_LARGEST_IMAGE = 1e-3
+"""Share of the largest value that images of a growing response may reach."""
+
 
 def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interval: float) -> tuple[Floats, Any]:
-    """Response in time of a transform that is analytic right of Re s = 13.8/duration.
+    """Response in time of a transform without steps.
 
-    A response that grows faster than e^(13.8 t/duration) is not represented; a stable one always is.
+    The line lies at Re s = 5.2/duration. A response that grows so fast (beyond e^(3.4 t/duration)) that its
+    images spoil it is unstable, and none is given: it raises or, among windows, becomes a row of NaN.
 
     Parameters
     ----------
@@ -37,16 +44,39 @@ def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interv
     -------
     lags : shape (lag,), s, from 0
     response : shape (..., lag); a Dual where the transform is one
+
+    Raises
+    ------
+    EstimationError
+        If the transform is that of one unstable system.
     """
     lags = np.arange(0.0, duration + interval / 2, interval)
     oversampling = int(np.ceil(interval / FINEST_INTERVAL_S))
-    points = next_fast_len(2 * lags.size * oversampling, real=True)
+    points = next_fast_len(_PERIODS * lags.size * oversampling, real=True)
     period = points * interval / oversampling
     shift = -np.log(IMAGES) / period
     s = shift + 2j * np.pi * np.arange(points // 2 + 1) / period
+    rising = np.exp(shift * lags) * points / period
 
-    def to_time(spectrum: NDArray[Any]) -> NDArray[Any]:
-        wrapped = irfft(spectrum, points)[..., : lags.size * oversampling : oversampling]
-        return np.asarray(wrapped * (np.exp(shift * lags) * points / period))
+    with np.errstate(invalid="ignore"):
+        # windows without parameters, of NaN, stay NaN without a warning
+        spectrum = transform(s)
+    wrapped = linear(lambda values: np.asarray(irfft(values, points)), spectrum)
+    response = linear(lambda turns: turns[..., : lags.size * oversampling : oversampling] * rising, wrapped)
+    unstable = _has_images(primal(wrapped))
+    if not np.any(unstable):
+        return lags, response
+    if unstable.ndim == 0:
+        raise EstimationError(
+            f"response over {duration} s",
+            f"the system is unstable; its motion grows faster than e^(t/{duration / 3.4:.3g} s)",
+            "Look at drillid.physics.modes, or ask for a shorter response",
+        )
+    return lags, response * np.where(unstable, np.nan, 1.0)[..., None]
 
-    return lags, linear(to_time, transform(s))
+
+def _has_images(wrapped: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether a damped response (..., time) has not died out at the end of its period, or begins before its cause."""
+    amplitude = np.abs(wrapped)
+    last = amplitude[..., round(0.9 * wrapped.shape[-1]) : round(0.995 * wrapped.shape[-1])]
+    return np.asarray(last.max(axis=-1) > _LARGEST_IMAGE * amplitude.max(axis=-1))

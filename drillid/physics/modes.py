@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.errors import EstimationError
+from drillid.errors import EstimationError, SettingsError
 from drillid.physics.bottom_end import bit_load, chain_through_motor
 from drillid.physics.dual import Dual, derivatives
 from drillid.physics.equipment import DrillingSystem
@@ -87,6 +87,8 @@ def modes(
     ------
     EstimationError
         If a zero lies on the boundary of the band.
+    SettingsError
+        If the system stands for several windows.
     """
     corners = complex(-fastest_decay, 2 * np.pi * lowest), complex(fastest_growth, 2 * np.pi * highest)
 
@@ -94,7 +96,9 @@ def modes(
         return characteristic_function(system, s, stiff=stiff)
 
     travel_time = sum(section.length * np.sqrt(section.density / section.shear_modulus) for section in system.string)
-    spacing = 0.5 / float(travel_time + system.top_drive.delay)
+    spacing = 0.5 / float(np.max(travel_time + system.top_drive.delay))
+    if np.shape(function(np.array(corners))) != (2,):
+        raise SettingsError("modes", "the system stands for several windows", "Ask for the modes of one by one")
     poles = np.array(_zeros(function, *corners, spacing), dtype=complex)
     return Modes(poles[np.argsort(poles.imag)])
 
