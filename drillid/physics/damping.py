@@ -17,6 +17,9 @@ import numpy as np
 from drillid.errors import SettingsError
 from drillid.physics.dual import lifted, primal
 
+_LEAST_BORE = 1e-9
+"""m; stands for a solid section."""
+
 
 class Steel(Protocol):
     """What a law may know of the section it acts in."""
@@ -163,11 +166,10 @@ class MudDrag(DampingLaw):
         """Y' of the class's formula, N s/rad."""
         inverse_depth = np.sqrt(self.density * s / self.viscosity)
         outer = self.outer_diameter / 2
-        drag = np.square(outer) * (2 + lifted(_outside, _outside_slope, inverse_depth * outer))
-        if np.any(primal(self.inner_diameter) > 0):
-            bore = self.inner_diameter / 2
-            drag = drag + np.square(bore) * (lifted(_inside, _inside_slope, inverse_depth * bore) - 2)
-        return 2 * np.pi * self.viscosity * drag
+        bore = np.maximum(self.inner_diameter, _LEAST_BORE) / 2
+        outside = np.square(outer) * (2 + lifted(_outside, _outside_slope, inverse_depth * outer))
+        inside = np.square(bore) * (lifted(_inside, _inside_slope, inverse_depth * bore) - 2)
+        return 2 * np.pi * self.viscosity * (outside + inside)
 
 
 def _outside(z: Any) -> Any:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drillid.errors import SettingsError
 from drillid.physics.equipment import (
     STEEL_DENSITY,
     STEEL_SHEAR_MODULUS,
@@ -36,6 +37,14 @@ class KnownEquipment:
     """m; 0 without collars."""
     collar_polar_moment: float = 0.0
     """m⁴."""
+
+    def __post_init__(self) -> None:
+        if self.controller.matching is not None:
+            raise SettingsError(
+                "eight-parameter model",
+                "it knows no controller that feeds the string's torque back",
+                "Compose the model with drillid.physics.responses and drillid.physics.dual.derivatives",
+            )
 
     @property
     def collar_inertia(self) -> float:

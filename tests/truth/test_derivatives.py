@@ -4,7 +4,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS, Controller
+from drillid.errors import SettingsError
+from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS, Controller, ImpedanceMatching
 from drillid.physics.model import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.responses import command_mobility, laplace
 from drillid.schema import PARAMETERS
@@ -75,3 +76,8 @@ def test_windows_are_computed_at_once() -> None:
         np.testing.assert_allclose(together[1][row], alone[1], rtol=1e-13)
         composed = command_mobility(drilling_system(point, known), laplace(FREQUENCIES))
         np.testing.assert_allclose(alone[0], composed, rtol=1e-12)
+
+
+def test_feedback_of_the_string_torque_is_refused() -> None:
+    with pytest.raises(SettingsError, match="string's torque"):
+        KnownEquipment(Controller(1500.0, 800.0, matching=ImpedanceMatching(2e-3, 1100.0)))
