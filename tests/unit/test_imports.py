@@ -39,6 +39,7 @@ LAYERS = (
     ("report", "report_content"),
     ("bit_sensor",),
     ("excitation",),
+    ("excitation_design", "distortion"),
     ("simulate_parts",),
     ("simulate_drive", "simulate_friction", "simulate_memory"),
     ("simulate_kernel", "simulate_grid"),
