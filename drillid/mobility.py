@@ -204,15 +204,16 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
 
 
 def _disagreement(mobility: xr.Dataset, members: list[int], chance: float) -> Problem:
-    names = [int(mobility["window"][member]) for member in members]
+    names = [str(int(mobility["window"][member])) for member in members]
+    others = f"windows {names[0]} to {names[-1]}" if len(names) > 1 else f"window {names[0]}"
     depth = float(mobility["hole_depth"][members[-1] + 1])
     where = f"window {int(mobility['window'][members[-1] + 1])} at {depth:.1f} m"
     if np.isnan(chance):
-        what = f"shares no frequency that passes the gate with windows {names[0]} to {names[-1]}; they are not stacked"
+        what = f"shares no frequency that passes the gate with {others}; they are not stacked"
         return Problem(where, what, "None needed where a row says why no frequency passes the gate")
     return Problem(
         where,
-        f"does not agree with windows {names[0]} to {names[-1]} (chance {chance:.2g}), so they are not stacked",
+        f"does not agree with {others} (chance {chance:.2g}), so they are not stacked",
         "None needed: the string changed between them; see the parameters against depth",
     )
 
