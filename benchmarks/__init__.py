@@ -1,0 +1,1 @@
+"""Runs on measured data and on known truths, each of which prints its table: `python -m benchmarks.<name>`."""
