@@ -65,10 +65,10 @@ def run(rig: NonlinearRig, energies: bool) -> Simulation:
     steps = TIME_STEP * np.arange(round(SIMULATED / TIME_STEP))
     return simulate(
         rig,
-        exponential_sweeps(steps, 500.0) * (steps > 60),
-        SPEED * np.clip(steps / 10, 0, 1),
+        np.where(steps > 60, exponential_sweeps(steps, 500.0), 0.0),
+        SPEED * np.interp(steps, [0, 10], [0.0, 1.0]),
         0 * steps,
-        weight_on_bit=WEIGHT * np.clip((steps - 30) / 10, 0, 1),
+        weight_on_bit=WEIGHT * np.interp(steps, [30, 40], [0.0, 1.0]),
         time_step=TIME_STEP,
         sample_interval=4 * TIME_STEP,
         energies=energies,

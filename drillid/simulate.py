@@ -22,9 +22,9 @@ from drillid.simulate_parts import (
     DEMAND,
     DRIVE_BEFORE,
     DRIVE_TORQUE,
+    EARLIER_CUT,
     ERROR,
     FILTERED,
-    FIRST_SPEED,
     INTEGRAL,
     MEAN_STRING,
     MEASURED,
@@ -219,16 +219,19 @@ def _steady(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: float,
         raise SettingsError("simulation", "it cannot start from this rotation", "Start at rest or turning forward")
     taken = grid.viscous * first
     taken[-1] += mean_bit_torque
+    earlier = 0.0
     if first > 0:
         taken[friction.nodes] += _weakened(friction.static, friction.dynamic, first, friction)
         weight = max(float(inputs.weight[0]), 0.0)
         taken[-1] += weight * float(_weakened(rock.static, rock.dynamic, first, rock)) if rock.cuts else 0.0
-        taken[-1] += rock.torque_per_depth * rock.rate * 2 * np.pi / first if weight > 0 else 0.0
+        earlier = min(rock.rate / first, rock.depth_per_weight * weight / (2 * np.pi))
+        taken[-1] += rock.torque_per_depth * earlier * 2 * np.pi
     torque = np.cumsum(taken[::-1])[::-1][1:].copy()
     load = float(taken.sum()) / machine.drive.gain
     error = inputs.speed_set[0] - first
     memory = np.zeros(MEMORY_SIZE)
-    memory[[SPEED, FILTERED, MEASURED, FIRST_SPEED]] = first
+    memory[[SPEED, FILTERED, MEASURED]] = first
+    memory[EARLIER_CUT] = earlier
     memory[[WANTED, TORQUE]] = load
     memory[[DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, STRING_TORQUE, SMOOTH_STRING]] = machine.drive.gain * load
     if machine.control.matching_high_pass < np.inf:

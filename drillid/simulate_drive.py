@@ -1,8 +1,8 @@
 """Sensor, speed control and drive of the time-domain simulator, compiled."""
 
 import numpy as np
-from numba import njit
 
+from drillid.compiled import compiled
 from drillid.simulate_parts import (
     DEMAND,
     DRIVE_BEFORE,
@@ -28,7 +28,7 @@ from drillid.simulate_parts import (
 )
 
 
-@njit(cache=True)
+@compiled
 def low_pass(before: float, now: float, state: float, time_constant: float, step: float) -> float:
     """First-order low pass by the trapezoidal rule; a time constant of 0 passes the input."""
     if time_constant == 0.0:
@@ -36,7 +36,7 @@ def low_pass(before: float, now: float, state: float, time_constant: float, step
     return ((2 * time_constant - step) * state + step * (before + now)) / (2 * time_constant + step)
 
 
-@njit(cache=True)
+@compiled
 def read_speed(control: Control, speed: float, memory: Vector) -> float:
     """Reading of the top drive's speed in rad/s."""
     reading = speed
@@ -48,7 +48,7 @@ def read_speed(control: Control, speed: float, memory: Vector) -> float:
     return reading
 
 
-@njit(cache=True)
+@compiled
 def given_up(control: Control, step: float, speed: float, memory: Vector) -> float:
     """Speed (rad/s) by which impedance matching lowers the set point for the string's torque.
 
@@ -66,7 +66,7 @@ def given_up(control: Control, step: float, speed: float, memory: Vector) -> flo
     return float(control.matching * (smooth - mean))
 
 
-@njit(cache=True)
+@compiled
 def error_slope(control: Control, step: float, error: float, memory: Vector) -> float:
     """Time derivative of the control's error in rad/s² behind the compensation's filter."""
     if control.compensation_filter > 0.0:
@@ -79,7 +79,7 @@ def error_slope(control: Control, step: float, error: float, memory: Vector) -> 
     return float(ahead)
 
 
-@njit(cache=True)
+@compiled
 def control_torque(control: Control, step: float, speed_set: float, speed: float, memory: Vector) -> float:
     """Torque in N m that the speed control asks for at a reading, `step` seconds after its last one."""
     filtered = low_pass(memory[SPEED], speed, memory[FILTERED], control.speed_filter, step)
@@ -98,7 +98,7 @@ def control_torque(control: Control, step: float, speed_set: float, speed: float
     return float(torque)
 
 
-@njit(cache=True)
+@compiled
 def delayed_command(command: Vector, newest: int, age: float) -> float:
     """Command of `age` steps ago by cubic interpolation; below one step it is extrapolated."""
     whole = max(1, int(np.floor(age)))
@@ -113,7 +113,7 @@ def delayed_command(command: Vector, newest: int, age: float) -> float:
     return float(delayed)
 
 
-@njit(cache=True)
+@compiled
 def drive_torque(drive: Drive, step: float, command: Vector, newest: int, jitter: float, memory: Vector) -> float:
     """Torque in N m of the drive, half a step after the newest command."""
     # the torque acts half a step after the speeds that it changes

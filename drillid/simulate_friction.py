@@ -6,12 +6,12 @@ found by trial within the step, and every trial solves one symmetric tridiagonal
 """
 
 import numpy as np
-from numba import njit
 
-from drillid.simulate_parts import BLADE, FIRST_SPEED, Friction, Grid, Rock, State, Vector
+from drillid.compiled import compiled
+from drillid.simulate_parts import BLADE, EARLIER_CUT, FURTHEST, Friction, Grid, Rock, State, Vector
 
 
-@njit(cache=True)
+@compiled
 def factorise(grid: Grid, held: np.ndarray, half_step: float, multiplier: Vector, inverse: Vector) -> None:
     """LDLᵀ of inertia + half_step · damping without the held nodes: multipliers (n,), inverse pivots (n + 1,)."""
     count = grid.coupling.size
@@ -31,7 +31,7 @@ def factorise(grid: Grid, held: np.ndarray, half_step: float, multiplier: Vector
             carried = multiplier[i] * link
 
 
-@njit(cache=True, fastmath={"contract"})
+@compiled
 def substitute(multiplier: Vector, inverse: Vector, mean: Vector) -> None:
     """Solve in place with the factors."""
     count = multiplier.size
@@ -43,7 +43,7 @@ def substitute(multiplier: Vector, inverse: Vector, mean: Vector) -> None:
         mean[i] += multiplier[i] * mean[i + 1]
 
 
-@njit(cache=True)
+@compiled
 def reaction(grid: Grid, push: Vector, mean: Vector, half_step: float, node: int) -> float:
     """Torque (N m) against the node's motion that its balance of momentum leaves to friction."""
     needed = (grid.inertia[node] + half_step * grid.viscous[node]) * mean[node]
@@ -54,7 +54,7 @@ def reaction(grid: Grid, push: Vector, mean: Vector, half_step: float, node: int
     return float((push[node] - needed) / half_step)
 
 
-@njit(cache=True)
+@compiled
 def weakened(static: float, dynamic: float, speed: float, threshold: float, exponent: float) -> float:
     """Level of friction at a speed."""
     if static == dynamic:
@@ -65,7 +65,7 @@ def weakened(static: float, dynamic: float, speed: float, threshold: float, expo
     return float(dynamic + (static - dynamic) * np.exp(-ratio))
 
 
-@njit(cache=True)
+@compiled
 def _step_behind(angle: Vector, target: float, newest: int, start: int) -> int:
     """Step in whose course the bit passed an angle, searched from the step that was found before."""
     j = start
@@ -76,30 +76,30 @@ def _step_behind(angle: Vector, target: float, newest: int, start: int) -> int:
     return j
 
 
-@njit(cache=True)
+@compiled
 def chip_torque(rock: Rock, weight: float, state: State, newest: int, step: float) -> float:
     """Torque (N m) of the blades' depth of cut, half a step after the newest step; moves the bit down for one step."""
     angle, depth, memory = state.angle, state.depth, state.memory
     now = depth[newest]
     depth[newest + 1] = now
-    if weight <= 0:
+    here = angle[newest] + step / 2 * state.speed[-1]
+    # ground that the bit has already been over before it turned backward is cut
+    if weight <= 0 or here < memory[FURTHEST]:
         return 0.0
-    target = angle[newest] + step / 2 * state.speed[-1] - 2 * np.pi / rock.blades
+    memory[FURTHEST] = here
+    target = here - 2 * np.pi / rock.blades
     j = _step_behind(angle, target, newest, int(memory[BLADE]))
     memory[BLADE] = j
-    behind = 0.0
+    behind = target * memory[EARLIER_CUT]
     if target >= angle[0]:
         behind = depth[j] + (target - angle[j]) / (angle[j + 1] - angle[j]) * (depth[j + 1] - depth[j])
-    elif memory[FIRST_SPEED] > 0:
-        # before the first step the bit turned and cut steadily
-        behind = target / memory[FIRST_SPEED] * rock.rate
-    deepest = behind + rock.depth_per_weight * weight / rock.blades
-    depth[newest + 1] = max(min(now + step * rock.rate, deepest), now)
+    greatest = rock.depth_per_weight * weight / rock.blades
+    depth[newest + 1] = max(min(now + step * rock.rate, behind + greatest), now)
     cut = (now + depth[newest + 1]) / 2 - behind
-    return float(rock.torque_per_depth * rock.blades * max(cut, 0.0))
+    return float(rock.torque_per_depth * rock.blades * min(max(cut, 0.0), greatest))
 
 
-@njit(cache=True)
+@compiled
 def set_levels(friction: Friction, rock: Rock, weight: float, state: State, levels: tuple[Vector, Vector]) -> None:
     """Static and sliding level (N m) of every contact, at speeds half a step ahead."""
     static, sliding = levels
@@ -115,7 +115,7 @@ def set_levels(friction: Friction, rock: Rock, weight: float, state: State, leve
             sliding[k] += load * weakened(rock.static, rock.dynamic, speed, rock.threshold, rock.exponent)
 
 
-@njit(cache=True)
+@compiled
 def settle(
     grid: Grid,
     nodes: np.ndarray,
@@ -160,7 +160,7 @@ def settle(
         factorise(grid, state.held, half_step, factors[0], factors[1])
 
 
-@njit(cache=True)
+@compiled
 def _load(
     grid: Grid,
     nodes: np.ndarray,

@@ -53,8 +53,8 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
     grid = _with_ends(rig, _string(rig, laws, counts))
     _check_stable(rig, grid, time_step)
     memory = _memory(rig, laws, counts, time_step / 2)
-    grid.viscous[:] += (memory.shunt / (1 + memory.shunt_decay[:, None])).sum(axis=0)
-    grid.coupling[:] += (memory.series * time_step / 2 / (1 + memory.series_decay[:, None])).sum(axis=0)
+    grid.viscous[:] += memory.shunt.sum(axis=0)
+    grid.coupling[:] += memory.series.sum(axis=0) * time_step / 2
     top_inertia = rig.gear.output_inertia if rig.gear.play > 0 else float(rig.system.top_drive.inertia)
     gear = Gear(rig.gear.play > 0, rig.gear.play / 2, rig.gear.damping)
     if gear.present:
@@ -97,7 +97,10 @@ def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...],
     shunt, series = (np.pad(gains, ((0, 0), (before, after))) for gains in (shunt, series))
     used = [np.flatnonzero(gains.any(axis=1)) for gains in (shunt, series)]
     decays = [RATES[kept] * half_step for kept in used]
-    return Memory(bool(used[0].size or used[1].size), decays[0], shunt[used[0]], decays[1], series[used[1]])
+    # the trapezoidal rule divides each relaxation between this step's mean and what is remembered
+    shunt, series = (gains[kept] for gains, kept in zip((shunt, series), used, strict=True))
+    owed = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]
+    return Memory(bool(used[0].size or used[1].size), decays[0], owed[0], decays[1], owed[1])
 
 
 def _with_ends(rig: NonlinearRig, string: Grid) -> Grid:

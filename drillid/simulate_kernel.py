@@ -5,9 +5,9 @@ forces are leap-frogged, damping and friction are implicit: one symmetric tridia
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from drillid.compiled import compiled
 from drillid.simulate_drive import control_torque, drive_torque, read_speed
 from drillid.simulate_friction import chip_torque, factorise, reaction, set_levels, settle
 from drillid.simulate_parts import MEASURED, TOP_ANGLE, TWIST, Grid, Inputs, Machine, Memory, State, Vector
@@ -17,7 +17,7 @@ OUTPUTS = 7
 SUPPLIED, DISSIPATED = 0, 1
 
 
-@njit(cache=True)
+@compiled
 def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
     """Elastic torque of the gear at a twist: none within the play."""
     if twist > half_play:
@@ -27,7 +27,7 @@ def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
     return 0.0
 
 
-@njit(cache=True)
+@compiled
 def _stretch(machine: Machine, state: State, step: float) -> bool:
     """Torques of all springs half a step later; tells whether the gear's teeth have met or parted."""
     grid, gear = machine.grid, machine.gear
@@ -43,7 +43,7 @@ def _stretch(machine: Machine, state: State, step: float) -> bool:
     return changed
 
 
-@njit(cache=True, fastmath={"contract"})
+@compiled
 def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float, push: Vector) -> None:
     """Momentum plus impulse of half a step of all torques but damping and friction, (n + 1,) into `push`."""
     count = state.torque.size
@@ -53,33 +53,39 @@ def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float,
     push[count] = grid.inertia[count] * state.speed[count] + half_step * (state.torque[count - 1] - rock)
 
 
-@njit(cache=True)
+@compiled
 def _remember(memory: Memory, state: State, half_step: float, past: tuple[Vector, Vector], push: Vector) -> None:
     """Torques that relaxations owe to what was before: on nodes and in springs, into `past` and to `push`."""
     on_nodes, in_springs = past
     on_nodes[:] = 0.0
     in_springs[:] = 0.0
     for k in range(memory.shunt_decay.size):
-        on_nodes += memory.shunt[k] / (1 + memory.shunt_decay[k]) * state.relaxed_speed[k]
+        for i in range(on_nodes.size):
+            on_nodes[i] += memory.shunt[k, i] * state.relaxed_speed[k, i]
     for k in range(memory.series_decay.size):
-        in_springs += memory.series[k] / (1 + memory.series_decay[k]) * state.unrelaxed_twist[k]
+        for i in range(in_springs.size):
+            in_springs[i] += memory.series[k, i] * state.unrelaxed_twist[k, i]
     push += half_step * on_nodes
     push[:-1] -= half_step * in_springs
     push[1:] += half_step * in_springs
 
 
-@njit(cache=True)
+@compiled
 def _relax(memory: Memory, state: State, mean: Vector, half_step: float) -> None:
     """Relaxations a step later, by the trapezoidal rule."""
     for k in range(memory.shunt_decay.size):
-        a, relaxed = memory.shunt_decay[k], state.relaxed_speed[k]
-        relaxed[:] = ((1 - a) * relaxed + 2 * a * mean) / (1 + a)
+        a = memory.shunt_decay[k]
+        kept, gained = (1 - a) / (1 + a), 2 * a / (1 + a)
+        for i in range(mean.size):
+            state.relaxed_speed[k, i] = kept * state.relaxed_speed[k, i] + gained * mean[i]
     for k in range(memory.series_decay.size):
-        a, twist = memory.series_decay[k], state.unrelaxed_twist[k]
-        twist[:] = ((1 - a) * twist + 2 * half_step * (mean[:-1] - mean[1:])) / (1 + a)
+        a = memory.series_decay[k]
+        kept, gained = (1 - a) / (1 + a), 2 * half_step / (1 + a)
+        for i in range(mean.size - 1):
+            state.unrelaxed_twist[k, i] = kept * state.unrelaxed_twist[k, i] + gained * (mean[i] - mean[i + 1])
 
 
-@njit(cache=True)
+@compiled
 def _losses(machine: Machine, push: Vector, mean: Vector, half_step: float, past: tuple[Vector, Vector]) -> float:
     """Power lost in all dampers and in friction, W; what relaxations store counts as lost until they return it."""
     grid = machine.grid
@@ -91,7 +97,7 @@ def _losses(machine: Machine, push: Vector, mean: Vector, half_step: float, past
     return lost
 
 
-@njit(cache=True)
+@compiled
 def _into_string(machine: Machine, state: State, mean: Vector, drive: float, step: float) -> float:
     """Torque that drive or gear leave to the string after moving the top drive's own inertia, N m."""
     torque = drive - machine.top_inertia * 2 * (mean[0] - state.speed[0]) / step
@@ -101,7 +107,7 @@ def _into_string(machine: Machine, state: State, mean: Vector, drive: float, ste
     return float(torque)
 
 
-@njit(cache=True)
+@compiled
 def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int, newest: int) -> None:
     """Write the command of step n; between readings of the speed it is held."""
     control = machine.control
@@ -115,7 +121,7 @@ def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int
     )
 
 
-@njit(cache=True)
+@compiled
 def _advance(machine: Machine, state: State, mean: Vector, step: float, n: int) -> None:
     """Speeds, angles and relaxations of the next step."""
     if machine.memory.present:
@@ -127,7 +133,7 @@ def _advance(machine: Machine, state: State, mean: Vector, step: float, n: int) 
     state.speed[:] = 2 * mean - state.speed
 
 
-@njit(cache=True, fastmath={"contract"})
+@compiled
 def march(
     machine: Machine,
     inputs: Inputs,

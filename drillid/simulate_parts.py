@@ -72,12 +72,12 @@ class Memory(NamedTuple):
     present: bool
     shunt_decay: Vector
     """(K,) rate times half a step."""
-    shunt: Vector
-    """(K, n + 1) N m s/rad, each acts on a node's speed less its relaxed speed."""
+    shunt: NDArray[np.float64]
+    """(K, n + 1) N m s/rad, what the step's mean speed finds less what is owed to the relaxed speed."""
     series_decay: Vector
     """(L,) rate times half a step."""
-    series: Vector
-    """(L, n) N m/rad, each acts on a spring's twist as far as it has not relaxed."""
+    series: NDArray[np.float64]
+    """(L, n) N m/rad, owed to each spring's twist as far as it has not relaxed."""
 
 
 class Control(NamedTuple):
@@ -171,9 +171,9 @@ class State(NamedTuple):
     """(n + 1,) nodes whose next speed is known beforehand."""
     memory: Vector
     """(MEMORY_SIZE,) figures of control, drive, gear and bit, by the numbers below."""
-    relaxed_speed: Vector
+    relaxed_speed: NDArray[np.float64]
     """(K, n + 1) rad/s."""
-    unrelaxed_twist: Vector
+    unrelaxed_twist: NDArray[np.float64]
     """(L, n) rad."""
     command: Vector
     """(past + steps,) N m."""
@@ -189,6 +189,8 @@ SMOOTH_ERROR, ERROR_SLOPE, SPEED_SLOPE, STRING_TORQUE, SMOOTH_STRING, MEAN_STRIN
 """Inertia compensation and impedance matching at the last reading."""
 DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, EXCESS = range(13, 17)
 """Drive: limited delayed command; its torque now and a step ago; what the limit cut off."""
-TOP_ANGLE, TWIST, BLADE, FIRST_SPEED = range(17, 21)
-"""Top drive's angle; gear's twist; step in whose course the bit was one blade behind; speed before the first step."""
-MEMORY_SIZE = 21
+TOP_ANGLE, TWIST = range(17, 19)
+"""Angle of the top drive; twist of the gear."""
+BLADE, FURTHEST, EARLIER_CUT = range(19, 22)
+"""Step in whose course the bit was one blade behind; furthest angle it has reached; depth per angle before step 0."""
+MEMORY_SIZE = 22

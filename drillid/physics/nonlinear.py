@@ -123,9 +123,14 @@ class RegenerativeBit:
                 "regenerative bit", "blades must be at least 1, torque, rate and depth not negative", "Correct them"
             )
 
-    def torque(self, speed: float) -> float:
-        """Torque (N m) of steady cutting at a speed in rad/s."""
-        return self.torque_per_depth * self.rate * 2 * np.pi / speed
+    def carried(self, speed: float, weight: float) -> bool:
+        """Whether the weight (N) suffices for the rate of penetration at a steady speed in rad/s."""
+        return self.rate * 2 * np.pi / speed <= self.depth_per_weight * weight
+
+    def torque(self, speed: float, weight: float) -> float:
+        """Torque (N m) of steady cutting at a speed in rad/s under a weight in N."""
+        depth = self.rate * 2 * np.pi / speed if self.carried(speed, weight) else self.depth_per_weight * weight
+        return self.torque_per_depth * depth
 
 
 @dataclass(frozen=True)
@@ -190,8 +195,9 @@ class NonlinearRig:
             levels = (weight_on_bit * self.cutting.static, weight_on_bit * self.cutting.dynamic)
             weakening = self.cutting.weakening
             laws.append(StribeckCutting(*levels, weakening.threshold, speed, weakening.exponent))
-        if self.regenerative is not None and weight_on_bit > 0:
-            laws.append(RegenerativeCutting(self.regenerative.torque(speed), speed, self.regenerative.blades))
+        blades = self.regenerative
+        if blades is not None and blades.carried(speed, weight_on_bit):
+            laws.append(RegenerativeCutting(blades.torque(speed, weight_on_bit), speed, blades.blades))
         return replace(self.system, bit=replace(self.system.bit, cutting=tuple(laws)))
 
 
