@@ -1,0 +1,274 @@
+"""Margins, tuning and the stick-slip map against closed forms and the time-domain simulator."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from drillid.control import (
+    Family,
+    Goal,
+    Limits,
+    Tuning,
+    bit_vibration,
+    controlled_by,
+    in_units,
+    sampled_systems,
+    tune,
+)
+from drillid.errors import EstimationError, SettingsError
+from drillid.excitation import coloured_noise
+from drillid.figures_control import draw_bit_mobility, draw_stick_slip_map
+from drillid.margins import is_stable, loop_transfer, margins, unstable_poles
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, ImpedanceMatching, Section, TopDrive
+from drillid.physics.line import Complex
+from drillid.physics.model import drilling_system
+from drillid.physics.modes import modes
+from drillid.physics.nonlinear import Cutting, Weakening
+from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
+from drillid.simulate import TIME_STEP, simulate
+from drillid.stick_slip import (
+    critical_slope,
+    lowest_stable_speed,
+    simulated_growth,
+    simulated_lowest_speed,
+    stick_slip_map,
+)
+from tests.simulated import DEEP
+
+Floats = NDArray[np.float64]
+
+STIFF = Controller(20000.0, 20000.0)
+SOFT = Controller(1500.0, 800.0)
+MATCHED = Controller(
+    4500.0, 4500.0, matching=ImpedanceMatching(1 / DEEP.pipe.characteristic_admittance, 1105.0, 0.01, 5.0)
+)
+CUTTING = Cutting(0.06, 0.03, Weakening(6.0))
+SPREAD = np.array([0.3, 0.3, 0.01, 0.05, 0.05, 0.01, 0.3, 0.1])
+SAMPLES = sampled_systems(DEEP.parameters, np.diag((SPREAD * DEEP.parameters) ** 2), DEEP.known, 8)
+
+
+@pytest.mark.parametrize(("gain", "delay"), [(2.0, 0.1), (5.0, 0.03), (0.8, 1.2)])
+def test_margins_of_an_integrator_with_delay(gain: float, delay: float) -> None:
+    """L = K e^(−sT)/s: gain margin π/(2KT), phase margin π/2 − KT, delay margin π/(2K) − T."""
+    found = margins(lambda s: gain * np.exp(-s * delay) / s)
+    assert found.gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-3)
+    assert found.phase == pytest.approx(np.pi / 2 - gain * delay, abs=1e-3)
+    assert found.delay == pytest.approx(np.pi / (2 * gain) - delay, rel=2e-3)
+    assert found.gain_reduction == 0.0
+
+    def distance(speed: float) -> float:
+        return float(np.abs(1 + gain * np.exp(-1j * speed * delay) / (1j * speed)))
+
+    nearest = minimize_scalar(distance, bounds=(0.1 * gain, 3 / delay), method="bounded")
+    assert found.modulus == pytest.approx(nearest.fun, rel=1e-3)
+    assert found.sensitivity == pytest.approx(1 / nearest.fun, rel=1e-3)
+
+
+def test_margins_of_a_first_order_plant_with_delay() -> None:
+    """L = K e^(−sT)/(1 + sτ): phase margin π − ωT − atan ωτ at ω = √(K² − 1)/τ; gain margin where the lag is π."""
+    gain, lag, delay = np.array([[4.0], [2.0]]), 1.5, 0.2
+    found = margins(lambda s: gain * np.exp(-s * delay) / (1 + s * lag))
+    crossover = np.sqrt(gain[:, 0] ** 2 - 1) / lag
+    np.testing.assert_allclose(found.phase, np.pi - crossover * delay - np.arctan(crossover * lag), atol=2e-3)
+    turned = brentq(lambda w: w * delay + np.arctan(w * lag) - np.pi, 0.1, np.pi / delay)
+    np.testing.assert_allclose(found.gain, np.hypot(1, turned * lag) / gain[:, 0], rtol=1e-3)
+
+
+def test_loop_of_a_top_drive_without_string_is_that_of_its_inertia() -> None:
+    """With a negligible string L = (P + I/s) e^(−sT)/(J s); a gain margin is lost below as well as above."""
+    string = (Section(100.0, 1e-12),)
+    system = DrillingSystem(TopDrive(1000.0, 0.05, Controller(2000.0, 1000.0)), string, Bit(1e-6))
+    s = laplace(np.geomspace(0.01, 5, 40))
+    np.testing.assert_allclose(loop_transfer(system, s), (2000 + 1000 / s) * np.exp(-0.05 * s) / (1000 * s), rtol=1e-6)
+
+
+@pytest.mark.parametrize("controller", [STIFF, SOFT, MATCHED, replace(MATCHED, speed_filter=0.03, torque_filter=0.02)])
+def test_closing_the_loop_gives_the_command_mobility(controller: Controller) -> None:
+    """M = D/(J s + Y_in)/(1 + L), impedance matching included, whose L is that at the drive's input."""
+    system = controlled_by(DEEP.system, controller)
+    s = laplace(np.geomspace(0.01, 8, 300))
+    closed = torque_mobility(system, s) / (1 + loop_transfer(system, s))
+    np.testing.assert_allclose(closed, command_mobility(system, s), rtol=1e-9)
+
+
+def amplified(factor: float) -> DrillingSystem:
+    controller = Controller(8000.0 * factor, 800.0 * factor)
+    return controlled_by(DEEP.system, controller)
+
+
+def test_nyquist_counts_the_growing_modes() -> None:
+    limit = float(margins(lambda s: loop_transfer(amplified(1.0), s)).gain)
+    counts = []
+    for factor in (1.0, 0.97 * limit, 1.03 * limit):
+        system = amplified(factor)
+        growing = modes(system, 0.02, 15.0, fastest_growth=30.0).poles.real > 0
+        count = int(unstable_poles(partial(loop_transfer, system), integrating=True))
+        assert count == 2 * np.count_nonzero(growing)
+        counts.append(count)
+    assert counts == [0, 0, 2]
+
+
+def test_gain_margin_is_where_the_simulated_rig_begins_to_vibrate() -> None:
+    limit = float(margins(lambda s: loop_transfer(amplified(1.0), s)).gain)
+    growth = []
+    for factor in (0.97, 1.03):
+        steps = round(30 / TIME_STEP)
+        sweep = np.zeros(steps)
+        sweep[:200] = 100.0
+        result = simulate(amplified(factor * limit), sweep, np.full(steps, 10.5), np.zeros(steps))
+        early, late = np.array_split(result.speed - 10.5, 3)[1:]
+        growth.append(float(np.std(np.diff(late)) / np.std(np.diff(early))))
+    assert growth[0] < 0.8
+    assert growth[1] > 1.25
+
+
+TUNED: list[tuple[Family, Goal]] = [
+    ("proportional integral", "peak"),
+    ("proportional integral", "decay"),
+    ("inertia compensation", "mean square"),
+    ("impedance matching", "peak"),
+]
+
+
+@pytest.fixture(scope="module", params=TUNED, ids=[" for ".join(one) for one in TUNED])
+def tuning(request: pytest.FixtureRequest) -> tuple[Tuning, Goal]:
+    family, goal = request.param
+    return tune(controlled_by(SAMPLES, STIFF), family, goal), goal
+
+
+def test_tuned_control_keeps_its_margins_for_every_sample(tuning: tuple[Tuning, Goal]) -> None:
+    found, limits = tuning[0], Limits()
+    assert found.margins.gain.shape == (8,)
+    assert np.all(found.margins.gain >= limits.gain)
+    assert np.all(found.margins.gain_reduction <= 1 / limits.gain)
+    assert np.all(found.margins.phase >= limits.phase)
+    assert np.all(found.margins.sensitivity <= limits.sensitivity)
+    assert is_stable(controlled_by(SAMPLES, found.controller))
+
+
+def test_tuned_control_is_better_than_stiff_and_than_its_neighbours(tuning: tuple[Tuning, Goal]) -> None:
+    found, goal = tuning
+    assert found.value < 0.65 * found.present
+    for factor in (0.9, 1.1):
+        controller = replace(found.controller, proportional=factor * found.controller.proportional)
+        if controller.matching is not None:
+            matching = replace(controller.matching, impedance=factor * controller.matching.impedance)
+            controller = replace(found.controller, matching=matching)
+        candidate = controlled_by(SAMPLES, controller)
+        kept = Limits().lacking(margins(partial(loop_transfer, candidate))) == 0
+        if kept:
+            assert np.max(bit_vibration(candidate, goal, (0.05, 3.0))) > 0.999 * found.value
+
+
+def test_tuned_control_calms_the_simulated_bit(tuning: tuple[Tuning, Goal]) -> None:
+    steps = round(240 / TIME_STEP)
+    torque = 4000.0 + coloured_noise(np.random.default_rng(5), steps, TIME_STEP, 500.0, 2.0)
+    spread = {}
+    for name, controller in (("stiff", STIFF), ("tuned", tuning[0].controller)):
+        system = controlled_by(DEEP.system, controller)
+        result = simulate(system, np.zeros(steps), np.full(steps, 10.5), torque, mean_bit_torque=4000.0)
+        spread[name] = float(np.std(result.bit_speed[1000:]))
+    assert spread["tuned"] < 0.8 * spread["stiff"]
+
+
+def test_goals_are_what_they_say() -> None:
+    system = drilling_system(DEEP.parameters, DEEP.known)
+    size = np.abs(bit_mobility(system, laplace(np.linspace(0.05, 3.0, 30000))))
+    assert bit_vibration(system, "peak", (0.05, 3.0))[()] == pytest.approx(size.max(), rel=0.01)
+    assert bit_vibration(system, "mean square", (0.05, 3.0))[()] == pytest.approx(np.mean(size**2), rel=0.01)
+
+
+def test_margins_that_no_settings_keep_are_told() -> None:
+    with pytest.raises(EstimationError, match="no settings keep the margins"):
+        tune(controlled_by(SAMPLES, STIFF), limits=Limits(sensitivity=1.0001))
+
+
+def test_settings_in_the_rigs_units() -> None:
+    settings = in_units(MATCHED)
+    assert {name: unit for name, (_, unit) in settings.items()} == {
+        "proportional": "kN m/rpm",
+        "integral": "kN m/rad",
+        "impedance": "rpm/(kN m)",
+        "low_pass": "s",
+        "high_pass": "s",
+    }
+    assert settings["proportional"][0] == pytest.approx(4.5 * np.pi / 30)
+    assert settings["integral"][0] == pytest.approx(4.5)
+    assert settings["impedance"][0] == pytest.approx(30 / np.pi * 1000 / DEEP.pipe.characteristic_admittance)
+    assert in_units(SOFT, {"proportional": "ft-lbf/rpm"})["proportional"][0] == pytest.approx(
+        1500 / 1.3558179483314 * np.pi / 30
+    )
+    with pytest.raises(SettingsError, match="unit of proportional"):
+        in_units(SOFT, {"proportional": "bar"})
+
+
+def test_samples_stay_within_bounds_and_begin_at_the_fit() -> None:
+    lengths = np.asarray(SAMPLES.string[0].length)
+    assert lengths.shape == (8, 1)
+    assert lengths[0, 0] == DEEP.parameters[2]
+    assert 0.003 < lengths.std() / lengths.mean() < 0.02
+    with pytest.raises(EstimationError, match="outside"):
+        sampled_systems(np.full(8, -1.0), np.eye(8) * 1e-6, DEEP.known)
+
+
+def test_lossless_string_bears_the_damping_of_its_bit() -> None:
+    """At a resonance of a clamped lossless string nothing but the bit's own damping takes energy."""
+    system = DrillingSystem(DEEP.top_drive, (Section(2000.0, 1.6e-5), Section(150.0, 7e-5)), Bit(50.0, 33.0))
+    slope, frequency = critical_slope(system, stiff=True)
+    assert slope == pytest.approx(33.0, rel=1e-6)
+    expected = modes(replace(system, bit=Bit(50.0)), highest=10.3, stiff=True).frequency
+    assert np.min(np.abs(expected - frequency)) < 1e-3
+
+
+@pytest.mark.parametrize("weight", [5e4, 1e5, 2e5])
+def test_lowest_speed_of_an_exponential_law(weight: float) -> None:
+    """−T' = W Δ/Ω_s e^(−Ω/Ω_s) = g, so Ω = Ω_s ln(W Δ/(Ω_s g)); without enough weight no speed is unstable."""
+    slope = 60.0
+    expected = 6.0 * np.log(weight * 0.03 / (6.0 * slope))
+    assert lowest_stable_speed(CUTTING, weight, slope) == pytest.approx(expected, rel=1e-9)
+    assert lowest_stable_speed(CUTTING, 1.1e4, slope) == 0.0
+
+
+@pytest.mark.parametrize("controller", [STIFF, SOFT, MATCHED], ids=["stiff", "soft", "matched"])
+def test_predicted_lowest_speed_is_the_simulated_one(controller: Controller) -> None:
+    """Within 1 %: a small vibration grows 1 % below and decays 1 % above."""
+    system, weight = controlled_by(DEEP.system, controller), 1e5
+    slope, frequency = critical_slope(system)
+    predicted = lowest_stable_speed(CUTTING, weight, slope)
+    assert simulated_growth(system, CUTTING, weight, 0.99 * predicted, frequency) > 0
+    assert simulated_growth(system, CUTTING, weight, 1.01 * predicted, frequency) < 0
+
+
+def test_simulated_lowest_speed_is_found_between_two() -> None:
+    system, weight = controlled_by(DEEP.system, STIFF), 1e5
+    predicted = lowest_stable_speed(CUTTING, weight, critical_slope(system)[0])
+    found = simulated_lowest_speed(system, CUTTING, weight, (0.95 * predicted, 1.05 * predicted))
+    assert found == pytest.approx(predicted, rel=0.01)
+    with pytest.raises(EstimationError, match="keeps its sign"):
+        simulated_lowest_speed(system, CUTTING, weight, (1.05 * predicted, 1.1 * predicted))
+
+
+def test_map_orders_the_controllers_and_its_figures_are_drawn(tmp_path: Path) -> None:
+    controllers = {"stiff": STIFF, "soft": SOFT, "impedance matched": MATCHED}
+    found = stick_slip_map(DEEP.system, CUTTING, np.linspace(2e4, 2e5, 10), controllers)
+    stiff, soft, matched = (found.speed[name] for name in controllers)
+    assert np.all(np.diff(stiff) > 0)
+    assert np.all(soft < stiff)
+    assert np.all(matched < soft)
+    draw_stick_slip_map(found, tmp_path / "map.png", {"stiff": (1e5, float(np.interp(1e5, found.weight, stiff)))})
+    systems = {name: controlled_by(SAMPLES, controller) for name, controller in controllers.items()}
+    draw_bit_mobility(systems, tmp_path / "mobility.png")
+    for name in ("map.png", "mobility.png"):
+        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
+
+
+def test_complex_loops_keep_their_leading_axes() -> None:
+    def loop(s: Complex) -> Complex:
+        return np.asarray(np.array([[0.5], [40.0]]) * np.exp(-0.1 * s) / s, dtype=complex)
+
+    np.testing.assert_array_equal(unstable_poles(loop, integrating=True), [0, 2])
