@@ -67,7 +67,7 @@ def run(rig: NonlinearRig, energies: bool) -> Simulation:
         rig,
         np.where(steps > 60, exponential_sweeps(steps, 500.0), 0.0),
         SPEED * np.interp(steps, [0, 10], [0.0, 1.0]),
-        0 * steps,
+        np.zeros(steps.size),
         weight_on_bit=WEIGHT * np.interp(steps, [30, 40], [0.0, 1.0]),
         time_step=TIME_STEP,
         sample_interval=4 * TIME_STEP,

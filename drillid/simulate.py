@@ -18,30 +18,8 @@ from drillid.physics.equipment import DrillingSystem
 from drillid.physics.nonlinear import Course, NonlinearRig
 from drillid.simulate_grid import build, element_counts, whole_steps
 from drillid.simulate_kernel import OUTPUTS, flank_torque, march
-from drillid.simulate_parts import (
-    DEMAND,
-    DRIVE_BEFORE,
-    DRIVE_TORQUE,
-    EARLIER_CUT,
-    ERROR,
-    FILTERED,
-    INTEGRAL,
-    MEAN_STRING,
-    MEASURED,
-    MEMORY_SIZE,
-    SMOOTH_ERROR,
-    SMOOTH_STRING,
-    SPEED,
-    STRING_TORQUE,
-    TORQUE,
-    TWIST,
-    WANTED,
-    Friction,
-    Inputs,
-    Machine,
-    Rock,
-    State,
-)
+from drillid.simulate_parts import TWIST, Inputs, Machine, State
+from drillid.simulate_start import steady_state, take_grip
 
 Vector = NDArray[np.float64]
 
@@ -132,13 +110,16 @@ def simulate(
     # the fewest elements keep a string that grows or shrinks within the scheme's stability
     counts = tuple(map(min, zip(*(element_counts(one, time_step) for one in rigs), strict=True)))
     machines = [_build(one, counts, time_step, top_speed is not None) for one in rigs]
-    inputs = _inputs(rigs[0], (sweep, speed_set, bit_torque), weight_on_bit, top_speed, time_step, seed)
-    state = _steady(machines, inputs, mean_bit_torque, time_step)
+    _check_parts(machines)
+    jitter = _jitter(rigs, block, sweep.size, time_step, seed)
+    inputs = _inputs((sweep, speed_set, bit_torque), weight_on_bit, top_speed, jitter)
+    state = steady_state(machines, inputs, mean_bit_torque, time_step)
     outputs = np.zeros((OUTPUTS, (sweep.size + every - 1) // every))
     account, brought = np.zeros(2), 0.0
     before = stored = _stored(machines[0], state, time_step)
     for number, machine in enumerate(machines):
         brought += _stored(machine, state, time_step) - stored
+        take_grip(machine, state, top_speed is not None)
         span = (number * block, min((number + 1) * block, sweep.size))
         march(machine, inputs, state, span, time_step, every, outputs, account, energies)
         stored = _stored(machine, state, time_step)
@@ -156,12 +137,23 @@ def _rigs(rig: DrillingSystem | NonlinearRig | Course, steps: int, time_step: fl
         return [rig], steps
     block = max(1, round(RENEWAL / time_step))
     rigs = [rig(first * time_step) for first in range(0, steps, block)]
-    parts = {(len(one.system.string), one.gear.play > 0, one.system.motor is None, one.contact is None) for one in rigs}
+    if len({len(one.system.string) for one in rigs}) > 1:
+        raise SettingsError("simulation", "sections of the string come or go in time", "Let them change size only")
+    return rigs, block
+
+
+def _check_parts(machines: Sequence[Machine]) -> None:
+    """The state that is carried from block to block must keep its shape."""
+    parts = {
+        (one.grid.inertia.size, one.gear.present, one.rock.blades > 0, one.memory.shunt.shape, one.memory.series.shape)
+        for one in machines
+    }
     if len(parts) > 1:
         raise SettingsError(
-            "simulation", "sections, gear, motor or wall contact come or go in time", "Give them a size all the time"
+            "simulation",
+            "gear, motor, blades or damping laws with memory come or go in time",
+            "Give them a size, however small, all the time",
         )
-    return rigs, block
 
 
 def _build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float, imposed: bool) -> Machine:
@@ -182,12 +174,7 @@ def _build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float, imposed
 
 
 def _inputs(
-    rig: NonlinearRig,
-    series: tuple[Vector, Vector, Vector],
-    weight: Vector | float,
-    top_speed: Vector | None,
-    time_step: float,
-    seed: int | Sequence[int],
+    series: tuple[Vector, Vector, Vector], weight: Vector | float, top_speed: Vector | None, jitter: Vector
 ) -> Inputs:
     steps = series[0].size
     weights = np.full(steps, float(weight)) if np.ndim(weight) == 0 else np.asarray(weight, dtype=float)
@@ -198,66 +185,21 @@ def _inputs(
         )
     followed = np.empty(0) if top_speed is None else np.append(given[4], given[4][-1])
     sweep, speed_set, bit_torque, weights = (np.ascontiguousarray(one, dtype=float) for one in given[:4])
-    return Inputs(sweep, speed_set, bit_torque, weights, _jitter(rig, steps, time_step, seed), followed)
+    return Inputs(sweep, speed_set, bit_torque, weights, jitter, followed)
 
 
-def _jitter(rig: NonlinearRig, steps: int, time_step: float, seed: int | Sequence[int]) -> Vector:
-    limits = rig.limits
-    if limits.delay_jitter == 0.0:
+def _jitter(
+    rigs: Sequence[NonlinearRig], block: int, steps: int, time_step: float, seed: int | Sequence[int]
+) -> Vector:
+    sizes = np.array([rig.limits.delay_jitter for rig in rigs])
+    if not sizes.any():
         return np.zeros(1)
-    every = whole_steps("jitter interval", limits.jitter_interval, time_step)
-    draws = limits.delay_jitter * np.random.default_rng(seed).standard_normal(-(-steps // every))
-    return np.repeat(draws, every)[:steps]
-
-
-def _steady(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: float, time_step: float) -> State:
-    """State of steady rotation, or of a string at rest with nothing but the given torque at its lower end."""
-    machine, steps = machines[0], inputs.sweep.size
-    grid, friction, rock, gear = machine.grid, machine.friction, machine.rock, machine.gear
-    first = float(inputs.speed_set[0] if inputs.top_speed.size == 0 else inputs.top_speed[0])
-    if first < 0 or (first == 0 and rock.blades and mean_bit_torque):
-        raise SettingsError("simulation", "it cannot start from this rotation", "Start at rest or turning forward")
-    taken = grid.viscous * first
-    taken[-1] += mean_bit_torque
-    earlier = 0.0
-    if first > 0:
-        taken[friction.nodes] += _weakened(friction.static, friction.dynamic, first, friction)
-        weight = max(float(inputs.weight[0]), 0.0)
-        taken[-1] += weight * float(_weakened(rock.static, rock.dynamic, first, rock)) if rock.cuts else 0.0
-        earlier = min(rock.rate / first, rock.depth_per_weight * weight / (2 * np.pi))
-        taken[-1] += rock.torque_per_depth * earlier * 2 * np.pi
-    torque = np.cumsum(taken[::-1])[::-1][1:].copy()
-    load = float(taken.sum()) / machine.drive.gain
-    error = inputs.speed_set[0] - first
-    memory = np.zeros(MEMORY_SIZE)
-    memory[[SPEED, FILTERED, MEASURED]] = first
-    memory[EARLIER_CUT] = earlier
-    memory[[WANTED, TORQUE]] = load
-    memory[[DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, STRING_TORQUE, SMOOTH_STRING]] = machine.drive.gain * load
-    if machine.control.matching_high_pass < np.inf:
-        memory[MEAN_STRING] = memory[SMOOTH_STRING]
-    else:
-        error -= machine.control.matching * memory[SMOOTH_STRING]
-    memory[[ERROR, SMOOTH_ERROR]], memory[INTEGRAL] = error, load - machine.control.proportional * error
-    if gear.present:
-        memory[TWIST] = torque[0] / grid.stiffness[0] + np.sign(torque[0]) * gear.half_play
-        grid.coupling[0] = gear.damping if torque[0] != 0.0 else 0.0
-    speed = np.full(grid.inertia.size, first)
-    slip, held = np.zeros(speed.size, dtype=np.int8), np.zeros(speed.size, dtype=np.bool_)
-    slip[friction.nodes], held[friction.nodes] = int(first > 0), first == 0
-    held[0] |= inputs.top_speed.size > 0
-    longest = max(one.drive.delay for one in machines) + float(inputs.jitter.max())
-    past = max(1, int(np.floor(longest / time_step))) + 3
-    command = np.full(past + steps, load)
-    angle = np.zeros(steps + 1 if rock.blades else 1)
-    relaxed = np.full(machine.memory.shunt.shape, first)
-    twists = np.zeros(machine.memory.series.shape)
-    return State(speed, speed.copy(), torque, slip, held, memory, relaxed, twists, command, angle, angle.copy())
-
-
-def _weakened(static: Vector | float, dynamic: Vector | float, speed: float, law: Friction | Rock) -> Vector:
-    fallen = np.exp(-((speed / law.threshold) ** law.exponent))
-    return np.asarray(dynamic + (np.asarray(static) - dynamic) * fallen, dtype=float)
+    intervals = {rig.limits.jitter_interval for rig in rigs}
+    if len(intervals) > 1:
+        raise SettingsError("simulation", "the jitter's interval changes in time", "Let its size change only")
+    every = whole_steps("jitter interval", intervals.pop(), time_step)
+    draws = np.random.default_rng(seed).standard_normal(-(-steps // every))
+    return np.asarray(np.repeat(sizes, block)[:steps] * np.repeat(draws, every)[:steps], dtype=float)
 
 
 def _stored(machine: Machine, state: State, time_step: float) -> float:

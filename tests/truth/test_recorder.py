@@ -8,8 +8,8 @@ from drillid.recorder import Recorder, Tone
 from tests.truth.rigs import Vector
 
 FINE, ROW = 0.0025, 0.02
-TIME = FINE * np.arange(40000)
-ROWS = ROW * np.arange(5000)
+TIME = FINE * np.arange(40000, dtype=float)
+ROWS = ROW * np.arange(5000, dtype=float)
 
 
 def tone(time: Vector, frequency: float) -> Vector:

@@ -6,16 +6,10 @@ from numpy.typing import NDArray
 
 from drillid.errors import SettingsError
 from drillid.excitation import coloured_noise
-from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
-
-SPEED = 12.0
-PERIOD = 100.0
-PIPE = Section(2900.0, polar_moment(0.1397, 0.1214), kappa=200.0, delta=2.5e8)
-COLLARS = Section(100.0, polar_moment(0.1651, 0.0714), kappa=200.0, delta=2.5e8)
-SOFT = Section(60.0, polar_moment(0.2, 0.07), kappa=5000.0, delta=3e8, shear_modulus=61e9)
-FREQUENCIES = np.arange(5, round(5 * PERIOD) + 1) / PERIOD
+from tests.truth.rigs import COLLARS, FREQUENCIES, PERIOD, PIPE, SOFT, SPEED, lines_of, multisine
 
 
 def rig(
@@ -23,19 +17,6 @@ def rig(
 ) -> DrillingSystem:
     controller = Controller(1500.0, 800.0, speed_filter, torque_filter)
     return DrillingSystem(TopDrive(1100.0, delay, controller, lag), (PIPE, COLLARS), Bit(40.0, 40.0))
-
-
-def multisine(steps: int) -> NDArray[np.float64]:
-    """All of FREQUENCIES at once with random phases, one period."""
-    lines = np.zeros(steps // 2 + 1, dtype=complex)
-    phases = np.random.default_rng(0).uniform(0, 2 * np.pi, FREQUENCIES.size)
-    lines[np.rint(FREQUENCIES * PERIOD).astype(int)] = 10 * steps * np.exp(1j * phases)
-    return np.fft.irfft(lines, steps)
-
-
-def lines_of(series: NDArray[np.float64], samples: int) -> NDArray[np.complex128]:
-    """Fourier coefficients of the last period at FREQUENCIES."""
-    return np.asarray(np.fft.rfft(series[-samples:])[np.rint(FREQUENCIES * PERIOD).astype(int)], dtype=complex)
 
 
 def mobility_errors(system: DrillingSystem, time_step: float = TIME_STEP) -> NDArray[np.float64]:

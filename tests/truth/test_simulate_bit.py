@@ -25,7 +25,7 @@ CUTTING = Cutting(0.12, 0.04, Weakening(4.0))
 
 def drilled(rig: NonlinearRig, speed: float, seconds: float, kick: float = 200.0) -> Simulation:
     """Steady drilling with one push of the bit at 5 s."""
-    time = TIME_STEP * np.arange(steps_in(seconds))
+    time = TIME_STEP * np.arange(steps_in(seconds), dtype=float)
     push = np.where((time > 5) & (time < 6), kick, 0.0)
     return simulate(rig, 0 * time, np.full(time.size, speed), push, weight_on_bit=WEIGHT, energies=True)
 
@@ -55,7 +55,7 @@ def swing(result: Simulation, start: float, end: float) -> float:
 
 def upward_crossings(time: Vector, series: Vector) -> Vector:
     level = series - series.mean()
-    return time[1:][(level[1:] > 0) & (level[:-1] <= 0)]
+    return np.asarray(time[1:][(level[1:] > 0) & (level[:-1] <= 0)], dtype=float)
 
 
 def test_steady_cutting_takes_the_torque_of_its_law() -> None:
@@ -95,7 +95,7 @@ def test_a_bit_that_sticks_bears_up_to_the_static_torque() -> None:
 
 def test_a_bit_without_weight_cuts_nothing() -> None:
     rig = NonlinearRig(STIFF, cutting=CUTTING, regenerative=RegenerativeBit(5, 1e6, 0.004, 1e-6))
-    time = TIME_STEP * np.arange(4000)
+    time = TIME_STEP * np.arange(4000, dtype=float)
     result = simulate(rig, 0 * time, np.full(4000, SPEED), 0 * time, weight_on_bit=0.0)
     assert np.abs(result.torque_on_bit).max() < 1e-9
 
@@ -109,7 +109,7 @@ def test_steady_blades_cut_the_depth_of_a_revolution() -> None:
 def test_blades_cut_deeper_where_the_bit_was_slow() -> None:
     """On slow speed changes the torque is inverse to the speed; it follows one blade time late on quick ones."""
     blades = RegenerativeBit(5, 1e5, 0.004, 1.0)
-    time = TIME_STEP * np.arange(steps_in(120.0))
+    time = TIME_STEP * np.arange(steps_in(120.0), dtype=float)
     slow = 15 + 3 * np.sin(2 * np.pi * time / 60)
     result = simulate(
         NonlinearRig(STIFF, regenerative=blades), 0 * time, slow, 0 * time, weight_on_bit=WEIGHT, top_speed=slow
@@ -134,7 +134,7 @@ def test_a_standing_bit_with_blades_is_loaded_up_to_its_stalling_torque() -> Non
 def test_a_motor_twists_by_the_torque_over_its_stiffness() -> None:
     motor = Motor(2e4, 200.0, 15.0)
     rig = NonlinearRig(replace(STIFF, motor=motor), cutting=Cutting(0.05, 0.05))
-    time = TIME_STEP * np.arange(steps_in(140.0))
+    time = TIME_STEP * np.arange(steps_in(140.0), dtype=float)
     weight = WEIGHT * np.interp(time, [5, 60], [0.0, 1.0])
     stiff, soft = (
         simulate(one, 0 * time, np.full(time.size, SPEED), 0 * time, weight_on_bit=weight, sample_interval=TIME_STEP)

@@ -27,7 +27,7 @@ def torques(contact: WallContact) -> tuple[float, float]:
 
 def started(contact: WallContact | None, seconds: float, system: DrillingSystem = STEADIED) -> Simulation:
     """Off bottom, from standstill to full speed within 5 s."""
-    time = TIME_STEP * np.arange(steps_in(seconds))
+    time = TIME_STEP * np.arange(steps_in(seconds), dtype=float)
     return simulate(
         NonlinearRig(system, contact=contact),
         0 * time,
@@ -69,7 +69,7 @@ def test_a_slow_torque_breaks_the_string_away_at_its_static_level(direction: flo
     """Without weakening the slip runs down the string as the torque grows, and reaches the bit at the whole torque."""
     contact = wall_contact(FORCES, 0.3, 0.3)
     static, _ = torques(contact)
-    time = TIME_STEP * np.arange(steps_in(170.0))
+    time = TIME_STEP * np.arange(steps_in(170.0), dtype=float)
     ramp = direction * static * time / 150
     result = simulate(NonlinearRig(FREE, contact=contact), ramp, 0 * time, 0 * time, energies=True)
     first = int(np.flatnonzero(result.bit_speed)[0])
@@ -81,7 +81,7 @@ def test_a_slow_torque_breaks_the_string_away_at_its_static_level(direction: flo
 def test_a_string_below_its_static_level_stands_exactly_still() -> None:
     """Half of the uppermost element grips 7.9 N m, so that nothing may creep."""
     grip = WallContact(np.array([0.0, 3000.0]), np.array([2.0]), np.array([1.0]))
-    time = TIME_STEP * np.arange(steps_in(60.0))
+    time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     shaking = 7.0 * np.sin(time)
     clamped = replace(FREE, top_drive=replace(FREE.top_drive, inertia=1.0))
     result = simulate(NonlinearRig(clamped, contact=grip), shaking, 0 * time, 0 * time)
@@ -91,7 +91,7 @@ def test_a_string_below_its_static_level_stands_exactly_still() -> None:
 
 def test_stopping_leaves_torque_in_the_string_and_the_bit_at_rest() -> None:
     contact = wall_contact(FORCES, 0.3, 0.2)
-    time = TIME_STEP * np.arange(steps_in(120.0))
+    time = TIME_STEP * np.arange(steps_in(120.0), dtype=float)
     speed = SPEED * np.interp(time, [0, 5, 30, 40], [0, 1, 1, 0])
     result = simulate(NonlinearRig(STEADIED, contact=contact), 0 * time, speed, 0 * time)
     assert not result.bit_speed[result.time > 60].any()
@@ -121,7 +121,7 @@ def test_weakening_along_the_string_is_negative_damping_at_small_amplitude() -> 
 def test_a_top_drive_made_to_follow_a_speed_shows_the_torque_that_takes() -> None:
     """The recorded motion of one run, imposed on the next, needs the same torque and turns the bit alike."""
     contact = wall_contact(FORCES, 0.3, 0.2)
-    time = TIME_STEP * np.arange(steps_in(60.0))
+    time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     wanted = SPEED * np.minimum(time / 5, 1)
     rig = NonlinearRig(STEADIED, contact=contact)
     free = simulate(rig, 0 * time, wanted, 0 * time, sample_interval=TIME_STEP)
@@ -146,7 +146,7 @@ def test_motion_with_sliding_friction_converges_with_the_square_of_the_step() ->
     contact = WallContact(np.array([0.0, 43 * way]), np.array([4.0]), np.array([1.0]), Weakening(8.0))
 
     def bit_speed(step: float) -> np.ndarray:
-        time = step * (np.arange(round(40 / step)) + 0.5)
+        time = step * (np.arange(round(40 / step), dtype=float) + 0.5)
         kick = 500 * np.exp(-(((time - 5) / 0.5) ** 2))
         steady = np.full(time.size, SPEED)
         rig = NonlinearRig(system, contact=contact)

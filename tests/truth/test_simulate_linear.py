@@ -96,6 +96,17 @@ def test_simulated_command_mobility_has_the_effect(system: DrillingSystem) -> No
     assert mobility_error(system, system) < LARGEST_ERROR
 
 
+def test_damping_laws_with_memory_take_nothing_from_steady_rotation_but_their_steady_drag() -> None:
+    """Drag by √s vanishes at rest of all change; the fit's last damper stands for what is slower than it resolves."""
+    steady = np.full(4000, SPEED)
+    dragged = damped(RootDrag(200.0), ConstantLossFactor(0.02))
+    result = simulate(dragged, 0 * steady, steady, 4e3 + 0 * steady, mean_bit_torque=4e3)
+    np.testing.assert_allclose(result.speed, SPEED, rtol=1e-9)
+    plain = simulate(SYSTEM, 0 * steady, steady, 4e3 + 0 * steady, mean_bit_torque=4e3)
+    slowest = abs(RootDrag(200.0).shunt(PIPE, laplace(np.array([0.02])))[0]) * PIPE.length * SPEED
+    assert 0 <= result.drive_torque[0] - plain.drive_torque[0] < slowest
+
+
 def test_ideal_hysteretic_damping_is_simulated_as_its_causal_relative() -> None:
     assert mobility_error(damped(HystereticLoss(0.01)), damped(ConstantLossFactor(0.01))) < LARGEST_ERROR
 

@@ -8,18 +8,19 @@ import pytest
 from drillid.errors import SettingsError
 from drillid.excitation import exponential_sweeps
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, TopDrive
-from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig, SpeedSensor, WallContact
+from drillid.physics.nonlinear import Course, DriveLimits, Gear, NonlinearRig, SpeedSensor, WallContact
 from drillid.physics.responses import command_mobility, laplace
 from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
 from tests.truth.rigs import FREQUENCIES, PERIOD, SPEED, SYSTEM, TOP_DRIVE, Vector, lines_of, multisine, steps_in
 from tests.truth.test_simulate_friction import closure
 
+PHASES = ((10, 20), (30, 40), (50, 60))
 FREE = replace(SYSTEM, top_drive=TopDrive(1100.0, 0.0413, Controller(0.0)))
 
 
-def swept(rig: DrillingSystem | NonlinearRig, amplitude: float = 600.0, bit_torque: float = 4e3) -> Simulation:
-    """Two minutes of sweeps, every step recorded."""
-    time = TIME_STEP * np.arange(steps_in(60.0))
+def swept(rig: DrillingSystem | NonlinearRig | Course, amplitude: float = 600.0, bit_torque: float = 4e3) -> Simulation:
+    """A minute of sweeps, every step recorded."""
+    time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     return simulate(
         rig,
         exponential_sweeps(time, amplitude),
@@ -36,7 +37,7 @@ def test_the_motor_turns_through_the_play_and_no_further() -> None:
     held = WallContact(np.array([0.0, 3000.0]), np.array([1e4]), np.array([1e4]))
     play = 0.05
     rig = NonlinearRig(FREE, contact=held, gear=Gear(play, 150.0))
-    time = TIME_STEP * np.arange(steps_in(80.0))
+    time = TIME_STEP * np.arange(steps_in(80.0), dtype=float)
     torque = 5.0 * np.sign(np.sin(2 * np.pi * time / 40))
     result = simulate(rig, torque, 0 * time, 0 * time, sample_interval=TIME_STEP)
     assert np.ptp(TIME_STEP * np.cumsum(result.speed)) == pytest.approx(play, rel=0.02)
@@ -64,7 +65,7 @@ def test_the_drive_gives_no_more_torque_than_its_limit() -> None:
 
 def test_the_integral_does_not_wind_up_at_the_limit() -> None:
     """After a minute in which the drive cannot hold the speed, it is back within seconds."""
-    time = TIME_STEP * np.arange(steps_in(120.0))
+    time = TIME_STEP * np.arange(steps_in(120.0), dtype=float)
     load = np.where((time > 10) & (time < 70), 8e3, 4e3)
     rig = NonlinearRig(SYSTEM, limits=DriveLimits(torque=7e3))
     result = simulate(rig, 0 * time, np.full(time.size, SPEED), load, mean_bit_torque=4e3)
@@ -86,7 +87,7 @@ def test_delay_jitter_has_the_size_and_interval_it_states() -> None:
     """On a torque ramp the drive's lateness is its torque's error over the slope."""
     slope, rms, hold = 50.0, 0.005, 0.02
     system = replace(FREE, top_drive=replace(FREE.top_drive, delay=0.06))
-    time = TIME_STEP * np.arange(steps_in(60.0))
+    time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
 
     def lateness(seed: int, limits: DriveLimits) -> Vector:
         rig = NonlinearRig(system, limits=limits)
@@ -117,7 +118,7 @@ def test_a_coarse_sensor_reads_whole_steps() -> None:
 def test_ripple_of_the_sensor_is_a_tone_once_per_revolution() -> None:
     """120 rpm is 2 Hz; the control answers the tone, so that it enters the command."""
     speed, share = 4 * np.pi, 0.01
-    time = TIME_STEP * np.arange(steps_in(60.0))
+    time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     rig = NonlinearRig(SYSTEM, sensor=SpeedSensor(ripple=share))
     result = simulate(rig, 0 * time, np.full(time.size, speed), np.full(time.size, 4e3), mean_bit_torque=4e3)
     late = result.time >= 20
@@ -154,12 +155,8 @@ def test_torque_into_the_string_is_what_the_top_drive_leaves() -> None:
 
 
 def test_a_course_that_never_changes_is_the_rig() -> None:
-    plain, coursed = swept(SYSTEM), swept_course(lambda time: NonlinearRig(SYSTEM))
+    plain, coursed = swept(SYSTEM), swept(lambda time: NonlinearRig(SYSTEM))
     assert plain.speed.tobytes() == coursed.speed.tobytes()
-
-
-def swept_course(course: object) -> Simulation:
-    return swept(course)  # type: ignore[arg-type]
 
 
 def test_after_a_change_of_regime_the_rig_is_the_new_one() -> None:
@@ -187,12 +184,28 @@ def test_after_a_change_of_regime_the_rig_is_the_new_one() -> None:
     assert closure(result) < 1e-9
 
 
+def test_friction_that_comes_and_goes_takes_hold_of_a_turning_string() -> None:
+    """The wall's torque adds to the string's from 20 s to 40 s; the drive has it again soon after."""
+    total = 2.0 * 3000.0
+
+    def course(time: float) -> NonlinearRig:
+        grip = np.full(1, 2.0 if 20 <= time < 40 else 0.0)
+        contact = WallContact(np.array([0.0, 3000.0]), grip, grip)
+        return NonlinearRig(SYSTEM, contact=contact, limits=DriveLimits(delay_jitter=1e-3 if time < 40 else 0.0))
+
+    result = swept(course, amplitude=0.0)
+    before, during, after = (result.string_torque[(result.time > a) & (result.time < b)] for a, b in PHASES)
+    assert during.mean() - before.mean() == pytest.approx(total, rel=0.05)
+    assert after.mean() == pytest.approx(before.mean(), rel=0.05)
+    assert closure(result) < 1e-9
+
+
 def test_a_growing_string_keeps_its_energy_account() -> None:
     def course(time: float) -> NonlinearRig:
         string = (replace(SYSTEM.string[0], length=2900.0 + 0.5 * time), SYSTEM.string[1])
         return NonlinearRig(replace(SYSTEM, string=string))
 
-    result = swept_course(course)
+    result = swept(course)
     assert closure(result) < 1e-9
     assert result.energies is not None
     assert result.energies.brought != 0
@@ -200,7 +213,7 @@ def test_a_growing_string_keeps_its_energy_account() -> None:
 
 def test_parts_that_come_in_the_course_are_refused() -> None:
     with pytest.raises(SettingsError, match="come or go"):
-        swept_course(lambda time: NonlinearRig(SYSTEM, gear=Gear(0.0 if time < 5 else 0.02, 150.0)))
+        swept(lambda time: NonlinearRig(SYSTEM, gear=Gear(0.0 if time < 5 else 0.02, 150.0)))
 
 
 def test_inputs_of_other_lengths_are_refused() -> None:

@@ -42,7 +42,7 @@ LAYERS = (
     ("excitation_design", "distortion"),
     ("simulate_parts", "compiled"),
     ("simulate_drive", "simulate_friction", "simulate_memory"),
-    ("simulate_kernel", "simulate_grid"),
+    ("simulate_kernel", "simulate_grid", "simulate_start"),
     ("simulate",),
     ("margins",),
     ("control",),

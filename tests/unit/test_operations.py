@@ -47,7 +47,7 @@ def test_noise_follows_strength_and_bandwidth() -> None:
 
 def test_a_stand_is_simulated_from_rest_to_rest() -> None:
     """Friction holds the string before and after; on bottom the drive carries cutting and friction."""
-    time = TIME_STEP * np.arange(round(STAND.duration / TIME_STEP))
+    time = TIME_STEP * np.arange(round(STAND.duration / TIME_STEP), dtype=float)
     contact = WallContact(np.array([0.0, 3000.0]), np.array([1.5]), np.array([1.0]))
     rig = NonlinearRig(SYSTEM, contact=contact, cutting=Cutting(0.05, 0.05))
     result = simulate(rig, 0 * time, STAND.speed_set(time), 0 * time, weight_on_bit=STAND.weight_on_bit(time))
