@@ -146,6 +146,21 @@ def sampled_systems(
     )
 
 
+def first_sample(system: DrillingSystem) -> DrillingSystem:
+    """The first sample in plain numbers, as the time-domain simulator needs them."""
+
+    def plain(part: Any, *names: str) -> Any:
+        return replace(part, **{name: float(np.ravel(getattr(part, name))[0]) for name in names})
+
+    figures = ("length", "polar_moment", "kappa", "delta", "density", "shear_modulus")
+    return replace(
+        system,
+        top_drive=plain(system.top_drive, "inertia", "delay", "lag", "gain"),
+        string=tuple(plain(section, *figures) for section in system.string),
+        bit=plain(system.bit, "inertia", "damping"),
+    )
+
+
 def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float]) -> Floats:
     """What the goal counts, for each sample of the system.
 

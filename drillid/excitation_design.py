@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.errors import EstimationError, SettingsError
-from drillid.excitation import Multisine
+from drillid.excitation import Multisine, powered_sweep
 from drillid.physics.model import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import torque_transfers
@@ -141,6 +141,10 @@ class Design:
     distance: float
     """How much any band's worth exceeds the mean, relative; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
 
+    def sweep(self, time: Floats, period: float) -> Floats:
+        """Sweep of constant amplitude that repeats after a period (s), N m at each time (s); its peak is √2 its rms."""
+        return powered_sweep(time, float(np.sqrt(2 * self.power.sum())), self.edges, self.power, period)
+
     def multisine(self, period: float, seed: int = 0) -> Multisine:
         """Multisine of low crest factor at all harmonics of the period in the bands, equal power within a band."""
         harmonics = np.arange(int(np.ceil(self.edges[0] * period)), int(self.edges[-1] * period) + 1)
@@ -155,26 +159,29 @@ class Design:
 
 
 Criterion = Literal["errors", "volume"]
+Limit = Literal["rms", "peak"]
 
 
 def design(
     situation: Situation,
-    rms: float,
+    amplitude: float,
     chosen: tuple[str, ...] = tuple(PARAMETERS),
     *,
     band: tuple[float, float] = (0.05, 4.0),
+    limit: Limit = "rms",
     criterion: Criterion = "errors",
 ) -> Design:
-    """Power per half octave that makes the errors of the chosen parameters least, for a torque of the given rms.
+    """Power per half octave that makes the errors of the chosen parameters least, for a torque of limited amplitude.
 
     Convex, solved by the multiplicative algorithm: each band's power grows with what the band is worth, to the power
     ½ (Silvey, Titterington and Torsney 1978; monotone after Yu 2010, Annals of Statistics 38, 1593–1606).
-    A limit of peak torque is one of rms at the crest factor of what is played: √2 for `powered_sweep`.
+    At a limit of peak torque the rms is that of a sweep, whose crest factor √2 multisines hardly reach.
 
     Parameters
     ----------
-    rms : N m
+    amplitude : N m
     chosen : names of parameters, as in the schema; the others are nuisance
+    limit : whether the amplitude is the rms or the peak of the torque
     criterion : "errors" for the mean square of the relative errors, "volume" for the determinant of their covariance
 
     Raises
@@ -190,7 +197,8 @@ def design(
         raise SettingsError("design", f"no parameters {unknown} to be chosen", f"Choose from {', '.join(names)}")
     rows = np.array([names.index(name) for name in chosen])
     edges = half_octaves(*band)
-    per_band = band_information(situation, edges) * rms**2
+    mean_square = amplitude**2 if limit == "rms" else amplitude**2 / 2
+    per_band = band_information(situation, edges) * mean_square
     before = situation.known_before()
     share = np.full(edges.size - 1, 1 / (edges.size - 1))
     worth, value = _worth(share, per_band, before, rows, criterion)
@@ -201,7 +209,7 @@ def design(
         share = share * np.sqrt(worth)
         share /= share.sum()
         worth, value = _worth(share, per_band, before, rows, criterion)
-    return Design(edges, share * rms**2, value, float(worth.max() / (share @ worth)) - 1)
+    return Design(edges, share * mean_square, value, float(worth.max() / (share @ worth)) - 1)
 
 
 def criterion_of(

@@ -16,6 +16,7 @@ from drillid.control import (
     Tuning,
     bit_vibration,
     controlled_by,
+    first_sample,
     in_units,
     sampled_systems,
     tune,
@@ -28,7 +29,7 @@ from drillid.physics.equipment import Bit, Controller, DrillingSystem, Impedance
 from drillid.physics.line import Complex
 from drillid.physics.model import drilling_system
 from drillid.physics.modes import modes
-from drillid.physics.nonlinear import Cutting, Weakening
+from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
 from drillid.simulate import TIME_STEP, simulate
 from drillid.stick_slip import (
@@ -211,6 +212,9 @@ def test_samples_stay_within_bounds_and_begin_at_the_fit() -> None:
     lengths = np.asarray(SAMPLES.string[0].length)
     assert lengths.shape == (8, 1)
     assert lengths[0, 0] == DEEP.parameters[2]
+    plain = first_sample(SAMPLES)
+    assert plain.string[0].length == DEEP.parameters[2]
+    assert plain.bit.damping == DEEP.parameters[6]
     assert 0.003 < lengths.std() / lengths.mean() < 0.02
     with pytest.raises(EstimationError, match="outside"):
         sampled_systems(np.full(8, -1.0), np.eye(8) * 1e-6, DEEP.known)
@@ -242,6 +246,23 @@ def test_predicted_lowest_speed_is_the_simulated_one(controller: Controller) -> 
     predicted = lowest_stable_speed(CUTTING, weight, slope)
     assert simulated_growth(system, CUTTING, weight, 0.99 * predicted, frequency) > 0
     assert simulated_growth(system, CUTTING, weight, 1.01 * predicted, frequency) < 0
+
+
+def test_bit_sticks_below_the_lowest_speed_and_turns_steadily_above() -> None:
+    """With a torque pulse of 2 % of the bit's own, the bit comes to a stop 10 % below and stays within 5 % above."""
+    system, weight = controlled_by(DEEP.system, STIFF), 1e5
+    predicted = lowest_stable_speed(CUTTING, weight, critical_slope(system)[0])
+    steps = round(240 / TIME_STEP)
+    pulse = np.zeros(steps)
+    pulse[:200] = 0.02 * weight * CUTTING.static
+    slowest = []
+    for factor in (0.9, 1.1):
+        speed = factor * predicted
+        rig = NonlinearRig(system, cutting=CUTTING)
+        result = simulate(rig, np.zeros(steps), np.full(steps, speed), pulse, weight_on_bit=weight)
+        slowest.append(float(result.bit_speed[-3000:].min()) / speed)
+    assert slowest[0] < 0.05
+    assert slowest[1] > 0.95
 
 
 def test_simulated_lowest_speed_is_found_between_two() -> None:

@@ -234,12 +234,15 @@ def test_design_is_played_with_the_expected_errors() -> None:
     multisine = best.multisine(200.0)
     torques = {
         "multisine": multisine.sampled(10000),
-        "sweep": powered_sweep(np.arange(10000) / 50.0, 180.0 * np.sqrt(2), best.edges, best.power, 200.0),
+        "sweep": best.sweep(np.arange(10000) / 50.0, 200.0),
     }
     for name, torque in torques.items():
         error = case.standard_errors(*lines_within(torque, 50.0, (0.03, 6.0)))[2] / case.parameters[2]
         assert error == pytest.approx(np.sqrt(best.criterion), rel=0.15), name
     assert crest_factor(torques["multisine"]) < 2.0
+    peaked = design(case, 180.0 * np.sqrt(2), ("length",), limit="peak")
+    np.testing.assert_allclose(peaked.power, best.power, rtol=1e-9)
+    assert np.max(np.abs(torques["sweep"])) <= 180.0 * np.sqrt(2) * (1 + 1e-12)
 
 
 def test_prior_and_power_lower_the_bound_as_they_must() -> None:
@@ -291,6 +294,21 @@ def test_torque_limit_shows_as_distortion_and_a_linear_rig_shows_none() -> None:
     assert np.all(linear.response > 20 * linear.noise)
     with pytest.raises(EstimationError, match="periods"):
         distortion(speed[:kept], torque, RATE, 40.0, edges)
+
+
+def test_orders_of_a_sweep_show_the_torque_limit_in_the_simulator() -> None:
+    """A limit of the whole torque leaves a third order in the speed that a linear rig does not have."""
+    steps = round(80.0 / TIME_STEP)
+    time = np.arange(steps) * TIME_STEP
+    kept = slice(round(40.0 * RATE), None)
+    phase = exponential_phase(time[:: round(SAMPLE_INTERVAL / TIME_STEP)], (0.5, 4.0), 40.0)[kept]
+    amplitudes = {}
+    for name, limit in (("linear", np.inf), ("limited", 1650.0)):
+        rig = NonlinearRig(SHALLOW.system, limits=DriveLimits(torque=limit))
+        speed = response(rig, exponential_sweeps(time, 300.0, [(0.5, 4.0)], 40.0))[kept]
+        _, amplitude, _ = sweep_orders(speed, phase, (1, 2, 3), RATE, sections=24)
+        amplitudes[name] = amplitude / amplitude[0]
+    assert np.all(amplitudes["limited"][2, 4:-4] > 3 * amplitudes["linear"][2, 4:-4])
 
 
 def test_orders_of_a_static_curve_are_its_chebyshev_coefficients_and_images_fold() -> None:
