@@ -9,7 +9,7 @@ import pytest
 from drillid.provenance import PACKAGE, direct_imports
 
 LAYERS = (
-    ("errors",),
+    ("errors", "child"),
     ("units", "strict", "provenance"),
     ("config", "rig", "schema"),
     ("store", "sheets"),
@@ -44,6 +44,7 @@ LAYERS = (
     ("simulate_drive", "simulate_friction", "simulate_memory"),
     ("simulate_kernel", "simulate_grid", "simulate_start"),
     ("simulate",),
+    ("field_well",),
     ("margins",),
     ("control",),
     ("stick_slip",),

@@ -1,0 +1,238 @@
+"""A real well's start of rotation: string and hole from their description, friction along them, driven by a speed.
+
+Well B of Aarsnes and Shor (2018), Journal of Petroleum Science and Engineering 163, 712–721: a string off bottom in
+a deviated hole. The top drive follows its measured speed; all else follows from the description and from a few
+coefficients of friction, which belong to the well and not to a depth.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.errors import LogError, SettingsError
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
+from drillid.physics.nonlinear import NonlinearRig, WallContact, Weakening
+from drillid.physics.soft_string import Pipe, SideForces, Survey, side_forces
+from drillid.simulate import simulate
+
+Floats = NDArray[np.float64]
+
+RPM = np.pi / 30
+"""rad/s."""
+TOP_DRIVE_INERTIA = 2900.0
+"""kg m²."""
+PIPE_OUTER, PIPE_INNER = 0.146529, 0.123024
+"""m."""
+ASSEMBLY = (
+    (48.7, 0.150473, 0.096207),
+    (114.8, 0.187322, 0.098912),
+    (56.7, 0.20955, 0.071438),
+    (38.88, 0.24728, 0.123391),
+)
+"""Length, outer and inner diameter (m) of the bottom-hole assembly's sections, from the top."""
+PIPE_SHEAR_MODULUS, ASSEMBLY_SHEAR_MODULUS = 61e9, 67e9
+"""Pa; the pipe is softened by its tool joints."""
+SURVEY = Survey.from_degrees([0, 300, 700, 1250, 1300, 2700], [0, 0, 40, 40, 45, 45])
+"""Well B as described: 3° per 30 m below 300 m to 40°, held to 1250 m, then to 45° and held."""
+MUD_DENSITY = 1200.0
+"""kg/m³, not in the description; it changes the side forces by 4 % per 300 kg/m³, which friction takes up."""
+RATE = 100.0
+"""Hz, of logged and simulated series."""
+_SMOOTHING_SAMPLES = 21
+_TIME_STEP = 0.005
+"""s; at 45 m of pipe a wave's way in a step is 15 m."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """What holds the turning string back, everywhere in the well."""
+
+    sliding: float
+    """Coefficient of sliding friction."""
+    breakaway: float = 1.0
+    """Static per sliding coefficient."""
+    assembly_sliding: float = 1.0
+    """Sliding coefficient of the bottom-hole assembly per that of the pipe."""
+    assembly_breakaway: float = 1.0
+    """Static per sliding coefficient of the assembly, per that of the pipe."""
+    threshold: float = 1.0
+    """rad/s, over which friction falls from static to sliding."""
+    kappa: float = 0.0
+    """Viscous damping of mud and wall, N s/m⁴."""
+    delta: float = 1e8
+    """Internal damping, N s/m²."""
+    assembly_inertia: float = 1.0
+    """Inertia of the assembly per inertia of solid steel at the stated diameters."""
+
+    def __post_init__(self) -> None:
+        sizes = (self.sliding, self.assembly_sliding, self.kappa, self.delta)
+        factors = (self.breakaway, self.breakaway * self.assembly_breakaway)
+        if min(sizes) < 0 or min(factors) < 1 or self.assembly_inertia <= 0:
+            raise SettingsError(
+                "friction of the well",
+                "a figure is negative, or static friction is below sliding friction",
+                "Give figures that are not negative and breakaways of at least 1",
+            )
+
+
+def rig_at(depth: float, survey: Survey, friction: Friction) -> NonlinearRig:
+    """The rig with its bit at a depth (m along the hole), pipe reaching from the assembly to the surface.
+
+    Raises
+    ------
+    SettingsError
+        If the depth is less than the assembly's length, or below the survey's end.
+    """
+    above = depth - sum(length for length, _, _ in ASSEMBLY)
+    if above <= 0:
+        raise SettingsError(f"bit depth {depth} m", "it is above the assembly's own length", "Give a greater depth")
+    figures = ((above, PIPE_OUTER, PIPE_INNER), *ASSEMBLY)
+    pipes = [Pipe(length, outer, inner, outer) for length, outer, inner in figures]
+    sections = tuple(
+        Section(
+            pipe.length,
+            polar_moment(pipe.outer_diameter, pipe.inner_diameter),
+            friction.kappa,
+            friction.delta,
+            pipe.density * (friction.assembly_inertia if place else 1.0),
+            ASSEMBLY_SHEAR_MODULUS if place else PIPE_SHEAR_MODULUS,
+        )
+        for place, pipe in enumerate(pipes)
+    )
+    forces = side_forces(survey, pipes, MUD_DENSITY)
+    top_drive = TopDrive(TOP_DRIVE_INERTIA, 0.0, Controller(38e3, 100e3))
+    return NonlinearRig(DrillingSystem(top_drive, sections, Bit(1.0)), contact=_contact(forces, above, friction))
+
+
+def _contact(forces: SideForces, assembly_top: float, friction: Friction) -> WallContact:
+    """Sliding and static torque per length, with coefficients of pipe and assembly."""
+    below = (forces.edges[:-1] + forces.edges[1:]) / 2 > assembly_top
+    torque = forces.side_force * forces.radius
+    sliding = torque * friction.sliding * np.where(below, friction.assembly_sliding, 1.0)
+    static = sliding * friction.breakaway * np.where(below, friction.assembly_breakaway, 1.0)
+    return WallContact(forces.edges, static, sliding, Weakening(friction.threshold))
+
+
+@dataclass(frozen=True, eq=False)
+class StartUp:
+    """A simulated start of rotation, (samples,) at RATE."""
+
+    time: Floats
+    """s."""
+    torque: Floats
+    """N m, of the drive, its own inertia's included."""
+    bit_speed: Floats
+    """rad/s."""
+
+
+def start_up(rig: NonlinearRig, top_speed: Floats) -> StartUp:
+    """Simulate the rig under a measured top-drive speed, from rest.
+
+    Parameters
+    ----------
+    top_speed : (samples,) rad/s at RATE; smoothed over a fifth of a second, since it has to be differentiated
+    """
+    from scipy.signal import savgol_filter
+
+    smooth, rise = (
+        np.asarray(savgol_filter(top_speed, _SMOOTHING_SAMPLES, 3, deriv=order, delta=1 / RATE), dtype=float)
+        for order in (0, 1)
+    )
+    logged = np.arange(top_speed.size) / RATE
+    steps = round(top_speed.size / RATE / _TIME_STEP)
+    time = np.arange(steps) * _TIME_STEP
+    turned = np.interp(time, logged, np.maximum(smooth - smooth[0], 0.0))
+    still = np.zeros(steps)
+    run = simulate(rig, still, still, still, top_speed=turned, time_step=_TIME_STEP, sample_interval=1 / RATE)
+    return StartUp(run.time, run.string_torque + TOP_DRIVE_INERTIA * rise[: run.time.size], run.bit_speed)
+
+
+@dataclass(frozen=True, eq=False)
+class FieldLog:
+    """The measured start of rotation, (samples,) at RATE, with the authors' own simulation of it."""
+
+    top_speed: Floats
+    """rad/s."""
+    torque: Floats
+    """N m."""
+    bit_slowest: Floats
+    """rad/s, least in each half second; NaN before the sensor's first statistics."""
+    bit_fastest: Floats
+    """rad/s, greatest in each half second."""
+    authors_torque: Floats
+    """N m."""
+    authors_bit_speed: Floats
+    """rad/s."""
+
+
+def read_field_log(path: Path) -> FieldLog:
+    """The digitised log of well B.
+
+    Raises
+    ------
+    LogError
+        If the file lacks a column or is not sampled at RATE.
+    """
+    import pandas as pd
+
+    table = pd.read_csv(path)
+    measured = ("td_rpm_measured", "torque_knm_measured", "bit_rpm_min_measured", "bit_rpm_max_measured")
+    names = (*measured, "torque_knm_model", "bit_rpm_model")
+    missing = [name for name in ("t_s", *names) if name not in table]
+    if missing or not np.allclose(table["t_s"], np.arange(len(table)) / RATE, atol=1e-6):
+        raise LogError(str(path), f"columns {missing} are missing or it is not at 100 Hz", "Give the digitised log")
+    units = (RPM, 1e3, RPM, RPM, 1e3, RPM)
+    return FieldLog(*(table[name].to_numpy(float) * unit for name, unit in zip(names, units, strict=True)))
+
+
+@dataclass(frozen=True)
+class Score:
+    """Misses over a stretch of time."""
+
+    torque_rms: float
+    """kN m."""
+    bit_rms: float
+    """rpm, of the bit's speed from the middle between the half-second extremes, as the authors' 41.8 rpm."""
+    extremes_rms: float
+    """rpm, of the bit's own half-second extremes from the measured ones, least and greatest together."""
+
+
+def score(log: FieldLog, torque: Floats, bit_speed: Floats, first: float = 0.0, last: float = 45.0) -> Score:
+    """Score a simulation between two times, s, over the samples at which there is a measurement."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    span = slice(round(first * RATE), min(round(last * RATE) + 1, torque.size))
+    width = round(RATE / 2)
+    middle = (log.bit_slowest + log.bit_fastest) / 2
+    slowest, fastest = minimum_filter1d(bit_speed, width), maximum_filter1d(bit_speed, width)
+    size = torque.size
+    extremes = np.concatenate([(slowest - log.bit_slowest[:size])[span], (fastest - log.bit_fastest[:size])[span]])
+    return Score(
+        _rms((torque - log.torque[:size])[span]) / 1e3,
+        _rms((bit_speed - middle[:size])[span]) / RPM,
+        _rms(extremes) / RPM,
+    )
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def read_survey(path: Path) -> Survey:
+    """Survey from a CSV file with the columns depth_m, inclination_deg and, where the hole turns, azimuth_deg.
+
+    Raises
+    ------
+    LogError
+        If a column is missing.
+    """
+    import pandas as pd
+
+    table = pd.read_csv(path)
+    missing = {"depth_m", "inclination_deg"} - set(table.columns)
+    if missing:
+        raise LogError(str(path), f"columns {sorted(missing)} are missing", "Give depth_m and inclination_deg")
+    azimuth = table["azimuth_deg"].to_numpy(float) if "azimuth_deg" in table else 0.0
+    return Survey.from_degrees(table["depth_m"].to_numpy(float), table["inclination_deg"].to_numpy(float), azimuth)

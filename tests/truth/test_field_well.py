@@ -1,0 +1,111 @@
+"""The field well's start of rotation: laws that hold whatever its friction."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drillid.errors import LogError, SettingsError
+from drillid.field_well import (
+    RATE,
+    RPM,
+    SURVEY,
+    TOP_DRIVE_INERTIA,
+    FieldLog,
+    Friction,
+    read_field_log,
+    read_survey,
+    rig_at,
+    score,
+    start_up,
+)
+from drillid.physics.soft_string import Survey
+
+SLIDING = Friction(0.1, kappa=3000.0, delta=1e9)
+
+
+def ramp(seconds: float, speed: float, rise: float = 5.0) -> np.ndarray:
+    """Top-drive speed (rad/s) at RATE that rises smoothly from rest."""
+    time = np.arange(round(seconds * RATE)) / RATE
+    share = np.clip((time - 1.0) / rise, 0.0, 1.0)
+    return speed * share**2 * (3 - 2 * share)
+
+
+def test_steady_rotation_takes_the_sliding_torque_and_the_drag_of_the_whole_string() -> None:
+    rig = rig_at(1733.0, SURVEY, SLIDING)
+    made = start_up(rig, ramp(60.0, 10.0))
+    assert rig.contact is not None
+    sliding = float(np.sum(rig.contact.dynamic * np.diff(rig.contact.edges)))
+    drag = sum(section.kappa * section.polar_moment * section.length for section in rig.system.string) * 10.0
+    assert made.bit_speed[-500:].mean() == pytest.approx(10.0, rel=0.01)
+    assert made.torque[-500:].mean() == pytest.approx(sliding + drag, rel=0.01)
+
+
+def test_a_string_without_friction_takes_momentum_alone() -> None:
+    rig = rig_at(1733.0, SURVEY, Friction(0.0, delta=1e9))
+    made = start_up(rig, ramp(30.0, 8.0))
+    inertia = TOP_DRIVE_INERTIA + sum(section.inertia for section in rig.system.string)
+    assert np.sum(made.torque) / RATE == pytest.approx(inertia * 8.0, rel=0.05)
+
+
+def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
+    friction = Friction(0.1, breakaway=2.0, threshold=0.5)
+    rig = rig_at(1733.0, SURVEY, friction)
+    made = start_up(rig, ramp(20.0, 6.0))
+    assert rig.contact is not None
+    static = float(np.sum(rig.contact.static * np.diff(rig.contact.edges)))
+    moving = np.flatnonzero(made.bit_speed > 0.05)
+    assert moving.size
+    # waves may break the bit loose a little before the wound-up torque alone would
+    assert made.torque[: moving[0]].max() > 0.7 * static
+    assert np.all(np.abs(made.bit_speed[: moving[0] - 5]) < 0.06)
+
+
+def test_longer_strings_and_heavier_assemblies_take_more() -> None:
+    def torque(depth: float, friction: Friction) -> float:
+        contact = rig_at(depth, SURVEY, friction).contact
+        assert contact is not None
+        return float(np.sum(contact.static * np.diff(contact.edges)))
+
+    plain = Friction(0.2)
+    assert torque(2500.0, plain) > torque(1733.0, plain)
+    assert torque(1733.0, Friction(0.2, assembly_sliding=1.5)) > torque(1733.0, plain)
+    assert torque(1733.0, Friction(0.2, breakaway=2.0)) == pytest.approx(2 * torque(1733.0, plain))
+    inertias = [rig_at(1733.0, SURVEY, Friction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)]
+    assert inertias[1][0].inertia == inertias[0][0].inertia
+    assert inertias[1][1].inertia == pytest.approx(0.7 * inertias[0][1].inertia)
+
+
+def test_scores_are_the_rms_of_what_is_missed_where_there_is_a_measurement() -> None:
+    flat = np.full(1000, 10 * RPM)
+    gap = flat.copy()
+    gap[:200] = np.nan
+    log = FieldLog(flat, np.full(1000, 5e3), gap - 2 * RPM, gap + 4 * RPM, flat, flat)
+    found = score(log, np.full(1000, 7e3), flat, 0.0, 9.0)
+    assert found.torque_rms == pytest.approx(2.0)
+    assert found.bit_rms == pytest.approx(1.0)
+    assert found.extremes_rms == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
+
+
+def test_a_survey_is_read_from_its_sheet(tmp_path: Path) -> None:
+    path = tmp_path / "survey.csv"
+    path.write_text("depth_m,inclination_deg\n0,0\n1000,30\n")
+    survey = read_survey(path)
+    assert isinstance(survey, Survey)
+    assert survey.inclination[-1] == pytest.approx(np.radians(30))
+    path.write_text("depth,inclination_deg\n0,0\n1000,30\n")
+    with pytest.raises(LogError, match="depth_m"):
+        read_survey(path)
+
+
+def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError):
+        rig_at(200.0, SURVEY, SLIDING)
+    with pytest.raises(SettingsError):
+        Friction(-0.1)
+    with pytest.raises(SettingsError):
+        Friction(0.1, breakaway=0.5)
+    path = tmp_path / "log.csv"
+    path.write_text("t_s,td_rpm_measured\n0,0\n")
+    with pytest.raises(LogError, match="torque_knm_measured"):
+        read_field_log(path)
