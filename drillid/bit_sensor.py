@@ -115,10 +115,7 @@ def sense_bit(
     EstimationError
         If a sample is missing, or the window is too short for what the model remembers.
     """
-    if torque_command.shape != speed.shape or not np.all(np.isfinite(torque_command) & np.isfinite(speed)):
-        raise EstimationError(
-            "virtual bit sensor", "torque and speed must be of one length without gaps", "Take a window without gaps"
-        )
+    _check_series(torque_command, speed)
     samples = speed.size
     padded = 2 * samples
     frequency = np.asarray(np.fft.rfftfreq(padded, 1 / rate)[1:], dtype=float)
@@ -242,6 +239,13 @@ class _Estimators:
         folded = responses[:, :half] + responses[:, : -half - 1 : -1]
         reached = np.cumsum(folded, axis=1) >= _REMEMBERED * folded.sum(axis=1, keepdims=True)
         return int(np.argmax(reached, axis=1).max()) + 1
+
+
+def _check_series(torque_command: Floats, speed: Floats) -> None:
+    if torque_command.shape != speed.shape or not np.all(np.isfinite(torque_command) & np.isfinite(speed)):
+        raise EstimationError(
+            "virtual bit sensor", "torque and speed must be of one length without gaps", "Take a window without gaps"
+        )
 
 
 def _mean_torque(system: DrillingSystem, command: float, speed: float) -> float:
