@@ -42,13 +42,7 @@ class Record:
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Read every log of a well and write its records, log by log.
-
-    Raises
-    ------
-    LogError
-        If no log of the well can be used.
-    """
+    """Read every log of a well and write its records, log by log; without any usable log there is no store."""
     readable, problems = _in_time_order(well.logs, well.rig)
     rate: float | None = None
     end: np.datetime64 | None = None
@@ -67,12 +61,6 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             problems += [Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late)]
             append(samples.assign(log=("time", np.full(samples.sizes["time"], number))))
             rate, end, number = record.rate, samples["time"].values[-1], number + 1
-    if rate is None:
-        raise LogError(
-            f"well {well.name}",
-            f"none of its {len(well.logs)} logs can be used",
-            "See the rows of the problems table for each of them",
-        )
     return problems
 
 

@@ -389,8 +389,16 @@ def test_another_rate_is_refused(tmp_path: Path) -> None:
     assert ["100 Hz, the well's other logs at 50 Hz" in problem.what for problem in problems] == [True]
 
 
-def test_without_any_usable_log_the_well_fails_and_leaves_no_store(tmp_path: Path) -> None:
+def test_without_any_usable_log_every_reason_stays_and_there_is_no_store(tmp_path: Path) -> None:
+    wrong = drilling(30)
+    wrong["RPM"] = wrong["RPM"].astype(str)
+    wrong.loc[41, "RPM"] = "n/a!"
+    logs = save(wrong, tmp_path / "wrong.csv"), tmp_path / "gone.csv"
     folders = WellFolders(tmp_path / "results", "W1")
-    with pytest.raises(LogError, match="none of its 1 logs can be used"):
-        process(well(tmp_path / "gone.csv"), folders, SETTINGS)
+    problems = process(well(*logs), folders, SETTINGS)
+    assert [(Path(row.where).name, row.what) for row in problems] == [
+        ("gone.csv", "does not exist"),
+        ("wrong.csv, column 'RPM', row 42", "'n/a!' is no number"),
+    ]
+    assert all(row.remedy for row in problems)
     assert not folders.has("records", "records")
