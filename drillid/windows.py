@@ -153,13 +153,15 @@ def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSetti
     part = records[names].isel(time=slice(first, first + samples)).load()
     touched = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
     depth, time = part["hole_depth"].values.astype(float), part["time"].values
+    bit_depth = _mean(part["bit_depth"].values)
     return {
         "hole_depth": _mean(depth),
         "start": time[0],
         "end": time[-1] + np.timedelta64(round(1e9 / rate), "ns"),
         "depth_from": depth[0],
         "depth_to": depth[-1],
-        "bit_depth": _mean(part["bit_depth"].values),
+        # a window is drilled on bottom, so where the bit is not logged it is there
+        "bit_depth": bit_depth if np.isfinite(bit_depth) else _mean(depth),
         "speed": _mean(part["speed"].values),
         "torque": _mean(part["torque_command"].values),
         "weight_on_bit": _mean(part["weight_on_bit"].values),

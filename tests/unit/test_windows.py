@@ -179,6 +179,13 @@ def test_whichever_channels_are_missing(without: tuple[str, ...], tmp_path: Path
     assert [(row[0], row[2]) for row in rows(table)] == [("drilling", 2), ("connection", 0)]
 
 
+def test_without_bit_depth_the_bit_of_a_window_is_at_the_bottom(tmp_path: Path) -> None:
+    found, _, _, _ = run(tmp_path, drilling(40), without=("bit_depth",))
+    assert found.sizes["window"] == 2
+    assert found["bit_depth"].values.tolist() == found["hole_depth"].values.tolist()
+    assert found["bit_depth"].values[1] == pytest.approx(2000.36, abs=1e-2)
+
+
 def test_overlapping_windows(tmp_path: Path) -> None:
     found, table, _, _ = run(tmp_path, drilling(45), overlap=0.5)
     assert found["first_sample"].values.tolist() == [250, 750, 1250]
