@@ -57,6 +57,8 @@ class MobilitySettings(Strict):
     """Share of bands without response that may pass the gate, and of good frequencies it may call too coherent."""
     stack_windows: int = Field(default=6, ge=2)
     """Successive windows in a stack; the paper stacks six."""
+    stack_depth_share: float = Field(default=0.025, gt=0)
+    """Largest change of depth within a stack, as a share of the depth; modes move with it."""
     agreement_error_rate: float = Field(default=0.01, gt=0, lt=1)
     """Share of stacks of agreeing windows that may be refused."""
 

@@ -17,6 +17,7 @@ from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
 from drillid.schema import FLEET, PARAMETERS, RigState
 from drillid.store import Problem, WellFolders, write_store
+from drillid.windows import sample_rate
 
 if TYPE_CHECKING:
     from drillid.config import DepthSettings, Settings
@@ -67,7 +68,16 @@ def parameter_variables(fits: xr.Dataset) -> dict[str, tuple[str, Floats]]:
     """A variable for each parameter and its standard error, along depth."""
     named = {name: fits.sel(parameter=name) for name in PARAMETERS}
     values = {name: ("depth", row["value"].values) for name, row in named.items()}
-    return values | {f"{name}_error": ("depth", row["standard_error"].values) for name, row in named.items()}
+    errors = {f"{name}_error": ("depth", row["standard_error"].values) for name, row in named.items()}
+    return values | errors | {f"{name}_at_bound": ("depth", row["at_bound"].values) for name, row in named.items()}
+
+
+def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
+    """Seconds in each state of the rig from the end of the window before to the end of each, shape (window, state)."""
+    ends = (windows["first_sample"] + windows["samples"]).values
+    begins = np.concatenate([[0], ends[:-1]])
+    pieces = [states["rig_state"][begin:end].values for begin, end in zip(begins, ends, strict=True)]
+    return np.stack([np.bincount(piece, minlength=len(RigState)) for piece in pieces]) / sample_rate(states)
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
@@ -91,10 +101,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     dataset = responses.assign(
         {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in taken_over.items()}
         | parameter_variables(fits)
-        | {"rig_state": ("depth", np.full(fits.sizes["window"], RigState.DRILLING))}
+        | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}
-        | {"depth": fits["hole_depth"].values}
+        | {"depth": fits["hole_depth"].values, "state": [state.name.lower() for state in RigState]}
     )
     folders.write("depth", "depth", dataset)
     parameter_table(dataset, fits["reason"].values).to_csv(folders.stage("depth") / "parameters.csv", index=False)
@@ -107,6 +117,7 @@ def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFram
     for name, (unit, _) in PARAMETERS.items():
         columns[f"{name} [{unit}]"] = depth[name].values
         columns[f"{name}_error [{unit}]"] = depth[f"{name}_error"].values
+        columns[f"{name}_at_bound"] = depth[f"{name}_at_bound"].values
     verdicts = ("chi2_per_dof", "accepted", "damping_pull", "inertia_pull", "flagged")
     return pd.DataFrame(columns | {name: depth[name].values for name in verdicts} | {"reason": reasons})
 

@@ -27,8 +27,12 @@ Floats = NDArray[np.float64]
 
 _LAGS = 5
 """Neighbouring frequencies over which residuals are tested for dependence."""
-_LEAST_WINDOWS = 4
+_LEAST_WINDOWS = 6
 """Windows of one run below which there is no level to stand out of."""
+_MEDIAN_VARIANCE = np.pi / 2
+"""Variance of a Gaussian median, per that of the mean."""
+_MAD_EFFICIENCY = 0.37
+_TINY = 1e-300
 _NORMAL_MAD = 1.4826
 """Standard deviation of a Gaussian per median absolute deviation."""
 EVIDENCE = {"damping_pull": "BHA damping", "inertia_pull": "BHA inertia"}
@@ -60,41 +64,52 @@ def whiteness_probability(residual: NDArray[np.complex128]) -> float:
     return float(chdtrc(2 * _LAGS, statistic))
 
 
-def run_pulls(value: Floats, error: Floats, run: NDArray[np.int64]) -> Floats:
-    """Deviation from the run's median in standard deviations, shape (window,).
+def run_pulls(value: Floats, error: Floats, run: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """How far each window stands from the others of its run, and the chance of standing so far above them.
 
-    The deviation counts the value's own standard error and the run's scatter beyond it, taken
-    robustly, so that a restless run flags no more often than a quiet one. A run of too few
-    windows has no level: NaN.
+    The level is the median of the other windows. Two yardsticks are taken, and the larger chance
+    of the two counts: the standard errors, as a Gaussian, and the others' own scatter (median
+    absolute deviation, whose efficiency of 0.37 gives the degrees of freedom of a Student's t). So
+    a run that is restless for a reason unknown flags no more often than a quiet one, and errors
+    that are too small do not flag at all.
+
+    Returns
+    -------
+    pull : deviation over the larger yardstick, shape (window,); NaN in a run of too few windows
+    chance : shape (window,)
     """
-    pulls = np.full(value.shape, np.nan)
+    from scipy.special import ndtr, stdtr
+
+    pulls, chances = np.full(value.shape, np.nan), np.full(value.shape, np.nan)
     for number in np.unique(run):
-        member = (run == number) & np.isfinite(value) & np.isfinite(error)
-        if np.count_nonzero(member) < _LEAST_WINDOWS:
+        members = np.flatnonzero((run == number) & np.isfinite(value) & np.isfinite(error))
+        if members.size < _LEAST_WINDOWS:
             continue
-        level = np.median(value[member])
-        pull = (value[member] - level) / error[member]
-        restlessness = max(1.0, _NORMAL_MAD * float(np.median(np.abs(pull))))
-        pulls[member] = pull / restlessness
-    return pulls
+        for member in members:
+            others = members[members != member]
+            level = np.median(value[others])
+            scatter = max(_NORMAL_MAD * float(np.median(np.abs(value[others] - level) / error[others])), _TINY)
+            deviation = np.sqrt(error[member] ** 2 + _MEDIAN_VARIANCE * np.mean(error[others] ** 2) / others.size)
+            stated = (value[member] - level) / deviation
+            pulls[member] = stated / max(1.0, scatter)
+            freedom = _MAD_EFFICIENCY * (others.size - 1)
+            chances[member] = max(ndtr(-stated), stdtr(freedom, -stated / scatter))
+    return pulls, chances
 
 
-def flag(pulls: list[Floats], error_rate: float) -> NDArray[np.bool_]:
+def flag(chances: list[Floats], error_rate: float) -> NDArray[np.bool_]:
     """Windows that stand out upwards in any track, by Holm's step-down over all windows and tracks.
 
     The chance that a well without anything unusual has any flag is at most `error_rate`.
     """
-    from scipy.special import ndtr
-
-    chance = np.concatenate([ndtr(-pull) for pull in pulls])
-    tested = np.isfinite(chance)
-    order = np.argsort(np.where(tested, chance, np.inf))
-    bound = error_rate / np.arange(np.count_nonzero(tested), 0, -1)
+    chance = np.concatenate(chances)
+    order = np.argsort(np.where(np.isfinite(chance), chance, np.inf))
+    bound = error_rate / np.arange(np.count_nonzero(np.isfinite(chance)), 0, -1)
     passed = chance[order][: bound.size] <= bound
     count = bound.size if passed.all() else int(np.argmin(passed))
     flagged = np.zeros(chance.size, dtype=bool)
     flagged[order[:count]] = True
-    return np.asarray(flagged.reshape(len(pulls), -1).any(axis=0), dtype=bool)
+    return np.asarray(flagged.reshape(len(chances), -1).any(axis=0), dtype=bool)
 
 
 def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: NDArray[np.int64]) -> pd.DataFrame:
@@ -125,11 +140,11 @@ def runs(rig: Rig, bit_depth: Floats) -> NDArray[np.int64]:
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
     """Residual tests and the anomaly track of a well."""
     fits, mobility = folders.read("fits", "fits").load(), folders.read("mobility", "mobility").load()
-    windows, spectra = folders.read("windows", "windows").load(), folders.read("spectra", "spectra")
+    windows = folders.read("windows", "windows").load()
     controller = stored_controller(fits)
     residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
     chances = np.full((2, residual.shape[0]), np.nan)
-    for row, measured in enumerate(measured_rows(mobility, spectra["averages"].values)):
+    for row, measured in enumerate(measured_rows(mobility)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
             known = known_equipment(well.rig, controller, float(windows["bit_depth"][row]))
@@ -137,7 +152,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             residual[row, mobility["gate"].values[row] == Gate.USED] = white
             chances[:, row] = normality_probability(white), whiteness_probability(white)
     run = runs(well.rig, windows["bit_depth"].values)
-    pulls = {
+    tracks = {
         track: run_pulls(*_estimate(fits, parameter), run)
         for track, parameter in (("damping_pull", "damping_bha"), ("inertia_pull", "inertia_bha"))
     }
@@ -147,14 +162,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             "chi2_probability": ("window", fits["fit_probability"].values),
             "normality_probability": ("window", chances[0]),
             "whiteness_probability": ("window", chances[1]),
-            **{name: ("window", pull) for name, pull in pulls.items()},
-            "flagged": ("window", flag(list(pulls.values()), settings.discrepancy.error_rate)),
+            **{name: ("window", pull) for name, (pull, _) in tracks.items()},
+            "flagged": ("window", flag([chance for _, chance in tracks.values()], settings.discrepancy.error_rate)),
         },
         {name: mobility[name] for name in (*WINDOW_COORDINATES, "frequency")},
     )
     folders.write("discrepancy", "discrepancy", dataset)
     intervals(windows, dataset, run).to_csv(folders.stage("discrepancy") / "intervals.csv", index=False)
-    return _failed_tests(dataset, settings.discrepancy.error_rate)
+    return _failed_tests(dataset.isel(window=fits["accepted"].values), settings.discrepancy.error_rate)
 
 
 def stored_controller(fits: xr.Dataset) -> Controller:
@@ -177,7 +192,7 @@ def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
         "normality_probability": "are not Gaussian",
         "whiteness_probability": "depend on their neighbours in frequency",
     }
-    bound = error_rate / (len(names) * dataset.sizes["window"])
+    bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
     return [
         Problem(
             f"window {int(dataset['window'][row])} at {float(dataset['hole_depth'][row]):.1f} m",

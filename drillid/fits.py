@@ -66,14 +66,15 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
         told = rig.controller
         return Controller(told.proportional, told.integral, told.speed_filter, told.torque_filter)
     gains = logged_gains(spectra, Controller(0.0))
-    if not np.isfinite(gains).all():
+    gains = gains[np.isfinite(gains).all(axis=1)]
+    if not gains.size:
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
     proportional, integral = np.median(gains, axis=0)
     return Controller(float(proportional), float(integral))
 
 
 def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
-    """P (N m s/rad) and I (N m/rad) of each window's logged torque command, shape (window, 2).
+    """P (N m s/rad) and I (N m/rad) of each window's logged torque command, shape (window, 2); NaN without one.
 
     The command less the sweep is −A H times the speed, without noise, whatever the string does:
     P + I/s is fitted to it by least squares, with the filters taken as given.
@@ -85,7 +86,10 @@ def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
     design = np.stack([np.ones_like(s), 1 / s], axis=1) * weight[..., None]
     rows = np.concatenate([design.real, design.imag], axis=-2)
     target = np.concatenate([(unfiltered * weight).real, (unfiltered * weight).imag], axis=-1)
-    return np.matvec(np.linalg.pinv(rows), target) if np.isfinite(target).all() else np.full((len(target), 2), np.nan)
+    gains = np.full((len(target), 2), np.nan)
+    logged = np.isfinite(target).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
+    gains[logged] = np.matvec(np.linalg.pinv(rows[logged]), target[logged])
+    return gains
 
 
 def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
@@ -94,21 +98,24 @@ def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
         return []
     told = np.array([rig.controller.proportional, rig.controller.integral])
     gains = logged_gains(spectra, speed_controller(rig, spectra))
+    gains = gains[np.isfinite(gains).all(axis=1)]
+    if not gains.size:
+        return []
     found = np.median(gains, axis=0)
     error = np.hypot(rig.controller.relative * told, np.std(gains, axis=0) / np.sqrt(len(gains)))
-    if not np.isfinite(found).all() or np.all(np.abs(found - told) <= _CONTRADICTION * error):
+    if np.all(np.abs(found - told) <= _CONTRADICTION * error):
         return []
     return [
         Problem(
             f"rig {rig.name}, controller",
             f"the logged command answers the speed with P {found[0]:.4g} N m s/rad and I {found[1]:.4g} N m/rad, "
             f"the papers say {told[0]:.4g} and {told[1]:.4g}",
-            "Correct the rig description, or look for a filter in the control",
+            "Check sign and unit of the sweep, then the gains in the rig description, then for filters in the control",
         )
     ]
 
 
-def measured_rows(mobility: xr.Dataset, averages: Floats) -> list[Measured]:
+def measured_rows(mobility: xr.Dataset) -> list[Measured]:
     """The used frequencies of every row (window or stack) of a mobility dataset."""
     rows = []
     for row in range(mobility["command_mobility"].shape[0]):
@@ -120,7 +127,7 @@ def measured_rows(mobility: xr.Dataset, averages: Floats) -> list[Measured]:
                 mobility["command_mobility"].values[row, used],
                 mobility["command_mobility_variance"].values[row, used],
                 freedom,
-                sharing(freedom, averages[row, used]),
+                sharing(freedom, mobility["averages"].values[row, used]),
             )
         )
     return rows
@@ -130,20 +137,29 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     """Fits of all windows and stacks of a well."""
     spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
     mobility, stacks = folders.read("mobility", "mobility").load(), folders.read("mobility", "stacks").load()
-    bit_depth, averages = folders.read("windows", "windows")["bit_depth"].values, spectra["averages"].values
+    bit_depth = folders.read("windows", "windows")["bit_depth"].values
     controller = speed_controller(well.rig, spectra)
-    fits = _fit_rows(measured_rows(mobility, averages), bit_depth, well.rig, controller, settings.fits, "window")
+    fits = _fit_rows(measured_rows(mobility), bit_depth, well.rig, controller, settings.fits, "window")
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
     gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **gains)
-    members = (stacks["last_window"] - stacks["first_window"] + 1).values[:, None]
-    rows = measured_rows(stacks, averages[stacks["first_window"].values] * members)
-    stack_fits = _fit_rows(rows, stacks["hole_depth"].values, well.rig, controller, settings.fits, "stack")
+    stack_depth = stacks["hole_depth"].values
+    stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
     refused = [
         Problem(f"window {int(fits['window'][row])} at {float(fits['hole_depth'][row]):.1f} m", reason, _REMEDY)
         for row, reason in enumerate(fits["reason"].values.tolist())
+        if reason
+    ]
+    refused += [
+        Problem(f"stack of windows {int(first)} to {int(last)}", reason, _REMEDY)
+        for first, last, reason in zip(
+            stacks["first_window"].values,
+            stacks["last_window"].values,
+            stack_fits["reason"].values.tolist(),
+            strict=True,
+        )
         if reason
     ]
     return [*contradicted_controller(well.rig, spectra), *refused]

@@ -33,6 +33,7 @@ def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
         {
             "command_mobility": spectra["cross_speed"] / power,
             "command_mobility_variance": spectra["speed_noise"] / spectra["averages"] / power,
+            "averages": spectra["averages"],
             "degrees_of_freedom": spectra["degrees_of_freedom"],
             "coherence": (np.abs(spectra["cross_speed"]) ** 2 / (power * spectra["speed_power"])).clip(0, 1),
         }
@@ -62,7 +63,7 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
             member = bands == band
             usable = member & inside[row]
             count = max(int(usable.sum()), 1)
-            averages = spectra["averages"].values[row, member].mean()
+            averages = float(spectra["averages"].values[row, member].mean())
             freedom = spectra["degrees_of_freedom"].values[row, member].mean()
             ratio = (averages - 1) * coherence.values[row] / np.maximum(1 - coherence.values[row], 1e-12)
             noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
@@ -98,7 +99,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     mobility = command_mobility(spectra)
     mobility = mobility.merge(gate(spectra, mobility["coherence"], settings.mobility))
     folders.write("mobility", "mobility", mobility.assign_coords({name: spectra[name] for name in WINDOW_COORDINATES}))
-    stacks, problems = stack_windows(mobility, spectra["averages"], settings.mobility)
+    stacks, problems = stack_windows(mobility, settings.mobility)
     folders.write("mobility", "stacks", stacks)
     return [*_unusable_windows(mobility), *problems]
 
@@ -115,36 +116,46 @@ def _unusable_windows(mobility: xr.Dataset) -> list[Problem]:
     ]
 
 
-def stack_windows(
-    mobility: xr.Dataset, averages: xr.DataArray, settings: MobilitySettings
-) -> tuple[xr.Dataset, list[Problem]]:
-    """Stacks of successive windows, each weighted by its variance.
+def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.Dataset, list[Problem]]:
+    """Stacks of successive windows that share no sample, each weighted by its variance.
 
-    A stack grows window by window up to the settings' number as long as all of its windows
-    agree within their variances; where the next one does not, the stack ends with a row that
-    says so. A window that agrees with no neighbour is in no stack.
+    A stack grows window by window as long as all of its windows agree within their variances and
+    the depth changes little; where the next one does not agree, the stack ends with a row that
+    says so. The error rate is shared among the tests that one stack can see.
     """
     stacks: list[xr.Dataset] = []
     problems: list[Problem] = []
-    total, first = mobility.sizes["window"], 0
-    while first < total - 1:
-        members, chance, refused = [first], 1.0, np.nan
-        while members[-1] + 1 < total and len(members) < settings.stack_windows:
-            candidate = [*members, members[-1] + 1]
-            refused = agreement_probability(mobility.isel(window=candidate), averages.isel(window=candidate))
-            if not refused >= settings.agreement_error_rate:
-                problems.append(_disagreement(mobility, members, refused))
+    bound = settings.agreement_error_rate / (settings.stack_windows - 1)
+    gates, depth = mobility["gate"].values, mobility["hole_depth"].values
+    rows = [row for row in _without_overlap(mobility) if (gates[row] == Gate.USED).any()]
+    while len(rows) > 1:
+        members, chance = rows[:1], 1.0
+        for row in rows[1 : settings.stack_windows]:
+            if abs(depth[row] - depth[members[0]]) > settings.stack_depth_share * depth[row]:
                 break
-            members, chance = candidate, refused
+            agreement = agreement_probability(mobility.isel(window=[*members, row]))
+            if not agreement >= bound:
+                problems.append(_disagreement(mobility, members, row, agreement))
+                break
+            members, chance = [*members, row], agreement
         if len(members) > 1:
             stacks.append(_stack(mobility.isel(window=members), len(stacks), chance))
-        first = members[-1] + 1
+        rows = rows[len(members) :]
     if not stacks:
         return _no_stacks(mobility), problems
     return xr.concat(stacks, "stack", coords="minimal", compat="override", join="exact"), problems
 
 
-def agreement_probability(windows: xr.Dataset, averages: xr.DataArray) -> float:
+def _without_overlap(mobility: xr.Dataset) -> list[int]:
+    """Rows of windows that begin after the one before has ended."""
+    chosen: list[int] = []
+    for row, start in enumerate(mobility["start"].values):
+        if not chosen or start >= mobility["end"].values[chosen[-1]]:
+            chosen.append(row)
+    return chosen
+
+
+def agreement_probability(windows: xr.Dataset) -> float:
     """Chance of so much disagreement between windows (window, frequency) with one common mobility.
 
     Welch's test of equal means with estimated variances (1951) at each frequency, summed over them.
@@ -162,7 +173,7 @@ def agreement_probability(windows: xr.Dataset, averages: xr.DataArray) -> float:
     spread = np.sum((1 - weight / weight.sum(axis=0)) ** 2 / (2 * freedom), axis=0)
     inflation = 1 + 2 * (contrasts - 1) / (contrasts * (contrasts + 2)) * spread
     pooled = contrasts * (contrasts + 2) / (6 * spread)
-    shared = sharing(freedom, averages.values[:, used]).mean(axis=0) * contrasts
+    shared = sharing(freedom, windows["averages"].values[:, used]).mean(axis=0) * contrasts
     return sum_of_ratios_probability(
         float(np.sum(total / inflation)), np.tile(pooled, contrasts), np.tile(shared, contrasts), fitted=0.0
     )
@@ -174,26 +185,29 @@ def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
 
 
 def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
+    """Mean weighted by the estimated variances, whose own errors its variance counts (Meier 1953)."""
     used = windows["gate"] == Gate.USED
     weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
     total = weight.sum("window")
     some = total > 0
-    mobility = (weight * windows["command_mobility"]).sum("window") / total.where(some)
-    variance = 1 / total.where(some)
-    freedom = xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window")
+    share = weight / total.where(some)
+    mobility = (share * windows["command_mobility"]).sum("window").where(some)
+    inflation = 1 + (2 * share * (1 - share) / windows["degrees_of_freedom"]).sum("window")
+    variance = inflation / total.where(some)
+    averages = xr.where(used, windows["averages"], 0.0).sum("window")
     signal = np.abs(mobility) ** 2 / variance
-    count = used.sum("window") * (windows["degrees_of_freedom"].mean("window") + 1)
     stack = xr.Dataset(
         {
             "command_mobility": mobility,
             "command_mobility_variance": variance,
-            "degrees_of_freedom": freedom,
-            "coherence": (signal / (signal + count - 1)).where(some, 0.0),
+            "averages": xr.where(used, windows["averages"] - 1, 0.0).sum("window") + 1,
+            "degrees_of_freedom": xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window"),
+            "coherence": (signal / (signal + averages - 1)).where(some, 0.0),
             "coherence_minimum": windows["coherence_minimum"].mean("window"),
             "coherence_maximum": windows["coherence_maximum"].mean("window"),
             "gate": xr.where(some, np.int8(Gate.USED), windows["gate"].max("window")),
             "agreement_probability": chance,
-            "agree": True,
+            "windows": windows.sizes["window"],
         }
     )
     return stack.expand_dims(stack=[number]).assign_coords(
@@ -203,14 +217,13 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
     )
 
 
-def _disagreement(mobility: xr.Dataset, members: list[int], chance: float) -> Problem:
+def _disagreement(mobility: xr.Dataset, members: list[int], row: int, chance: float) -> Problem:
     names = [str(int(mobility["window"][member])) for member in members]
     others = f"windows {names[0]} to {names[-1]}" if len(names) > 1 else f"window {names[0]}"
-    depth = float(mobility["hole_depth"][members[-1] + 1])
-    where = f"window {int(mobility['window'][members[-1] + 1])} at {depth:.1f} m"
+    where = f"window {int(mobility['window'][row])} at {float(mobility['hole_depth'][row]):.1f} m"
     if np.isnan(chance):
         what = f"shares no frequency that passes the gate with {others}; they are not stacked"
-        return Problem(where, what, "None needed where a row says why no frequency passes the gate")
+        return Problem(where, what, "Look at the coherence of these windows")
     return Problem(
         where,
         f"does not agree with {others} (chance {chance:.2g}), so they are not stacked",

@@ -256,6 +256,7 @@ def _mobility(row: str) -> dict[str, Variable]:
         "command_mobility_variance": Variable(
             dims, "float64", f"({MOBILITY})2", "variance of the complex command mobility"
         ),
+        "averages": Variable(dims, "float64", "1", "equivalent number of independent averages"),
         "degrees_of_freedom": Variable(dims, "float64", "1", "complex degrees of freedom of the variance"),
         "coherence": Variable(dims, "float64", "1", "squared coherence of speed and sweep"),
         "coherence_minimum": Variable(dims, "float64", "1", "least coherence of the band that passes the gate"),
@@ -278,7 +279,7 @@ STACKS = DatasetSchema(
         "agreement_probability": Variable(
             ("stack",), "float64", "1", "chance of such disagreement between equal windows"
         ),
-        "agree": Variable(("stack",), "bool", "", "the windows agree, so that their stack stands for them"),
+        "windows": Variable(("stack",), "int32", "", "number of windows in the stack"),
         **_FREQUENCY,
         **_mobility("stack"),
     },
@@ -351,7 +352,8 @@ DEPTH = DatasetSchema(
         "window": Variable(("depth",), "int32", "", "number of the window in its well"),
         "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
         "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
-        "rig_state": Variable(("depth",), "int8", "", "state of the rig in the window", RigState),
+        "state": Variable(("state",), "str", "", "state of the rig"),
+        "state_time": Variable(("depth", "state"), "float64", "s", "time in each state since the window before"),
         **_each(
             _DF,
             "complex128",
@@ -385,6 +387,12 @@ DEPTH = DatasetSchema(
             damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
         ),
+        **{
+            f"{name}_at_bound": Variable(
+                ("depth",), "bool", "", f"{text}: at its physical bound, known on one side only"
+            )
+            for name, (_, text) in PARAMETERS.items()
+        },
         "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
         "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
     },

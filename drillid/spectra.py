@@ -30,6 +30,8 @@ Complex = NDArray[np.complex128]
 _CHANNELS = ("torque_sweep", "speed", "torque_command")
 _NOT_REPEATING = 0.01
 """Share of the sweep's power that may differ from one period to the next."""
+_LEAST_SEGMENTS = 5
+"""Half segments that a window must hold for Welch's averages: four segments that overlap by half."""
 _SHORTEST_PERIOD = 1.0
 """Periods of the lowest frequency that the sweep's own period must hold at least."""
 
@@ -46,13 +48,19 @@ class Spectra:
     averages: Floats
     degrees_of_freedom: Floats
 
+    @staticmethod
+    def of_nothing(size: int) -> Spectra:
+        """Spectra of a window from which none can be made."""
+        nothing, count = np.full(size, np.nan), np.full(size, 2.0)
+        return Spectra(nothing, nothing, nothing, nothing + 0j, nothing + 0j, count, count - 1)
+
 
 def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     """Period (s) at which a sweep repeats itself; 0 where it does not within half of the window.
 
-    The shortest lag at which the sweep differs from itself by less than 1 % of its power.
+    The shortest lag at which the sweep, less its mean, differs from itself by less than 1 % of its power.
     """
-    samples = sweep.size
+    sweep, samples = sweep - sweep.mean(), sweep.size
     points = next_fast_len(2 * samples, real=True)
     product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 1]
     energy = np.concatenate([[0.0], np.cumsum(sweep**2)])
@@ -86,14 +94,17 @@ def line_spectra(
     harmonics = np.rint(frequencies * period).astype(int) * periods
     offsets = _noise_offsets(periods, noise_lines)
     around = harmonics[:, None] + offsets
-    noise_amplitudes = np.where(around < 0, np.conj(spectrum_speed[np.abs(around)]), spectrum_speed[np.abs(around)])
+    noise_amplitudes, command_noise = (
+        np.where(around < 0, np.conj(spectrum[np.abs(around)]), spectrum[np.abs(around)])
+        for spectrum in (spectrum_speed, spectrum_command)
+    )
     mean = noise_amplitudes.mean(axis=1, keepdims=True)
     slope = noise_amplitudes @ offsets / (offsets @ offsets)
     residual = noise_amplitudes - mean - slope[:, None] * offsets
     freedom = offsets.size - 2
     per_line = np.sum(np.abs(residual) ** 2, axis=1) / freedom * (1 + 1 / offsets.size)
     speed_line = spectrum_speed[harmonics] - mean[:, 0]
-    sweep_line, command_line = spectrum_sweep[harmonics], spectrum_command[harmonics]
+    sweep_line, command_line = spectrum_sweep[harmonics], spectrum_command[harmonics] - command_noise.mean(axis=1)
     noise = per_line * periods
     return Spectra(
         sweep_power=np.abs(sweep_line) ** 2,
@@ -188,9 +199,12 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         )
         if abs(periods[number] - grid_period) < 0.5 / rate:
             spectra = line_spectra(sweep, speed, command, rate, grid_period, frequencies, chosen.noise_lines)
-        else:
+        elif sweep.size >= _LEAST_SEGMENTS * grid_period * rate:
             spectra = welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies)
             problems.append(_not_repeating(windows.isel(window=number), periods[number], grid_period))
+        else:
+            spectra = Spectra.of_nothing(frequencies.size)
+            problems.append(_too_short(windows.isel(window=number), _LEAST_SEGMENTS * grid_period))
         torque = command if np.isfinite(command).all() else sweep
         pieces.append(xr.merge([_cross_spectra(spectra, frequencies), _spectrograms(torque, speed, rate, chosen)]))
     dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(
@@ -219,6 +233,14 @@ def _not_repeating(window: xr.Dataset, period: float, usual: float) -> Problem:
         f"window {int(window['window'])} at {float(window['hole_depth']):.1f} m",
         f"the sweep {found}; its spectra are averages over segments, with fewer degrees of freedom",
         "Keep one periodic sweep through a window",
+    )
+
+
+def _too_short(window: xr.Dataset, needed: float) -> Problem:
+    return Problem(
+        f"window {int(window['window'])} at {float(window['hole_depth']):.1f} m",
+        f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed for averages over segments",
+        "Lengthen windows.length_s or shorten spectra.segment_s",
     )
 
 

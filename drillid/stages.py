@@ -52,7 +52,7 @@ STAGES: dict[str, Stage] = {
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
         Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _PAPERS),
         Stage("discrepancy", (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), ("discrepancy",), _PAPERS),
-        Stage("depth", (_WINDOWS, *_MOBILITY, *_FITS, _DISCREPANCY), ("depth",), _PAPERS),
+        Stage("depth", (_WINDOWS, ("windows", "states"), *_MOBILITY, *_FITS, _DISCREPANCY), ("depth",), _PAPERS),
         Stage(
             "figures",
             (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _DISCREPANCY, ("depth", "depth")),

@@ -16,6 +16,7 @@ from drillid.excitation import coloured_noise, exponential_sweeps
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
 from drillid.physics.model import KnownEquipment
 from drillid.rig import CHANNEL_UNITS, Rig
+from drillid.schema import RigState
 from drillid.sheets import Well
 from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from drillid.store import Problem, WellFolders
@@ -155,6 +156,8 @@ def write_records(folders: WellFolders, stands: Sequence[dict[str, Floats]], bit
     }
     windows = xr.Dataset({name: ("window", values) for name, values in figures.items()})
     folders.write("windows", "windows", windows.assign_coords(window=np.arange(first.size)))
+    drilling = xr.Dataset({"rig_state": ("time", np.full(samples, RigState.DRILLING))}, {"time": time})
+    folders.write("windows", "states", drilling)
 
 
 @dataclass(frozen=True)

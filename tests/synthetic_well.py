@@ -106,6 +106,10 @@ def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, setting
     well, folders = Well(name, Rig.checked(RIG, "rig"), ()), WellFolders(results, name)
     windows = windows_of(count, gap)
     folders.write("windows", "windows", windows)
+    end = int((windows["first_sample"] + windows["samples"]).max()) if count else 2
+    time = np.datetime64("2025-05-01", "ns") + np.arange(end) * np.timedelta64(1, "s")
+    drilling = xr.Dataset({"rig_state": ("time", np.full(end, RigState.DRILLING))}, {"time": time})
+    folders.write("windows", "states", drilling)
     state = RigState.DRILLING.name.lower()
     rows = [
         (name, state, begin, end, top, bottom, WINDOW_S, 1, "")

@@ -46,7 +46,7 @@ def measured(truth: Truth, seed: int) -> Measured:
     )
     mobility = command_mobility(spectra)
     mobility = mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
-    return measured_rows(mobility, spectra["averages"].values)[0]
+    return measured_rows(mobility)[0]
 
 
 @pytest.fixture(scope="module", params=[DEEP, SHALLOW], ids=["deep", "shallow"])

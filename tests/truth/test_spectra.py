@@ -45,6 +45,7 @@ def test_the_period_is_found_and_a_single_chirp_has_none() -> None:
     assert sweep_period(exponential_sweeps(TIME, 500.0, period=600.0), RATE, 0.05) == 0
     assert sweep_period(rng.normal(size=TIME.size), RATE, 0.05) == 0
     assert sweep_period(np.zeros(TIME.size), RATE, 0.05) == 0
+    assert sweep_period(exponential_sweeps(TIME, 500.0, period=120.0) + 2e4, RATE, 0.05) == pytest.approx(120.0)
 
 
 @pytest.mark.parametrize("method", ["lines", "welch"])

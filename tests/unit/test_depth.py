@@ -24,7 +24,8 @@ def test_every_variable_is_as_declared(healthy: Processed, name: str) -> None:
     assert depth[name].attrs["long_name"] == declared.long_name
     if not declared.dtype.startswith("datetime"):
         assert depth[name].attrs.get("units", "") == declared.units
-        assert depth[name].dtype == np.dtype(declared.dtype)
+        kind = np.dtypes.StringDType() if declared.dtype == "str" else np.dtype(declared.dtype)
+        assert depth[name].dtype == kind
     if declared.flags is not None:
         meanings = depth[name].attrs["flag_meanings"].split()
         assert len(meanings) == len(depth[name].attrs["flag_values"]) == len(declared.flags)
@@ -35,9 +36,10 @@ def test_the_dataset_explains_itself(healthy: Processed) -> None:
     assert depth.attrs["Conventions"].startswith("CF-")
     assert depth.attrs["title"] == DEPTH.title
     assert depth.attrs["well"] == "healthy"
-    assert set(depth.coords) == {"depth", "frequency", "lag", "window", "start", "end"}
-    assert dict(depth.sizes) == {"depth": 4, "frequency": 595, "lag": 201}
-    assert (depth["rig_state"] == RigState.DRILLING).all()
+    assert set(depth.coords) == {"depth", "frequency", "lag", "state", "window", "start", "end"}
+    assert dict(depth.sizes) == {"depth": 4, "frequency": 595, "lag": 201, "state": len(RigState)}
+    assert depth["state"].values.tolist() == [state.name.lower() for state in RigState]
+    assert (depth["state_time"].sel(state="drilling") >= 599).all()
     windows = healthy.dataset("windows", "windows")
     assert (depth["depth"].values == windows["hole_depth"].values).all()
     assert (depth["start"].values == windows["start"].values).all()

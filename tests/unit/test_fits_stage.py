@@ -78,8 +78,7 @@ def test_without_controller_and_command_nothing_can_be_fitted(healthy: Processed
 
 
 def test_too_few_frequencies_are_refused_with_their_number(healthy: Processed) -> None:
-    averages = healthy.dataset("spectra", "spectra")["averages"].values
-    whole = measured_rows(healthy.dataset("mobility", "mobility"), averages)[0]
+    whole = measured_rows(healthy.dataset("mobility", "mobility"))[0]
     few = Measured(*(values[100:112] for values in vars(whole).values()))
     refused = fit(few, SHALLOW.known, Prior.silent(), SETTINGS.fits)
     assert not refused.accepted
