@@ -8,15 +8,18 @@ import json
 import logging
 import os
 import shutil
+import sys
 import time
 import traceback
 from collections.abc import Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from drillid.child import mapped_apart
 from drillid.config import Settings
 from drillid.errors import DrillidError, SettingsError
 from drillid.provenance import PACKAGE, digest, package_hash
@@ -184,7 +187,8 @@ def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
     """Outcomes in the order in which the wells end."""
     fleet = settings.fleet
     if fleet.scheduler is None and min(fleet.processes, len(tasks)) < 2:
-        yield from map(process_well, tasks)
+        for task, future in mapped_apart(process_well, tasks):
+            yield _result(task, future)
         return
     with _client(settings, len(tasks)) as client:
         from distributed import as_completed
@@ -195,20 +199,27 @@ def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
 
 
 def _result(task: Task, future: Any) -> Outcome:
-    """The outcome, or the row that stands for a well that its worker process died of."""
-    from distributed.scheduler import KilledWorker
-
+    """The outcome, or the row that stands for a well that its process died of."""
     error = future.exception()
-    if not isinstance(error, KilledWorker):
+    if not _is_death(error):
         outcome: Outcome = future.result()
         return outcome
     folder = WellFolders(task.results, task.listing.name).stage(task.stage)
     _clear(folder)
     problem = Problem(
-        "worker process", f"{type(error).__name__}: {error}", "Give the job more memory or fewer processes"
+        f"process of the stage {task.stage}",
+        "the process was killed, probably out of memory",
+        f"Give the job more memory, or fewer processes, then delete the folder {folder} and run again",
     )
     problems_table(task.listing.name, task.stage, [problem]).to_csv(folder / _PROBLEMS, index=False)
     return Outcome(task.listing.name, "failed", 1, trace=f"{type(error).__name__}: {error}")
+
+
+def _is_death(error: BaseException | None) -> bool:
+    """The process was killed or ended itself; dask is asked only where it was at work."""
+    distributed = sys.modules.get("distributed")
+    deaths = (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
+    return isinstance(error, deaths)
 
 
 @contextlib.contextmanager

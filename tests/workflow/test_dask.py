@@ -6,15 +6,23 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
 from tests.workflow.toys import Checkout
 
-WELLS = {"Good": ["a.csv"], "Bad": ["bad.csv"], "Fine": ["b.csv"], "Die": ["die.csv"], "Well": ["c.csv"]}
+WELLS = {
+    "Good": ["a.csv"],
+    "Bad": ["bad.csv"],
+    "Fine": ["b.csv"],
+    "Die": ["die.csv"],
+    "Well": ["c.csv"],
+    "Slow": ["slow.csv"],
+}
 
 RUN = """
 import sys
@@ -22,7 +30,7 @@ from drillid.config import FleetSettings, Settings
 from drillid.fleet import run_stage
 
 if __name__ == "__main__":
-    fleet = FleetSettings(scheduler=sys.argv[1] or None, processes=2)
+    fleet = FleetSettings(scheduler=sys.argv[1] or None, processes=int(sys.argv[3]))
     for outcome in run_stage("records", sys.argv[2].split(","), Settings(fleet=fleet), "records.log"):
         print(outcome.well, outcome.status)
 """
@@ -41,9 +49,9 @@ def environment(fleet: Checkout) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(fleet.root), "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"}
 
 
-def run(fleet: Checkout, scheduler: str, *wells: str) -> subprocess.CompletedProcess[str]:
+def run(fleet: Checkout, scheduler: str, *wells: str, processes: int = 2) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "run.py", scheduler, ",".join(wells)],
+        [sys.executable, "run.py", scheduler, ",".join(wells), str(processes)],
         cwd=fleet.root,
         env=environment(fleet),
         capture_output=True,
@@ -71,15 +79,17 @@ def scheduler(fleet: Checkout) -> Iterator[str]:
     worker = ("worker", "--scheduler-file", str(file), "--nthreads", "1", "--nworkers", "2")
     head = ("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
     with started(fleet, *head), started(fleet, *worker):
-        yield address(file)
+        yield str(awaited(lambda: json.loads(file.read_text())["address"]))
 
 
-def address(file: Path) -> str:
+def awaited(look: Callable[[], Any]) -> Any:
+    """What `look` gives once it gives something."""
     for _ in range(300):
-        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
-            return str(json.loads(file.read_text())["address"])
+        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError, IndexError):
+            if (found := look()) is not None:
+                return found
         time.sleep(0.1)
-    raise AssertionError("the scheduler does not start")
+    raise AssertionError("nothing came in 30 s")
 
 
 def assert_all_but_the_bad_are_done(fleet: Checkout, done: subprocess.CompletedProcess[str]) -> None:
@@ -106,14 +116,42 @@ def test_wells_go_over_a_dask_scheduler_that_refuses_workers_with_older_code(fle
     assert "Restart the dask workers" in refused.stderr
 
 
-def test_a_well_that_kills_its_process_is_a_row_and_the_others_go_on(fleet: Checkout) -> None:
-    done = run(fleet, "", "Good", "Die")
+def assert_only_the_killed_failed(fleet: Checkout, done: subprocess.CompletedProcess[str]) -> None:
+    assert done.returncode == 0, done.stderr
     outcomes = dict(line.split() for line in done.stdout.splitlines())
     assert outcomes["Die"] == "failed"
-    assert outcomes["Good"] in {"done", "kept"}  # kept, where its outcome was lost with the process and asked for again
+    # kept, where its outcome was lost with the process and asked for again
+    assert {outcomes["Good"], outcomes["Fine"]} <= {"done", "kept"}
     row = pd.read_csv(fleet.root / "results/main/records/Die/problems.csv").iloc[0]
-    assert "KilledWorker" in row["what"]
-    assert "memory" in row["remedy"]
+    assert row["what"] == "the process was killed, probably out of memory"
+    assert "more memory" in row["remedy"]
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_well_that_kills_its_process_is_a_row_and_the_others_go_on(fleet: Checkout, processes: int) -> None:
+    assert_only_the_killed_failed(fleet, run(fleet, "", "Good", "Die", "Fine", processes=processes))
+
+
+def test_one_child_takes_the_wells_one_after_the_other_until_it_is_killed(fleet: Checkout) -> None:
+    assert_only_the_killed_failed(fleet, run(fleet, "", "Good", "Well", "Die", "Fine", processes=1))
+    good, well, die, fine = (line.split()[2] for line in fleet.pids())
+    assert good == well == die != fine
+
+
+def test_the_child_ends_when_its_job_is_killed(fleet: Checkout) -> None:
+    (fleet.root / "raw/slow.csv").write_text("slow")
+    command = [sys.executable, "run.py", "", "Slow", "1"]
+    with subprocess.Popen(command, cwd=fleet.root, env=environment(fleet), stderr=subprocess.DEVNULL) as job:
+        child = int(awaited(lambda: fleet.pids()[0].split()[2]))
+        job.kill()
+    awaited(lambda: not alive(child) or None)
+
+
+def alive(process: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
 
 
 def test_a_scheduler_that_does_not_answer_is_named(fleet: Checkout) -> None:

@@ -78,10 +78,17 @@ def test_a_rig_description_redoes_only_the_stages_that_read_the_changed_part(fin
 
 
 def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
-    wells = {"Good": ["a.csv"], "Bad": ["bad.csv"], "Crash": ["crash.csv"], "Rig": ["e.csv"], "Lost": ["f.csv"]}
+    wells = {
+        "Good": ["a.csv"],
+        "Bad": ["bad.csv"],
+        "Crash": ["crash.csv"],
+        "Rig": ["e.csv"],
+        "Lost": ["f.csv"],
+        "Die": ["die.csv"],
+    }
     (checkout.root / "config/rigs/broken.yaml").write_text(RIG.replace("controller", "controler"))
     checkout.sheets(wells, {"Rig": "broken"})
-    for name in ("bad", "crash"):
+    for name in ("bad", "crash", "die"):
         (checkout.root / f"raw/{name}.csv").write_text(name)
     (checkout.root / "raw/f.csv").unlink()
     checkout.run(*ONE_BATCH)
@@ -92,6 +99,7 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
     assert problems.loc["Crash", "what"] == "RuntimeError: nobody foresaw this"
     assert "Did you mean 'controller'?" in problems.loc["Rig", "remedy"]
     assert "FileNotFoundError" in problems.loc["Lost", "what"]
+    assert problems.loc["Die", "what"] == "the process was killed, probably out of memory"
     assert problems.loc["Good", "stage"] == "windows"
     log = (checkout.root / "results/main/logs/records/0000.log").read_text()
     assert "Traceback" in log

@@ -13,6 +13,7 @@ from drillid.stages import STAGES
 ROOT = Path(__file__).resolve().parents[2]
 SHARED_MODULES = (
     "batches",
+    "child",
     "config",
     "errors",
     "fleet",
@@ -25,15 +26,14 @@ SHARED_MODULES = (
     "strict",
     "units",
 )
-DATASETS = {
-    "mobility": ("mobility", "stacks"),
-    "fits": ("fits", "stack_fits"),
-}
+READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
+DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
 
 STAGE = '''
 """A toy stage: one line in the journal for each well, and a folder for each dataset."""
 
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -47,8 +47,8 @@ def process(well, folders, settings):
     if "{stage}" == "records":
         text = "".join(log.read_text() for log in well.logs)
         if "die" in text:
-            os._exit(1)
-        time.sleep(0.2)
+            os.kill(os.getpid(), signal.SIGKILL)
+        time.sleep(60 if "slow" in text else 0.2)
         if "crash" in text:
             raise RuntimeError("nobody foresaw this")
         if "bad" in text:
@@ -138,6 +138,6 @@ def write_library(folder: Path) -> None:
     (folder / "shared.py").write_text("USED_BY_FITS = 1\n")
     for name in STAGES:
         imports = "from drillid.shared import USED_BY_FITS\n" if name == "fits" else ""
-        text = STAGE.format(stage=name, imports=imports, datasets=DATASETS.get(name, (name,)))
+        text = STAGE.format(stage=name, imports=imports, datasets=DATASETS[name])
         (folder / f"{name}.py").write_text(text)
     (folder / "report.py").write_text(REPORT)
