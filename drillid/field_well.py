@@ -77,6 +77,18 @@ class Friction:
             )
 
 
+WELL_B = Friction(
+    sliding=0.2335,
+    breakaway=1.361,
+    assembly_sliding=1.061,
+    assembly_breakaway=1.333,
+    threshold=0.5265,
+    kappa=139.0,
+    assembly_inertia=0.7441,
+)
+"""Fitted to the start of rotation at 1733 m, 0 to 45 s (`python -m benchmarks.field`); δ is not fitted."""
+
+
 def rig_at(depth: float, survey: Survey, friction: Friction) -> NonlinearRig:
     """The rig with its bit at a depth (m along the hole), pipe reaching from the assembly to the surface.
 
