@@ -12,6 +12,9 @@ from drillid.sheets import Listing, read_sheets
 from drillid.stages import STAGES, fingerprint
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_BASE_MB = 1000
+_MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
+"""Memory for the largest log; measured are 6 for CSV and 37 for gzipped CSV and Parquet, over 250 MB of imports."""
 
 
 def prepare_environment(root: str | Path) -> None:
@@ -61,6 +64,11 @@ class Plan:
         simulated = self.settings.simulate is not None
         return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
 
+    def memory_mb(self, wells: Sequence[str]) -> int:
+        """Memory of a job that holds raw logs or their records, one log a process at a time, in MB."""
+        largest = max((_memory_of(log) for well in wells for log in self.wells[well].logs), default=0.0)
+        return self.threads(wells) * int(_BASE_MB + largest)
+
     def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
         """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs."""
         simulated = self.settings.simulate is not None
@@ -90,3 +98,12 @@ class Plan:
         """The same for the simulated logs of one well of the demo."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
         return {"well": well, "source": source_hash("drillid.demo"), "settings": section}
+
+
+def _memory_of(log: Path) -> float:
+    """Memory that the log needs over that of the imports, in MB; none where it is not there (yet)."""
+    try:
+        size = log.stat().st_size / 1e6
+    except OSError:
+        return 0.0
+    return size * (_MB_PER_MB_OF_TEXT if log.suffix.lower() == ".csv" else _MB_PER_MB_COMPRESSED)

@@ -17,7 +17,7 @@ for batch, wells in PLAN.batches.items():
             "../../envs/drillid.yaml"
         threads: PLAN.threads(wells)
         resources:
-            mem_mb=1500 * PLAN.threads(wells),
+            mem_mb=PLAN.memory_mb(wells),
             runtime=10 + 5 * len(wells),
         params:
             **PLAN.dependencies("windows", wells),
