@@ -42,7 +42,7 @@ RATE = 100.0
 """Hz, of logged and simulated series."""
 _SMOOTHING_SAMPLES = 21
 _TIME_STEP = 0.005
-"""s; at 45 m of pipe a wave's way in a step is 15 m."""
+"""s, in which a wave passes about 14 m of string."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ WELL_B = Friction(
     kappa=139.0,
     assembly_inertia=0.7441,
 )
-"""Fitted to the start of rotation at 1733 m, 0 to 45 s (`python -m benchmarks.field`); δ is not fitted."""
+"""Fitted to the start of rotation at 1733 m, 0 to 45 s by a search that ended by time; δ is not fitted."""
 
 
 def rig_at(depth: float, survey: Survey, friction: Friction) -> NonlinearRig:
