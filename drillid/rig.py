@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from drillid.strict import Strict
+from drillid.strict import KeyFault, Strict
 from drillid.units import (
     Fraction,
     Hertz,
@@ -117,8 +117,10 @@ class Tubular(Strict):
     @model_validator(mode="after")
     def _has_a_wall(self) -> "Tubular":
         if self.inner_diameter >= self.outer_diameter:
-            raise ValueError(
-                f"inner diameter {self.inner_diameter} m is not smaller than outer diameter {self.outer_diameter} m"
+            raise KeyFault(
+                "inner_diameter",
+                f"{self.inner_diameter} m is not smaller than the outer diameter, {self.outer_diameter} m",
+                "Correct the diameters and their units",
             )
         return self
 
@@ -174,14 +176,23 @@ class Rig(Strict):
     def _channels_usable(self) -> "Rig":
         missing = [name for name in REQUIRED_CHANNELS if name not in self.channels]
         if missing:
-            raise ValueError(f"channels lack {', '.join(missing)}; map each to a column of the log")
+            raise KeyFault("channels", f"{', '.join(missing)} missing", "Map each to a column of the log with its unit")
         if self.controller is None and "torque_command" not in self.channels:
-            raise ValueError("either the controller or the channel torque_command must be given")
+            raise KeyFault(
+                "controller",
+                "neither the controller nor the channel torque_command is given",
+                "Add 'controller' with its gain 'proportional', or map the torque command under 'channels'",
+            )
         for name, column in self.channels.items():
             try:
                 to_si_factor(column.unit, CHANNEL_UNITS[name])
             except ValueError as error:
-                raise ValueError(f"channels.{name}: column '{column.column}': {error}") from error
+                unit = CHANNEL_UNITS[name]
+                raise KeyFault(
+                    f"channels.{name}.unit",
+                    f"column '{column.column}': {error}",
+                    f"Write the unit in which the log holds it, one of the kind of {unit}",
+                ) from error
         return self
 
     def collars_at(self, bit_depth: float) -> Collars | None:

@@ -54,7 +54,7 @@ class Well:
 
 @dataclass(frozen=True)
 class Listing:
-    """One well as the sheets list it; its rig description is not read yet."""
+    """One well as the sheets list it; its rig description is not read yet, and need not be there."""
 
     name: str
     rig_file: Path
@@ -67,8 +67,16 @@ class Listing:
         Raises
         ------
         SettingsError
-            If it cannot be read or does not validate.
+            If it is not there, cannot be read or does not validate, or if the well has no logs.
         """
+        if not self.rig_file.is_file():
+            raise SettingsError(
+                str(self.rig_file),
+                f"rig '{self.rig_file.stem}' has no description",
+                f"Write this file, or correct the rig of well '{self.name}' in the wells sheet",
+            )
+        if not self.logs:
+            raise SettingsError("logs sheet", f"well '{self.name}' has no logs", "List its log files there")
         return Well(self.name, Rig.from_yaml(self.rig_file), self.logs)
 
     def absolute(self) -> "Listing":
@@ -83,32 +91,19 @@ def read_sheets(settings: "Settings") -> dict[str, Listing]:
     ------
     SettingsError
         With sheet and row, for a sheet that cannot be read, a row that does not validate, a well
-        listed twice, a rig without description, a log of an unknown well or listed twice, a well
-        without logs.
+        listed twice, a log of an unknown well or listed twice.
     """
     wells = _rows(Path(settings.wells), WellRow)
-    rigs = Path(settings.rigs)
-    found: dict[str, tuple[WellRow, str]] = {}
+    found: dict[str, WellRow] = {}
     for where, row in wells:
         if row.well in found:
             raise SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows")
-        if not _rig_file(rigs, row).is_file():
-            raise SettingsError(
-                where, f"rig '{row.rig}' has no description", f"Write {_rig_file(rigs, row)} or correct the name"
-            )
-        found[row.well] = row, where
+        found[row.well] = row
     logs = _logs_of_wells(settings, found.keys())
-    for name, (_, where) in found.items():
-        if not logs[name]:
-            raise SettingsError(where, f"well '{name}' has no logs", f"List its log files in {settings.logs}")
     return {
-        name: Listing(name, _rig_file(rigs, row), tuple(logs[name]), row.description)
-        for name, (row, _) in found.items()
+        name: Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description)
+        for name, row in found.items()
     }
-
-
-def _rig_file(rigs: Path, row: WellRow) -> Path:
-    return rigs / f"{row.rig}.yaml"
 
 
 def _logs_of_wells(settings: "Settings", names: Collection[str]) -> dict[str, list[Path]]:

@@ -2,12 +2,30 @@
 
 import difflib
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from drillid.errors import SettingsError
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+
+class KeyFault(ValueError):
+    """What a validator finds wrong with one key of its model.
+
+    Parameters
+    ----------
+    key : the key, below the model that is validated
+    what : what is wrong with it
+    remedy : what the user can do about it
+    """
+
+    def __init__(self, key: str, what: str, remedy: str) -> None:
+        self.key, self.what, self.remedy = key, what, remedy
+        super().__init__(key, what, remedy)
 
 
 class Strict(BaseModel):
@@ -43,17 +61,26 @@ class Strict(BaseModel):
 
 
 def _explain(model: type[BaseModel], error: ValidationError) -> tuple[str, str]:
-    problems, remedies = [], []
-    for item in error.errors():
-        key = ".".join(str(part) for part in item["loc"])
-        if item["type"] == "extra_forbidden":
-            known = _known_keys(model, item["loc"][:-1])
-            close = difflib.get_close_matches(str(item["loc"][-1]), known, n=1)
-            problems.append(f"unknown key '{key}'")
-            remedies.append(f"Did you mean '{close[0]}'?" if close else f"Known keys are {', '.join(known)}.")
-        else:
-            problems.append(f"'{key}': {item['msg'].removeprefix('Value error, ')}")
-    return "; ".join(problems), " ".join(remedies) or "Correct the value."
+    """What is wrong with each key, and what to do about each, every remedy once."""
+    found = [_explain_one(model, item) for item in error.errors()]
+    return "; ".join(what for what, _ in found), ". ".join(dict.fromkeys(remedy for _, remedy in found))
+
+
+def _explain_one(model: type[BaseModel], item: "ErrorDetails") -> tuple[str, str]:
+    key = ".".join(str(part) for part in item["loc"])
+    cause = item.get("ctx", {}).get("error")
+    if isinstance(cause, KeyFault):
+        return f"'{'.'.join(filter(None, [key, cause.key]))}': {cause.what}", cause.remedy
+    if item["type"] == "extra_forbidden":
+        known = _known_keys(model, item["loc"][:-1])
+        close = difflib.get_close_matches(str(item["loc"][-1]), known, n=1)
+        return f"unknown key '{key}'", f"Did you mean '{close[0]}'?" if close else f"Known keys are {', '.join(known)}"
+    if item["type"] == "missing":
+        return f"the key '{key}' is missing", f"Add '{key}'"
+    what = item["msg"].removeprefix("Value error, ")
+    if not key:
+        return f"top level: {what}", f"Write keys with their values; known keys are {', '.join(_known_keys(model, ()))}"
+    return f"'{key}': {what}", f"Correct the value of '{key}'"
 
 
 def _known_keys(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:

@@ -32,8 +32,6 @@ def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> Non
     ("wells", "logs", "message"),
     [
         (WELLS + "W1\ttoy\tagain\n", LOGS, "wells.tsv, row 6: well 'W1' is listed twice"),
-        (WELLS + "W3\ttoys\t\n", LOGS, "wells.tsv, row 6: rig 'toys' has no description. Write "),
-        (WELLS + "W3\ttoy\t\n", LOGS, "wells.tsv, row 6: well 'W3' has no logs"),
         (WELLS + "W 3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
         (WELLS + "../W3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
         (WELLS, LOGS + "Well7\td.csv\n", "logs.tsv, row 5: log of the unknown well 'Well7'. Add the well"),
@@ -63,3 +61,19 @@ def test_a_rig_that_does_not_validate_is_found_only_when_its_well_is_worked_on(t
     listing = read_sheets(settings)["W1"]
     with pytest.raises(SettingsError, match="psi"):
         listing.load()
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("W3\ttoys\t\n", "toys.yaml: rig 'toys' has no description. Write this file, or correct the rig of well 'W3'"),
+        ("W3\ttoy\t\n", "logs sheet: well 'W3' has no logs. List its log files there"),
+    ],
+)
+def test_a_well_without_rig_or_logs_is_found_only_when_it_is_worked_on(tmp_path: Path, row: str, message: str) -> None:
+    logs = LOGS + ("W3\td.csv\n" if "toys" in row else "")
+    found = read_sheets(settings_for(tmp_path, WELLS + row, logs))
+    assert found["W1"].load().name == "W1"
+    with pytest.raises(SettingsError) as error:
+        found["W3"].load()
+    assert message in str(error.value)

@@ -85,9 +85,11 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
         "Rig": ["e.csv"],
         "Lost": ["f.csv"],
         "Die": ["die.csv"],
+        "NoRig": ["g.csv"],
+        "NoLog": [],
     }
     (checkout.root / "config/rigs/broken.yaml").write_text(RIG.replace("controller", "controler"))
-    checkout.sheets(wells, {"Rig": "broken"})
+    checkout.sheets(wells, {"Rig": "broken", "NoRig": "missing"})
     for name in ("bad", "crash", "die"):
         (checkout.root / f"raw/{name}.csv").write_text(name)
     (checkout.root / "raw/f.csv").unlink()
@@ -98,6 +100,8 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
     assert bad == ["records", "bad.csv", "is bad", "Mend it"]
     assert problems.loc["Crash", "what"] == "RuntimeError: nobody foresaw this"
     assert "Did you mean 'controller'?" in problems.loc["Rig", "remedy"]
+    assert problems.loc["NoRig", "what"] == "rig 'missing' has no description"
+    assert problems.loc["NoLog", "what"] == "well 'NoLog' has no logs"
     assert "FileNotFoundError" in problems.loc["Lost", "what"]
     assert problems.loc["Die", "what"] == "the process was killed, probably out of memory"
     assert problems.loc["Good", "stage"] == "windows"

@@ -1,0 +1,54 @@
+"""What is wrong with a rig description is told with its key and what to do."""
+
+from typing import Any
+
+import pytest
+import yaml
+
+from drillid.errors import SettingsError
+from drillid.rig import Rig
+from tests.workflow.toys import RIG
+
+TOY = yaml.safe_load(RIG)
+CHANNELS = TOY["channels"]
+THIN = {"outer_diameter": "100 mm", "inner_diameter": "110 mm"}
+
+
+def changed(**keys: Any) -> dict[str, Any]:
+    """The toy rig with other values; a key with None is left out."""
+    return {key: value for key, value in {**TOY, **keys}.items() if value is not None}
+
+
+@pytest.mark.parametrize(
+    ("content", "what", "remedy"),
+    [
+        (changed(controller=None), "'controller': neither the controller nor the", "Add 'controller' with its gain"),
+        (
+            changed(channels={"speed": CHANNELS["speed"]}),
+            "'channels': torque_sweep, hole_depth missing",
+            "Map each to a column of the log with its unit",
+        ),
+        (
+            changed(channels=CHANNELS | {"speed": {"column": "RPM", "unit": "psi"}}),
+            "'channels.speed.unit': column 'RPM': the unit 'psi' cannot be",
+            "one of the kind of rad/s",
+        ),
+        (changed(pipe=THIN), "'pipe.inner_diameter': 0.11 m is not smaller than the outer", "Correct the diameters"),
+        (changed(collars=[THIN | {"length": "1 m"}]), "'collars.0.inner_diameter': 0.11 m", "Correct the diameters"),
+        (changed(name=None), "the key 'name' is missing", "Add 'name'"),
+        (changed(drive_delay={"value": "-1 ms"}), "'drive_delay.value': ", "Correct the value of 'drive_delay.value'"),
+        (["a", "list"], "top level: Input should be a valid dictionary", "known keys are channels, "),
+    ],
+)
+def test_a_fault_names_its_key_and_a_remedy(content: Any, what: str, remedy: str) -> None:
+    with pytest.raises(SettingsError) as error:
+        Rig.checked(content, "toy.yaml")
+    assert what in error.value.what
+    assert remedy in error.value.remedy
+
+
+def test_every_fault_is_told_with_its_remedy() -> None:
+    with pytest.raises(SettingsError) as error:
+        Rig.checked(changed(name=None, controler={}), "toy.yaml")
+    assert error.value.what == "the key 'name' is missing; unknown key 'controler'"
+    assert error.value.remedy == "Add 'name'. Did you mean 'controller'?"
