@@ -21,9 +21,14 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 _DAY_NS = 86_400_000_000_000
-_FEWEST_ROWS = 10
-_RATE_TOLERANCE = 0.01
-"""Largest relative difference of stated and found sample rate."""
+FEWEST_ROWS = 10
+"""A log needs as many rows, and a column as many values."""
+_ROUND_TOLERANCE = 1e-3
+"""A clock is taken to run off its nominal rate by less than this, as a share; a round rate further off is another."""
+_LARGEST_TOLERANCE = 0.01
+"""The same for logs that are too short to tell their rate well."""
+_NO_DRIFT = 0.05
+"""Intervals of drift over a log that are as likely chance."""
 _NEAR_TICK = 0.3
 """A grid joins the grid before it where their ticks differ by less than this share of an interval."""
 _PHASE_ROWS = 100
@@ -53,18 +58,24 @@ class ClockStep:
 class Ticks:
     """A log's rows on its regular grid.
 
-    rate : samples per second
+    rate : nominal samples per second
+    found : samples per second by the stamps
     origin : time of tick 0, ns since 1970 UTC
     rows : rows in order of time, repeated rows left out, shape (row,)
     tick : tick of each of `rows`, not decreasing, shape (row,)
-    jitter : stamp less tick, s, shape (row,)
+    begin, end : times of the first and the last of `rows` by the stamps, their jitter averaged and settings of
+        the clock taken out, ns since 1970 UTC
+    jitter : stamp less tick of the regular clock at the rate `found`, s, shape (row,)
     repeated : places in `rows` of the rows that others, left out, repeat, shape (repeat,)
     steps : settings of the clock; `row` counts in `rows`
     reordered : rows that stood out of order
     """
 
     rate: float
+    found: float
     origin: int
+    begin: int
+    end: int
     rows: Integers
     tick: Integers
     jitter: Floats
@@ -92,32 +103,42 @@ def place_rows(
     ----------
     stamps : time stamps, ns since 1970 UTC, shape (row,), in the file's order
     sweep, speed : the two signals by which set clocks are told from missing rows, shape (row,)
-    rate : nominal samples per second; found from the stamps where None
+    rate : nominal samples per second; the roundest that the stamps allow where None
     anchor : time of a tick of the grid before this one, ns; midnight where None
     where : name of the log for messages
 
     Raises
     ------
     LogError
-        With too few rows, stamps coarser than the samples, or a stated rate that is not the log's.
+        With too few rows, stamps that go backwards, or stamps coarser than the samples.
     """
-    if stamps.size < _FEWEST_ROWS:
-        raise LogError(where, f"holds only {stamps.size} rows", "Take it out of the logs sheet")
+    if stamps.size < FEWEST_ROWS:
+        raise too_few_rows(where, stamps.size)
     rows, repeats = _without_repeats(stamps, sweep, speed)
-    interval = _interval(stamps[rows], rate, where)
+    interval = _interval(stamps[rows], where)
     rows, reordered = _in_order(stamps, rows, interval)
     seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
     apart, shift = _apart(seconds, interval)
     apart, moved, steps = _without_steps(apart, shift, sweep[rows], speed[rows], interval)
     seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(apart)])
-    interval = float(np.polyfit(tick, seconds, 1)[0])
-    chosen = _round_rate(interval, int(tick[-1]), rate)
-    offset = float(np.median(seconds - tick / chosen))
-    origin = _joined(int(stamps[rows[0]]) + round(offset * 1e9), chosen, anchor)
+    centred = tick - np.mean(tick)
+    found = float(np.dot(centred, centred) / np.dot(centred, seconds))
+    nominal = nominal_rate(found, int(tick[-1])) if rate is None else rate
+    found = nominal if abs(found / nominal - 1) * tick[-1] < _NO_DRIFT else found
+    first, jitter = int(stamps[rows[0]]), seconds - tick / found
+    begin, end = (first + round(float(np.median(part)) * 1e9) for part in (jitter[:_PHASE_ROWS], jitter[-_PHASE_ROWS:]))
+    origin = _joined(first + round(float(np.median(seconds - tick / nominal)) * 1e9), nominal, anchor)
     kept = stamps[rows]
     by_time = np.argsort(kept, kind="stable")
     twice = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
-    return Ticks(chosen, origin, rows, tick, seconds - tick / chosen - offset, twice, steps, reordered)
+    end += round(tick[-1] * 1e9 / found)
+    jitter -= np.median(jitter)
+    return Ticks(nominal, found, origin, begin, end, rows, tick, jitter, twice, steps, reordered)
+
+
+def too_few_rows(where: str, rows: int) -> LogError:
+    """The error of a log too short to tell its clock."""
+    return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Take it out of the logs sheet")
 
 
 def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
@@ -128,10 +149,13 @@ def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[In
     return np.flatnonzero(~repeats), np.flatnonzero(repeats)
 
 
-def _interval(stamps: Integers, rate: float | None, where: str) -> float:
+def _interval(stamps: Integers, where: str) -> float:
     """Mean interval of unbroken rows, s."""
     steps = np.diff(stamps) * 1e-9
     forward = steps[steps > 0]
+    if np.sum(steps < 0) > 0.5 * steps.size:
+        what = "its time stamps go backwards: most rows are earlier than the row before them"
+        raise LogError(where, what, "Export the log in the order of time")
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
             where,
@@ -139,14 +163,7 @@ def _interval(stamps: Integers, rate: float | None, where: str) -> float:
             "Export stamps with fractions of a second",
         )
     usual = float(np.median(forward))
-    interval = float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
-    if rate is not None and abs(interval * rate - 1) > _RATE_TOLERANCE:
-        raise LogError(
-            where,
-            f"its stamps tell {1 / interval:.4g} samples per second, the rig description {rate:.4g}",
-            "Correct the sample rate in the rig description, or leave it out",
-        )
-    return interval
+    return float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
 
 
 def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
@@ -246,13 +263,24 @@ class _RunsOn:
         return bool(rough > self.limit and rough > _FAR_ROUGHER * self._misfit(around, 1))
 
 
-def _round_rate(interval: float, ticks: int, stated: float | None) -> float:
-    """The stated, else the roundest, rate that drifts against the stamps by less than half an interval over the log."""
-    found = 1 / interval
-    candidates = [round(found, decimals) for decimals in range(4)]
-    for rate in ([stated] if stated else []) + candidates:
-        if rate > 0 and abs(found / rate - 1) * ticks < 0.5:
-            return float(rate)
+def rate_tolerance(ticks: int, least: float) -> float:
+    """Share by which the rate of a log of so many ticks may be off a nominal one: half an interval over a short log."""
+    return max(least, min(0.5 / max(ticks, 1), _LARGEST_TOLERANCE))
+
+
+def nominal_rate(found: float, ticks: int) -> float:
+    """The roundest rate that a clock may be meant to have, in Hz or in ms from sample to sample.
+
+    Parameters
+    ----------
+    found : samples per second by the stamps, which drift against the samples
+    ticks : length of the log in samples
+    """
+    tolerance = rate_tolerance(ticks, _ROUND_TOLERANCE)
+    for decimals in range(4):
+        for rate in (round(found, decimals), 1e3 / (round(1e3 / found, decimals) or np.inf)):
+            if rate > 0 and abs(found / rate - 1) < tolerance:
+                return float(rate)
     return found
 
 

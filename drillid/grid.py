@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,12 @@ Note = tuple[str, str]
 LOOK = "These samples are flagged; look at the recorder if this recurs"
 _LONGEST_STORED_GAP_S = 300.0
 """Gaps up to this length are stored as missing samples; longer ones only show in the times."""
+_NEAR_TICK = 0.3
+"""A log joins the ticks of the log before it where it is off them by less than this share of an interval."""
+_LARGE_DRIFT = 2e-4
+"""Clocks further off their nominal rate are noted; 17 s a day."""
+_FAR_OFF_S = 10.0
+"""Samples further off their stamps are noted."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +68,53 @@ class Grid:
         return str(self.time[sample].astype("datetime64[ms]"))
 
 
-def clock_notes(ticks: Ticks, grid: Grid, stated: float | None) -> list[Note]:
-    """What the clock did: off its stated rate, rows out of order, repeated rows, settings of the clock."""
+@dataclass(frozen=True)
+class End:
+    """End of a log that the next log of the well may join.
+
+    rate : nominal samples per second
+    time : its last sample, ns since 1970 UTC
+    stamps : time of its last row by the stamps, with settings of its clock taken out and as they were, ns
+    """
+
+    rate: float
+    time: int
+    stamps: tuple[int, int]
+
+    @classmethod
+    def of(cls, ticks: Ticks) -> End:
+        """The end of a log by its ticks."""
+        time = int(ticks.times(ticks.tick[-1:])[0].astype(np.int64))
+        return cls(ticks.rate, time, (ticks.end, ticks.end + round(1e9 * sum(step.seconds for step in ticks.steps))))
+
+
+def following(ticks: Ticks, before: End) -> Ticks:
+    """A log's ticks behind the log before it, as many intervals later as the stamps tell.
+
+    The samples of both are at the nominal rate, from which the stamps drift away; so it is the time
+    from the one log's last stamp to the other's first that counts. A log after a longer pause
+    goes by its stamps again.
+    """
+    interval = 1e9 / ticks.rate
+    apart = min(((ticks.begin - stamp) * 1e-9 * ticks.found for stamp in before.stamps), key=lambda gap: abs(gap - 1))
+    longest = _LONGEST_STORED_GAP_S * ticks.rate
+    if apart > longest:
+        return replace(ticks, origin=max(ticks.origin, before.time + round(longest * interval)))
+    near = round(apart)
+    return replace(ticks, origin=before.time + round((near if abs(apart - near) < _NEAR_TICK else apart) * interval))
+
+
+def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
+    """What the clock did: a large drift, rows out of order, repeated rows, settings of the clock."""
     notes = []
-    if stated is not None and ticks.rate != stated:
-        off = 1e6 * (ticks.rate / stated - 1)
-        what = f"its clock runs {off:+.0f} parts in a million off the stated rate of {stated:g} Hz"
-        notes.append((what, "The rate of the stamps is used; look at the recorder's clock"))
+    if abs(ticks.found / ticks.rate - 1) > _LARGE_DRIFT:
+        off = 1e6 * (ticks.found / ticks.rate - 1)
+        what = f"its clock runs {off:+.0f} parts in a million off the rate of {ticks.rate:g} Hz"
+        notes.append((what, "Its samples are taken to be regular at that rate; look at the recorder's clock"))
+    away = (End.of(ticks).time - ticks.end) * 1e-9
+    if abs(away) > _FAR_OFF_S:
+        what = f"its last sample is placed {away:+.1f} s off its stamp, so that no time is lost between samples"
+        notes.append((what, "Compare the times with the driller's report; look at the recorder's clock"))
     if ticks.reordered:
         what = f"{ticks.reordered} rows stood out of order and were sorted by time"
         notes.append((what, "Look at the recorder if this recurs"))

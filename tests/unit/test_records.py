@@ -11,7 +11,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drillid.clock import place_rows, share_of_real_jitter
+from drillid.clock import nominal_rate, place_rows, share_of_real_jitter
 from drillid.config import Settings
 from drillid.errors import LogError
 from drillid.quality import runs, spikes
@@ -230,7 +230,7 @@ def test_the_stated_rate_is_checked(tmp_path: Path) -> None:
         record(LOG, tmp_path, sample_rate=100.0)
     slow = LOG.assign(Time=START + (LOG["Time"] - START) * 1.001)
     samples, notes = record(slow, tmp_path, sample_rate=50.0)
-    assert ["-1000 parts in a million" in note for note in notes] == [True]
+    assert ["-999 parts in a million" in note for note in notes] == [True]
     assert samples.sizes["time"] == len(LOG)
 
 
@@ -402,3 +402,84 @@ def test_without_any_usable_log_every_reason_stays_and_there_is_no_store(tmp_pat
     ]
     assert all(row.remedy for row in problems)
     assert not folders.has("records", "records")
+
+
+def test_a_log_of_few_rows_or_values_tells_how_many(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="holds only 8 rows of the 10 needed"):
+        record(LOG.iloc[:8], tmp_path)
+    with pytest.raises(LogError, match="column 'RPM' holds only 3 values of the 10 needed"):
+        record(LOG.assign(RPM=LOG["RPM"].where(LOG.index < 3)), tmp_path)
+
+
+def test_a_log_in_descending_time_is_told_from_coarse_stamps(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"time stamps go backwards.*in the order of time"):
+        record(LOG.iloc[::-1], tmp_path)
+
+
+def drifting(seconds: float, parts: float, start: pd.Timestamp = START, phase: float = 0.0) -> pd.DataFrame:
+    """Drilling whose stamps, to the millisecond, drift by so many parts in a million and begin `phase` s later."""
+    log, jitter = drilling(seconds, start=start), np.random.default_rng(8).normal(0, 5e-4, round(seconds * RATE))
+    at = np.arange(len(log)) / RATE * (1 + parts * 1e-6) + phase + jitter
+    return log.assign(Time=start + pd.to_timedelta(np.round(at * 1e3), unit="ms"))
+
+
+def follow_on(parts: list[float], minutes: list[float]) -> list[pd.DataFrame]:
+    """Logs cut from an unbroken series of samples, whose stamps drift."""
+    logs, begin, phase = list[pd.DataFrame](), START, 0.0
+    for drift, length in zip(parts, minutes, strict=True):
+        logs.append(drifting(60 * length, drift, begin, phase))
+        begin, phase = begin + pd.Timedelta(minutes=length), phase + 60 * length * drift * 1e-6
+    return logs
+
+
+@pytest.mark.parametrize("parts", [[50.0] * 4, [-50.0] * 4, [18.0, 20.0, 25.0, 30.0]], ids=["fast", "slow", "mixed"])
+def test_logs_whose_clock_drifts_are_all_used_and_join(parts: list[float], tmp_path: Path) -> None:
+    minutes = [10.0, 14.0, 18.0, 24.0]
+    logs = [save(log, tmp_path / f"{number}.parquet") for number, log in enumerate(follow_on(parts, minutes))]
+    records, problems = run(tmp_path, *logs)
+    # the kink where the made-up sweep begins anew passes for a spike now and then
+    assert [problem for problem in problems if "spikes in speed" not in problem.what] == []
+    assert np.bincount(records["log"].values).tolist() == [round(60 * length * RATE) for length in minutes]
+    assert (np.diff(records["time"].values) == np.timedelta64(20, "ms")).all()
+    assert not (records["flags"].values & ~np.uint8(RecordFlag.SPIKE)).any()
+
+
+@pytest.mark.parametrize("drift", [-250.0, 250.0])
+def test_a_large_drift_is_told_and_hides_no_pause(drift: float, tmp_path: Path) -> None:
+    first, second = follow_on([drift, drift], [2.0, 2.0])
+    second["Time"] += pd.Timedelta(seconds=4)
+    records, problems = run(tmp_path, save(first, tmp_path / "a.parquet"), save(second, tmp_path / "b.parquet"))
+    assert len(problems) == 2
+    assert all(f"{-drift:+.0f} parts in a million off the rate of 50 Hz" in row.what for row in problems), problems
+    assert np.max(np.diff(records["time"].values)) == np.timedelta64(4020, "ms")
+    assert records.sizes["time"] == len(first) + len(second)
+
+
+def test_after_a_long_pause_a_log_goes_by_its_stamps_again(tmp_path: Path) -> None:
+    first = drifting(600, -150)
+    second = drifting(60, -150, START + pd.Timedelta(hours=1))
+    records, _ = run(tmp_path, save(first, tmp_path / "a.parquet"), save(second, tmp_path / "b.parquet"))
+    begin = records["time"].values[records["log"].values == 1][0]
+    assert abs(begin - second["Time"].iloc[0].to_datetime64()) < np.timedelta64(20, "ms")
+
+
+@pytest.mark.parametrize("kept", [True, False], ids=["on the new clock", "on the old clock"])
+def test_the_log_after_a_set_clock_joins_whichever_clock_it_keeps(kept: bool, tmp_path: Path) -> None:
+    first, second = drilling(60), drilling(30, start=START + pd.Timedelta(seconds=60))
+    first.loc[1612:, "Time"] -= pd.Timedelta(seconds=20)
+    second["Time"] -= pd.Timedelta(seconds=20 * kept)
+    records, problems = run(tmp_path, save(first, tmp_path / "a.parquet"), save(second, tmp_path / "b.parquet"))
+    assert records.sizes["time"] == 4500
+    assert (np.diff(records["time"].values) == np.timedelta64(20, "ms")).all()
+    assert ["+20.0 s off its stamp" in problem.what for problem in problems[1:]] == [True] * kept
+
+
+@pytest.mark.parametrize("drift", [0.0, 30e-6, -30e-6, 2e-4])
+@pytest.mark.parametrize("rate", [100.0, 50.0, 12.5, 62.5, 60.0, 1000 / 30])
+def test_the_nominal_rate_of_a_day(rate: float, drift: float) -> None:
+    assert nominal_rate(rate * (1 + drift), round(86_400 * rate)) == pytest.approx(rate, rel=1e-12)
+
+
+def test_a_rate_that_is_not_near_a_round_one_is_kept() -> None:
+    assert nominal_rate(99.5, 8_640_000) == 99.5
+    assert nominal_rate(50.2, 100) == 50.0, "two seconds do not tell half an interval"
