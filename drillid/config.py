@@ -77,7 +77,7 @@ class FitsSettings(Strict):
 class DiscrepancySettings(Strict):
     """First look at what the model leaves unexplained."""
 
-    error_rate: float = Field(default=0.01, gt=0, lt=1)
+    error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of clean wells that may have an interval flagged, or a window whose residuals fail a test."""
 
 
