@@ -24,6 +24,7 @@ from drillid.report_content import (
     Spread,
     drilled,
     identified,
+    joined,
     read_stretches,
     without_windows,
 )
@@ -165,6 +166,7 @@ def render(settings: Settings, reports: Sequence[WellReport]) -> str:
         "explanation": explanation,
         "papers": papers_text,
         "verdict": papers_verdict,
+        "joined": joined,
         "depths": depths,
     }
     used = settings.model_dump(mode="json", exclude=_WITHOUT_EFFECT, exclude_none=True)

@@ -30,6 +30,8 @@ _AGREES, _DIFFERS = 2.0, 3.0
 """Standard deviations from the papers up to which a value agrees, and above which it disagrees."""
 _EVIDENT = 2.0
 """Pull from which a parameter counts among what rose in an interval."""
+_ROWS_APART = 3
+"""Problems of one kind up to which each has a row of its own."""
 _TRACKS = dict(zip(EVIDENCE, ("damping_bha", "inertia_bha"), strict=True))
 
 
@@ -294,9 +296,28 @@ def without_windows(stretches: pd.DataFrame) -> pd.DataFrame:
 
 def kinds(reasons: pd.Series[str]) -> pd.Series[str]:
     """Reasons with … for the numbers in which several of one kind differ."""
-    pattern = reasons.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
+    pattern = _without_numbers(reasons)
     different = reasons.groupby(pattern).transform("nunique") > 1
     return reasons.mask(different, pattern)
+
+
+def _without_numbers(texts: pd.Series[str]) -> pd.Series[str]:
+    return texts.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
+
+
+def joined(problems: pd.DataFrame) -> pd.DataFrame:
+    """Problems of one well for readers: columns stage, where, what, remedy, rows.
+
+    Rows of a stage whose `what` is equal but for its numbers become one, at the place of the
+    first, as soon as there are more than a few of them; `rows` counts them.
+    """
+    texts = problems.astype(str)
+    kind = [texts["stage"], _without_numbers(texts["what"])]
+    rows = texts.groupby(kind)["what"].transform("size").astype(int)
+    many = rows > _ROWS_APART
+    kept = ~many | ~pd.concat(kind, axis=1).duplicated()
+    what = texts["what"].mask(many, kinds(texts["what"].where(many, "")))
+    return texts.assign(what=what, rows=rows.where(many, 1))[kept]
 
 
 def read_stretches(folders: WellFolders) -> pd.DataFrame:

@@ -26,6 +26,7 @@ from drillid.report_content import (
     covered_hours,
     drilled,
     identified,
+    joined,
     kinds,
     read_stretches,
     weighted_mean,
@@ -39,7 +40,8 @@ COUNTS = {"W1": 10, "W2": 1, "W3": 0}
 WELLS = [*COUNTS, "W4"]
 PROBLEMS = [
     ("W1", "records", "log_1.csv", "3 spikes replaced", "Look at the recorder"),
-    *(("W2", "fits", f"window {number} <1500 m", f"reason & number {number}", "See it") for number in range(9)),
+    *(("W2", "fits", f"window {name} <1500 m", f"reason & name {name}", "See it") for name in "abcdefghi"),
+    *(("W2", "mobility", f"stack {number}", f"windows {number} disagree", "See them") for number in range(5)),
     ("W3", "windows", "well W3", "no window was found", "See its stretches.csv for the reasons"),
     ("W4", "records", "bad.csv, row 7", "<script>alert(1)</script> is no number", "Correct the row"),
 ]
@@ -176,10 +178,13 @@ def test_the_flagged_interval_is_told_first_and_in_its_well(page: str) -> None:
 
 
 def test_every_problem_is_in_its_well(page: str) -> None:
-    for well, stage, where, what, remedy in PROBLEMS:
+    for well, stage, where, what, remedy in [*PROBLEMS[:10], *PROBLEMS[15:]]:
         cells = " ".join([stage, where, what, remedy])
         assert cells in text(section(page, well))
-    assert "9 rows: 9 in fits" in text(section(page, "W2"))
+    assert "14 rows: 9 in fits, 5 in mobility" in text(section(page, "W2"))
+    assert "mobility stack 0 and 4 more places windows … disagree 5 times See them" in text(section(page, "W2"))
+    assert "problems.csv beside this report holds each of them" in text(section(page, "W2"))
+    assert "problems.csv beside this report holds" not in text(section(page, "W1"))
 
 
 def test_wells_without_result_say_why_at_the_top(page: str) -> None:
@@ -324,6 +329,25 @@ def test_reasons_of_one_kind_count_together() -> None:
         ["unknown", "gap of 600 s", 1, 10.0],
         ["drilling", "too short: … s of … s", 2, pytest.approx(27.5 / 60)],
     ]
+
+
+def test_equal_problems_are_joined_at_the_first_place_once_they_are_many() -> None:
+    spikes = [("W1", "records", f"log {n}", f"{n} spikes in speed", f"See log {n}") for n in range(5)]
+    gaps = [("W1", "records", f"log {n}", f"a gap of {n} s", "None") for n in range(3)]
+    other = [("W1", "windows", "log 9", "7 spikes in speed", "None")]
+    table = joined(pd.DataFrame([gaps[0], *spikes, *gaps[1:], *other], columns=list(PROBLEM_COLUMNS)))
+    assert table[["stage", "where", "what", "remedy", "rows"]].to_numpy().tolist() == [
+        ["records", "log 0", "a gap of 0 s", "None", 1],
+        ["records", "log 0", "… spikes in speed", "See log 0", 5],
+        ["records", "log 1", "a gap of 1 s", "None", 1],
+        ["records", "log 2", "a gap of 2 s", "None", 1],
+        ["windows", "log 9", "7 spikes in speed", "None", 1],
+    ]
+    same = joined(
+        pd.DataFrame([("W1", "fits", f"window {n}", "is 3 off", "None") for n in range(4)], columns=table.columns[:5])
+    )
+    assert same[["what", "rows"]].to_numpy().tolist() == [["is 3 off", 4]]
+    assert joined(pd.DataFrame(columns=list(PROBLEM_COLUMNS))).empty
 
 
 def test_a_well_without_stretches_has_drilled_nothing(tmp_path: Path) -> None:
