@@ -37,6 +37,8 @@ _PHASE_BREAK = 0.15
 """Change of that place over a jump, in intervals, from which the clock does not run on through it."""
 _LASTING_ROWS = 5
 """A row whose stamp leaves its neighbours' ticks for fewer rows than this is a late stamp, not a jump."""
+_BLOCK = 200_000
+"""Rows worked on at once where that takes much memory."""
 _EITHER_SIDE = 3
 """Samples on either side of a jump by which it is judged whether a signal runs on."""
 _SHORT_JUMP = 5
@@ -145,7 +147,13 @@ def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[In
     """Rows to keep and rows that repeat an earlier row's stamp and signals."""
     import pandas as pd
 
-    repeats = pd.DataFrame({"stamp": stamps, "sweep": sweep, "speed": speed}).duplicated().to_numpy()
+    repeats = np.zeros(stamps.size, dtype=bool)
+    if np.any(np.diff(stamps) <= 0):
+        order = np.argsort(stamps, kind="stable")
+        same = np.diff(stamps[order]) == 0
+        alike = np.sort(order[np.concatenate([[False], same]) | np.concatenate([same, [False]])])
+        rows = {"stamp": stamps[alike], "sweep": sweep[alike], "speed": speed[alike]}
+        repeats[alike] = pd.DataFrame(rows).duplicated().to_numpy()
     return np.flatnonzero(~repeats), np.flatnonzero(repeats)
 
 
@@ -189,18 +197,23 @@ def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
     missing rows and set clocks shift all that follow: a median filter takes off the former and
     leaves the latter.
     """
-    row = np.arange(seconds.size)
-    place = seconds / interval - row
-    turn = np.exp(2j * np.pi * place)
-    total = np.concatenate([[0], np.cumsum(turn)])
-    first, stop = np.maximum(row - _PHASE_ROWS, 0), np.minimum(row + _PHASE_ROWS + 1, row.size)
-    unlike = np.angle((total[stop[1:] - 1] - total[1:-1]) * np.conj(total[1:-1] - total[first[:-1]])) / (2 * np.pi)
-    jump = np.abs(np.diff(place)) > 1
-    breaks = 1 + np.flatnonzero(jump & (np.abs(unlike) > _PHASE_BREAK))
-    bounds = np.concatenate([[0], breaks, [row.size]])
-    piece = np.searchsorted(breaks, row, side="right")
-    mean = total[np.minimum(stop, bounds[piece + 1])] - total[np.maximum(first, bounds[piece])]
-    phase = np.unwrap(np.angle(mean)) / (2 * np.pi)
+    rows = seconds.size
+    place = seconds / interval - np.arange(rows)
+    total = np.concatenate([[0], np.cumsum(np.exp(2j * np.pi * place))])
+    jumps = 1 + np.flatnonzero(np.abs(np.diff(place)) > 1)
+    behind = total[jumps] - total[np.maximum(jumps - 1 - _PHASE_ROWS, 0)]
+    beyond = total[np.minimum(jumps + _PHASE_ROWS, rows - 1)] - total[jumps]
+    unlike = np.angle(beyond * np.conj(behind)) / (2 * np.pi)
+    breaks = jumps[np.abs(unlike) > _PHASE_BREAK]
+    bounds = np.concatenate([[0], breaks, [rows]])
+    phase = np.empty(rows)
+    for first in range(0, rows, _BLOCK):
+        row = np.arange(first, min(first + _BLOCK, rows))
+        piece = np.searchsorted(breaks, row, side="right")
+        high, low = np.minimum(row + _PHASE_ROWS + 1, bounds[piece + 1]), np.maximum(row - _PHASE_ROWS, bounds[piece])
+        phase[row] = np.angle(total[high] - total[low])
+    del total
+    phase = np.unwrap(phase) / (2 * np.pi)
     ahead = median_filter(np.rint(place - phase), 2 * _LASTING_ROWS - 1, mode="nearest")
     return 1 + np.diff(ahead).astype(np.int64), np.diff(phase) * interval
 
@@ -211,6 +224,8 @@ def _without_steps(
     """Ticks between rows with settings of the clock taken out, what those moved each stamp by (s), and the settings."""
     doubtful = np.flatnonzero((apart > 1) | (apart < 0)).tolist()
     apart, moved, steps = apart.copy(), np.zeros(apart.size + 1), []
+    if not doubtful:
+        return apart, moved, ()
     sweep_ends, speed_ends = _RunsOn(sweep, apart), _RunsOn(speed, apart)
     for before in doubtful:
         jump = int(apart[before])
@@ -229,7 +244,9 @@ class _RunsOn:
 
     def __init__(self, signal: Floats, apart: Integers) -> None:
         self.signal = signal
-        usual = self._misfit(np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE), 1)
+        windows = np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE)
+        blocks = range(0, len(windows), _BLOCK)
+        usual = np.concatenate([self._misfit(windows[first : first + _BLOCK], 1) for first in blocks])
         broken = np.convolve(apart != 1, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
         usual = usual[~broken & np.isfinite(usual)]
         self.limit = float(np.quantile(usual, 0.99)) if usual.size else 0.0

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from drillid.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter, too_few_rows
 from drillid.errors import LogError
-from drillid.formats import read_log
+from drillid.formats import first_stamp, read_log
 from drillid.grid import LOOK, End, Grid, Note, clock_notes, following
-from drillid.repair import FAST_CHANNELS, Repair
-from drillid.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
+from drillid.repair import FAST_CHANNELS, Repair, spline
+from drillid.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel, Rig
 from drillid.store import Problem, WellFolders
 from drillid.units import to_si_factor
 
@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from drillid.config import RecordsSettings, Settings
     from drillid.sheets import Well
 
+Integers = NDArray[np.int64]
+Samples = NDArray[Any]
+
+_PIECE = 1_200_000
+"""Samples written at once, a whole number of the store's chunks."""
 _RATE_TOLERANCE = 0.01
 """Largest share by which the rate of a log's stamps may be off the nominal rate."""
 
@@ -55,7 +60,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
                 problems.append(Problem(error.where, error.what, error.remedy))
                 continue
             problems += [Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late)]
-            append(samples.assign(log=("time", np.full(samples.sizes["time"], number))))
+            for first in range(0, samples.sizes["time"], _PIECE):
+                piece = samples.isel(time=slice(first, first + _PIECE))
+                append(piece.assign(log=("time", np.full(piece.sizes["time"], number))))
             end, number = record.end, number + 1
     return problems
 
@@ -65,8 +72,7 @@ def _in_time_order(logs: tuple[Path, ...], rig: Rig) -> tuple[list[Path], list[P
     starts, problems = [], []
     for path in logs:
         try:
-            stamps = read_log(path, rig.time.column, [], rig.time.zone).index
-            starts.append((stamps.min(), path))
+            starts.append((first_stamp(path, rig.time.column, rig.time.zone), path))
         except LogError as error:
             problems.append(Problem(error.where, error.what, error.remedy))
     return [path for _, path in sorted(starts)], problems
@@ -115,70 +121,65 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End 
     LogError
         If the log cannot be read or placed on a grid.
     """
-    log = read_channels(path, rig)
-    sweep, speed = (log[name].to_numpy() for name in ("torque_sweep", "speed"))
-    stamps = log.index.to_numpy().astype("datetime64[ns]").astype(np.int64)
+    stamps, log = read_channels(path, rig)
     rate, anchor = (before.rate, before.time) if before else (rig.time.sample_rate, None)
-    ticks = place_rows(stamps, sweep, speed, rate, anchor, str(path))
+    ticks = place_rows(stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
+    del stamps
     _check_rate(ticks, rig.time.sample_rate, path)
     ticks = ticks if before is None else following(ticks, before)
     grid = Grid.of(ticks)
     notes = clock_notes(ticks, grid)
-    log = log.iloc[ticks.rows]
-    if share_of_real_jitter(log["torque_sweep"].to_numpy(), ticks) > 0.5:
-        log = moved_to_ticks(log, ticks)
+    if share_of_real_jitter(log["torque_sweep"][ticks.rows], ticks) > 0.5:
+        log |= {name: moved_to_ticks(log[name], ticks) for name in FAST_CHANNELS if name in log}
         rms = 1e3 * float(np.std(ticks.jitter))
         notes.append((f"samples were taken off the regular clock ({rms:.2f} ms rms); interpolated to it", LOOK))
     repair = Repair(grid, ticks.rate, settings)
-    channels = {name: repair.channel(name, log[name].to_numpy()) for name in CHANNEL_UNITS if name in log}
-    repair.find_stuck(channels)
-    repair.note_holes()
-    nowhere = np.full(grid.size, np.nan)
-    variables = {name: ("time", channels.get(name, nowhere)) for name in CHANNEL_UNITS} | {
-        "flags": ("time", repair.flags)
+    nowhere = np.full(grid.size, np.nan, np.float32)
+    channels = {
+        name: repair.channel(name, log.pop(name)[ticks.rows]) if name in log else nowhere for name in CHANNEL_UNITS
     }
+    repair.find_stuck({name: channels[name] for name in FAST_CHANNELS if channels[name] is not nowhere})
+    repair.note_holes()
+    variables = {name: ("time", values) for name, values in channels.items()} | {"flags": ("time", repair.flags)}
     return Record(xr.Dataset(variables, coords={"time": grid.time}), End.of(ticks), (*notes, *repair.notes))
 
 
-def read_channels(path: Path, rig: Rig) -> pd.DataFrame:
-    """Channels of a log in SI units, NaN where it holds no value; an empty optional column is left out.
+def read_channels(path: Path, rig: Rig) -> tuple[Integers, dict[str, Samples]]:
+    """Stamps of a log (ns since 1970 UTC) and its channels in SI units, NaN where it holds no value, shape (row,).
+
+    An empty optional column is left out. Fast channels are float64, the others, which only tell
+    the rig's state, float32.
 
     Raises
     ------
     LogError
-        If the log cannot be read or a needed channel holds no value.
+        If the log cannot be read, is too short, or a needed channel holds too few values.
     """
-    raw = read_log(path, rig.time.column, [channel.column for channel in rig.channels.values()], rig.time.zone)
-    if len(raw) < FEWEST_ROWS:
-        raise too_few_rows(str(path), len(raw))
-    channels = {
-        name: raw[column.column].to_numpy() * to_si_factor(column.unit, CHANNEL_UNITS[name])
-        for name, column in rig.channels.items()
-    }
-    held = {name: int(np.sum(np.isfinite(values))) for name, values in channels.items()}
-    empty = [name for name, values in held.items() if values < FEWEST_ROWS]
-    needed = next((name for name in REQUIRED_CHANNELS if name in empty), None)
-    if needed:
-        values = f"only {held[needed]} values of the {FEWEST_ROWS} needed" if held[needed] else "no values"
-        raise LogError(
-            str(path),
-            f"column '{rig.channels[needed].column}' holds {values}",
-            "Correct the rig description's columns, or the export",
-        )
-    return pd.DataFrame({name: values for name, values in channels.items() if name not in empty}, index=raw.index)
+    names: dict[str, list[Channel]] = {}
+    for name, channel in rig.channels.items():
+        names.setdefault(channel.column, []).append(name)
+    raw = read_log(path, rig.time.column, list(names), rig.time.zone)
+    if raw.stamps.size < FEWEST_ROWS:
+        raise too_few_rows(str(path), raw.stamps.size)
+    channels: dict[str, Samples] = {}
+    for column, alike in names.items():
+        values = raw.pop(column)
+        held = int(np.sum(np.isfinite(values)))
+        if held < FEWEST_ROWS and not set(alike).isdisjoint(REQUIRED_CHANNELS):
+            number = f"only {held} values of the {FEWEST_ROWS} needed" if held else "no values"
+            remedy = "Correct the rig description's columns, or the export"
+            raise LogError(str(path), f"column '{column}' holds {number}", remedy)
+        for name in alike if held >= FEWEST_ROWS else []:
+            factor = to_si_factor(rig.channels[name].unit, CHANNEL_UNITS[name])
+            channels[name] = (values * factor).astype(np.float64 if name in FAST_CHANNELS else np.float32, copy=False)
+    return raw.stamps.view(np.int64), channels
 
 
-def moved_to_ticks(log: pd.DataFrame, ticks: Ticks) -> pd.DataFrame:
-    """Fast channels interpolated from the times of their stamps to the ticks; rows as in `ticks.rows`."""
-    from scipy.interpolate import CubicSpline
-
-    taken = ticks.tick / ticks.rate + ticks.jitter
-    moved = log.copy()
-    for name in FAST_CHANNELS:
-        if name in log:
-            values = log[name].to_numpy()
-            good = np.isfinite(values) & np.concatenate([[True], np.diff(taken) > 0])
-            moved[name] = np.where(
-                np.isfinite(values), CubicSpline(taken[good], values[good])(ticks.tick / ticks.rate), np.nan
-            )
+def moved_to_ticks(values: Samples, ticks: Ticks) -> Samples:
+    """A fast channel, shape (row,), interpolated from the times of its stamps to the ticks, in the rows of `ticks`."""
+    moved, taken = values.copy(), ticks.tick / ticks.rate + ticks.jitter
+    known = np.isfinite(values[ticks.rows])
+    good = known & np.concatenate([[True], np.diff(taken) > 0])
+    at = ticks.tick / ticks.rate
+    moved[ticks.rows[known]] = spline(taken[good], values[ticks.rows[good]], at[known])
     return moved

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,11 +12,15 @@ from drillid.grid import LOOK, Grid, Note
 from drillid.quality import runs, spikes, stuck
 from drillid.schema import RecordFlag
 
-Floats = NDArray[np.float64]
+Samples = NDArray[Any]
 Booleans = NDArray[np.bool_]
 
 FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
 """Channels the dynamics are read from; the others are slow and only tell the rig's state."""
+_SPLINE_BLOCK = 100_000
+"""Knots of a spline worked on at once."""
+_SPLINE_REACH = 50
+"""Knots beyond which a cubic spline feels nothing of a knot: its pull falls by 3.7 from each to the next."""
 _SLOW_HOLD = 5.0
 """A slow channel is interpolated over up to this many of its own intervals."""
 
@@ -27,23 +33,21 @@ class Repair:
         self.flags = grid.flags.copy()
         self.notes: list[Note] = []
 
-    def channel(self, name: str, rows: Floats) -> Floats:
+    def channel(self, name: str, rows: Samples) -> NDArray[np.float32]:
         """One channel's rows, shape (row,), as its samples, shape (time,); NaN where it cannot be known."""
-        samples = np.full(self.grid.size, np.nan)
+        samples = np.full(self.grid.size, np.nan, rows.dtype)
         samples[self.grid.position[self.grid.first]] = rows[self.grid.first]
-        return self._fast(name, samples) if name in FAST_CHANNELS else self._slow(samples)
+        filled = self._fast(name, samples) if name in FAST_CHANNELS else self._slow(samples)
+        return filled.astype(np.float32, copy=False)
 
-    def _fast(self, name: str, samples: Floats) -> Floats:
+    def _fast(self, name: str, samples: Samples) -> Samples:
         """Spikes and short holes replaced by a cubic spline through the good samples, long holes left as gaps."""
         missing = np.isnan(samples)
-        whole = np.interp(np.arange(samples.size), np.flatnonzero(~missing), samples[~missing])
-        spiky = spikes(whole, self.rate, self.settings.spike_error_rate) & ~missing
+        spiky = spikes(_bridged(samples, missing), self.rate, self.settings.spike_error_rate) & ~missing
         holes = missing | spiky
         short = _short(holes, int(self.settings.interpolate_up_to_s * self.rate + 1e-9))
         if np.any(short):
-            from scipy.interpolate import CubicSpline
-
-            samples[short] = CubicSpline(np.flatnonzero(~holes), samples[~holes])(np.flatnonzero(short))
+            samples[short] = spline(np.flatnonzero(~holes), samples[~holes], np.flatnonzero(short))
         samples[holes & ~short] = np.nan
         self._flag(spiky, RecordFlag.SPIKE)
         self._flag(short & ~spiky, RecordFlag.INTERPOLATED)
@@ -56,18 +60,19 @@ class Repair:
             self._note(f"{cells} rows hold no {name}", LOOK)
         return samples
 
-    def _slow(self, samples: Floats) -> Floats:
+    def _slow(self, samples: Samples) -> Samples:
         """Linear interpolation between the channel's own values, which may be far fewer than the rows."""
-        missing, known = np.isnan(samples), np.flatnonzero(~np.isnan(samples))
+        missing = np.isnan(samples)
+        known = np.flatnonzero(~missing)
         own = float(np.median(np.diff(known))) if known.size > 1 else 1.0
         longest = max(self.settings.interpolate_up_to_s * self.rate, _SLOW_HOLD * own)
-        filled = np.interp(np.arange(samples.size), known, samples[known])
+        filled = _bridged(samples, missing)
         for first, stop in runs(missing):
             if stop - first > longest:
                 filled[first:stop] = np.nan
         return filled
 
-    def find_stuck(self, channels: dict[str, Floats]) -> None:
+    def find_stuck(self, channels: dict[str, Samples]) -> None:
         """Flag fast channels that keep one value while another fast channel moves."""
         known = [name for name in FAST_CHANNELS if name in channels]
         moves = {name: np.concatenate([[False], np.abs(np.diff(channels[name])) > 0]) for name in known}
@@ -98,6 +103,31 @@ class Repair:
 
     def _note(self, what: str, remedy: str) -> None:
         self.notes.append((what, remedy))
+
+
+def spline(known: NDArray[Any], values: Samples, wanted: NDArray[Any]) -> NDArray[np.float64]:
+    """Cubic spline through `values` at `known`, shape (knot,), at `wanted`, shape (place,); both ascend.
+
+    It is made block by block, each with so many knots on either side that it is the whole spline
+    to rounding, because the whole one takes a hundred bytes a knot.
+    """
+    from scipy.interpolate import CubicSpline
+
+    result = np.empty(wanted.size)
+    starts = np.arange(0, known.size, _SPLINE_BLOCK)
+    edges = [0, *np.searchsorted(wanted, known[starts[1:]]).tolist(), wanted.size]
+    for start, first, stop in zip(starts.tolist(), edges[:-1], edges[1:], strict=True):
+        if first < stop:
+            knots = slice(max(0, start - _SPLINE_REACH), start + _SPLINE_BLOCK + _SPLINE_REACH)
+            result[first:stop] = CubicSpline(known[knots], values[knots])(wanted[first:stop])
+    return result
+
+
+def _bridged(samples: Samples, missing: Booleans) -> Samples:
+    """Samples with linear interpolation where they are missing, shape (time,)."""
+    whole, known = samples.copy(), np.flatnonzero(~missing)
+    whole[missing] = np.interp(np.flatnonzero(missing), known, samples[known])
+    return whole
 
 
 def _short(holes: Booleans, longest: int) -> Booleans:

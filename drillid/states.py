@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
@@ -10,7 +12,7 @@ from drillid.config import WindowsSettings
 from drillid.quality import runs
 from drillid.schema import RecordFlag, RigState
 
-Floats = NDArray[np.float64]
+Floats = NDArray[Any]
 Booleans = NDArray[np.bool_]
 
 NEEDED = ("speed", "torque_sweep", "hole_depth")
@@ -71,8 +73,12 @@ def rig_states(
 
 def without_holes(values: Floats) -> Floats:
     """A channel with its missing samples interpolated linearly, shape (time,); it must hold one value at least."""
-    known = np.flatnonzero(np.isfinite(values))
-    return np.interp(np.arange(values.size), known, values[known])
+    missing = ~np.isfinite(values)
+    if not np.any(missing):
+        return values
+    whole, known = values.copy(), np.flatnonzero(~missing)
+    whole[missing] = np.interp(np.flatnonzero(missing), known, values[known])
+    return whole
 
 
 def _span(seconds: float, rate: float) -> int:

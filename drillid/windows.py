@@ -47,7 +47,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     with folders.appending("windows", "states") as append:
         for first, stop in log_bounds(records):
             part = records[[*_STATE_CHANNELS, "flags"]].isel(time=slice(first, stop)).load()
-            channels = {name: part[name].values.astype(float) for name in _STATE_CHANNELS}
+            channels = {name: part[name].values for name in _STATE_CHANNELS}
             states = rig_states(channels, part["flags"].values, rate, settings.windows)
             append(xr.Dataset({"rig_state": ("time", states)}, coords={"time": part["time"]}))
             found += stretches(part, states, rate, first)

@@ -1,10 +1,11 @@
 """Rig logs of any file format behind one function.
 
-A format is one module of this package with two things: `SUFFIXES`, the file names' endings it
-answers for, and `read_columns(path, columns)`, which returns those columns (all, if None) as an
-Arrow table, numbers as float64, and raises `FileNotFoundError` or any other `OSError`, or
-`ValueError` with what is wrong. Everything else (a missing column, text among the numbers, time
-that is no time) is checked here, once for all formats.
+A format is one module of this package with three things: `SUFFIXES`, the file names' endings it
+answers for; `header(path)`, the names of the file's columns; and `read_columns(path, columns, text,
+rows)`, which returns those columns as an Arrow table, the ones in `text` as they are and the others
+as float64 where they can be, and of them only so many first rows where `rows` is given. They raise
+`FileNotFoundError` or any other `OSError`, or `ValueError` with what is wrong. Everything else (a
+missing column, text among the numbers, time that is no time) is checked here, once for all formats.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import difflib
 import importlib
 import pkgutil
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 
 _NULL_VALUES = (-999.25, -9999.0)
 """Numbers that drilling recorders write where they have no value."""
+_ROWS_OF_START = 1000
+"""Rows among which a log's earliest stamp is looked for."""
 _FIRST_ROW = 1
 """Rows are counted from 1, the header apart."""
 
@@ -39,9 +43,33 @@ class LogFormat(Protocol):
         """Names of the file's columns."""
         ...
 
-    def read_columns(self, path: Path, columns: Sequence[str], text: Sequence[str]) -> Any:
+    def read_columns(self, path: Path, columns: Sequence[str], text: Sequence[str], rows: int | None = None) -> Any:
         """The columns as an Arrow table, those in `text` as they are and the others as float64 where they can be."""
         ...
+
+
+@dataclass
+class Log:
+    """A rig log in memory, its columns to be taken out one by one, so that none is held twice.
+
+    stamps : UTC without zone, ns, shape (row,), in the file's order
+    """
+
+    path: Path
+    stamps: NDArray[np.datetime64]
+    _table: Any
+
+    def pop(self, name: str) -> NDArray[np.float64]:
+        """A column in the file's own units, NaN where it holds no value, shape (row,); the log holds it no longer.
+
+        Raises
+        ------
+        LogError
+            If a cell is no number; the message names file, column and row.
+        """
+        column = self._table.column(name)
+        self._table = self._table.drop_columns([name])
+        return _numbers(self.path, name, column)
 
 
 def formats() -> dict[str, LogFormat]:
@@ -62,8 +90,8 @@ def format_of(path: Path) -> LogFormat:
     return known[max(fitting, key=len)]
 
 
-def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -> pd.DataFrame:
-    """Read the time column and some numeric columns of a rig log, rows in the file's order.
+def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -> Log:
+    """Read the time column and some numeric columns of a rig log.
 
     Parameters
     ----------
@@ -72,22 +100,37 @@ def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -
     columns : names of the numeric columns
     zone : time zone of stamps that carry none
 
-    Returns
-    -------
-    Frame with `columns` as float64 (NaN where the log holds no value) in the file's own units;
-    its index holds the stamps, UTC without zone, ns.
-
     Raises
     ------
     LogError
         If the file cannot be read, lacks a column, holds no rows, or holds a cell that is no
-        number or no time; the message names file, column and row.
+        time; the message names file, column and row.
     """
+    table = _read(path, time, columns, None)
+    stamps = _stamps(path, time, table.column(time), zone)
+    return Log(path, stamps, table.drop_columns([time]))
+
+
+def first_stamp(path: Path, time: str, zone: str = "UTC") -> np.datetime64:
+    """Earliest of a log's first stamps, by which logs are put in order; the rest of the log is not read.
+
+    Raises
+    ------
+    LogError
+        As `read_log`.
+    """
+    table = _read(path, time, [], _ROWS_OF_START)
+    return np.datetime64(np.min(_stamps(path, time, table.column(time), zone, ambiguous=True)))
+
+
+def _read(path: Path, time: str, columns: Sequence[str], rows: int | None) -> Any:
     reader, wanted = format_of(path), list(dict.fromkeys([time, *columns]))
     try:
-        header = reader.header(path)
+        header = reader.header(path) if path.stat().st_size else []
+        if not header:
+            raise LogError(str(path), "is empty", "Export the log again, or take it out of the logs sheet")
         _check_columns(path, wanted, header)
-        table = reader.read_columns(path, wanted, [time])
+        table = reader.read_columns(path, wanted, [time], rows)
     except FileNotFoundError as error:
         raise LogError(str(path), "does not exist", "Check the path in the logs sheet") from error
     except (OSError, EOFError, ValueError) as error:
@@ -98,9 +141,7 @@ def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -
         ) from error
     if table.num_rows == 0:
         raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
-    stamps = _stamps(path, time, table.column(time).to_pandas(), zone)
-    values = {name: _numbers(path, name, table.column(name).to_pandas()) for name in columns}
-    return pd.DataFrame(values, index=pd.DatetimeIndex(stamps, name=time))
+    return table
 
 
 def _check_columns(path: Path, wanted: list[str], header: list[str]) -> None:
@@ -112,9 +153,14 @@ def _check_columns(path: Path, wanted: list[str], header: list[str]) -> None:
             raise LogError(str(path), f"has no column '{name}'; its columns are {there}", hint)
 
 
-def _numbers(path: Path, name: str, cells: pd.Series[Any]) -> NDArray[np.float64]:
+def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     """Cells as floats, the recorders' null values as NaN."""
-    if cells.dtype != np.float64:
+    import pyarrow as pa
+
+    if column.type == pa.float64():
+        values = np.array(column.to_numpy(), dtype=np.float64)
+    else:
+        cells = column.to_pandas()
         numbers = pd.to_numeric(cells, errors="coerce")
         wrong = np.flatnonzero(numbers.isna() & cells.notna() & (cells.astype(str).str.strip() != ""))
         if wrong.size:
@@ -124,14 +170,18 @@ def _numbers(path: Path, name: str, cells: pd.Series[Any]) -> NDArray[np.float64
                 f"'{cells.iloc[row]}' is no number",
                 "Correct the cell, or leave it empty where there is no value",
             )
-        cells = numbers
-    values = cells.to_numpy(dtype=np.float64, copy=True)
-    values[np.isin(values, _NULL_VALUES) | ~np.isfinite(values)] = np.nan
+        values = numbers.to_numpy(dtype=np.float64, copy=True)
+    for null in (*_NULL_VALUES, np.inf, -np.inf):
+        values[values == null] = np.nan
     return values
 
 
-def _stamps(path: Path, name: str, cells: pd.Series[Any], zone: str) -> NDArray[np.datetime64]:
-    """Stamps as UTC without zone, ns."""
+def _stamps(path: Path, name: str, column: Any, zone: str, ambiguous: bool | None = None) -> NDArray[np.datetime64]:
+    """Stamps as UTC without zone, ns; those of an hour that comes twice as `ambiguous` says, or from their order."""
+    quick = _zoned_stamps(column)
+    if quick is not None:
+        return quick
+    cells = column.to_pandas()
     if pd.api.types.is_numeric_dtype(cells.dtype):
         raise _no_time(path, name, 0, cells.iloc[0])
     aware = pd.to_datetime(
@@ -141,8 +191,22 @@ def _stamps(path: Path, name: str, cells: pd.Series[Any], zone: str) -> NDArray[
     if wrong.size:
         raise _no_time(path, name, int(wrong[0]), cells.iloc[int(wrong[0])])
     if aware.dt.tz is None:
-        aware = _localised(path, name, aware, zone)
+        aware = _localised(path, name, aware, zone, ambiguous)
     return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
+
+
+def _zoned_stamps(column: Any) -> NDArray[np.datetime64] | None:
+    """The same for a whole column of stamps that carry a zone, in a fraction of the memory; None for any other."""
+    import pyarrow as pa
+
+    zoned_text = pa.types.is_string(column.type) and str(column[0]).endswith("Z")
+    if column.null_count or not (zoned_text or (pa.types.is_timestamp(column.type) and column.type.tz)):
+        return None
+    try:
+        whole = column.cast(pa.timestamp("ns", "UTC")).cast(pa.int64())
+    except pa.ArrowInvalid:
+        return None
+    return np.asarray(whole.to_numpy()).view("datetime64[ns]")
 
 
 def _is_time(cells: pd.Series[Any]) -> bool:
@@ -154,9 +218,10 @@ def _mixed_or_aware(cells: pd.Series[Any]) -> bool:
     return not _is_time(cells) and bool(cells.astype(str).str.contains(r"(?:Z|[+-]\d\d:?\d\d)$", regex=True).all())
 
 
-def _localised(path: Path, name: str, naive: pd.Series[Any], zone: str) -> pd.Series[Any]:
+def _localised(path: Path, name: str, naive: pd.Series[Any], zone: str, ambiguous: bool | None) -> pd.Series[Any]:
+    told = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:
-        localised: pd.Series[Any] = naive.dt.tz_localize(zone, ambiguous="infer")
+        localised: pd.Series[Any] = naive.dt.tz_localize(zone, ambiguous=told)
     except (ValueError, KeyError) as error:
         raise LogError(
             f"{path}, column '{name}'",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import itertools
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,15 +14,27 @@ SUFFIXES = (".csv", ".csv.gz")
 
 
 def header(path: Path) -> list[str]:
-    """Names in the first line."""
+    """Names in the first line, in UTF-8 or else Latin-1."""
+    line = _lines(path, 1)
     try:
-        with gzip.open(path, "rt") if path.name.lower().endswith(".gz") else path.open() as lines:
-            return [name.strip() for name in next(csv.reader([lines.readline().lstrip("\ufeff")]), [])]
+        text = line.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = line.decode("latin-1")
+    if any(character < " " and character not in "\t\r\n" for character in text):
+        raise ValueError("its first line is no text")
+    return [name.strip() for name in next(csv.reader([text]), [])]
+
+
+def _lines(path: Path, count: int) -> bytes:
+    """The first lines of the file as they are."""
+    try:
+        with gzip.open(path) if path.name.lower().endswith(".gz") else path.open("rb") as lines:
+            return b"".join(itertools.islice(lines, count))
     except zlib.error as error:
         raise ValueError(str(error)) from error
 
 
-def read_columns(path: Path, columns: Sequence[str], text: Sequence[str]) -> Any:
+def read_columns(path: Path, columns: Sequence[str], text: Sequence[str], rows: int | None = None) -> Any:
     """The columns as an Arrow table; a numeric column with a cell that is no number stays text as a whole."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
@@ -30,7 +43,7 @@ def read_columns(path: Path, columns: Sequence[str], text: Sequence[str]) -> Any
 
     def read(types: dict[str, Any]) -> Any:
         return arrow_csv.read_csv(
-            path,
+            path if rows is None else pa.BufferReader(_lines(path, rows + 1)),
             read_options=arrow_csv.ReadOptions(column_names=names, skip_rows=1),
             convert_options=arrow_csv.ConvertOptions(
                 include_columns=list(columns), column_types=types, strings_can_be_null=True, timestamp_parsers=[]

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from drillid.errors import LogError
-from drillid.formats import format_of, formats, read_log
+from drillid.formats import first_stamp, format_of, formats, read_log
 
 STAMPS = pd.date_range("2025-03-03T06:00", periods=50, freq="20ms", tz="UTC")
 
@@ -50,10 +50,9 @@ def test_reads_values_and_utc_stamps(suffix: str, log: pd.DataFrame, tmp_path: P
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
     found = read_log(path, "Time", ["RPM", "Hole depth"])
-    np.testing.assert_allclose(found["RPM"], log["RPM"], rtol=1e-12)
-    assert found["Hole depth"].dtype == np.float64
-    assert pd.DatetimeIndex(found.index).tz is None
-    assert (found.index == STAMPS.tz_localize(None)).all()
+    np.testing.assert_allclose(found.pop("RPM"), log["RPM"], rtol=1e-12)
+    assert found.pop("Hole depth").dtype == np.float64
+    assert (found.stamps == STAMPS.tz_localize(None).to_numpy()).all()
 
 
 @every_format
@@ -61,14 +60,14 @@ def test_stamps_without_zone_take_the_stated_one(suffix: str, log: pd.DataFrame,
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log.assign(Time=STAMPS.tz_localize(None)), path)
     found = read_log(path, "Time", ["RPM"], zone="Europe/Oslo")
-    assert found.index[0] == pd.Timestamp("2025-03-03T05:00")
+    assert found.stamps[0] == np.datetime64("2025-03-03T05:00")
 
 
 @every_format
 def test_stamps_with_an_offset_become_utc(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log.assign(Time=STAMPS.tz_convert("America/Chicago")), path)
-    assert read_log(path, "Time", ["RPM"], zone="Europe/Oslo").index[0] == pd.Timestamp("2025-03-03T06:00")
+    assert read_log(path, "Time", ["RPM"], zone="Europe/Oslo").stamps[0] == np.datetime64("2025-03-03T06:00")
 
 
 @every_format
@@ -84,7 +83,7 @@ def test_empty_cells_and_null_values_are_missing(suffix: str, log: pd.DataFrame,
     log.loc[3, "RPM"], log.loc[4, "RPM"] = np.nan, -999.25
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
-    assert np.flatnonzero(read_log(path, "Time", ["RPM"])["RPM"].isna()).tolist() == [3, 4]
+    assert np.flatnonzero(np.isnan(read_log(path, "Time", ["RPM"]).pop("RPM"))).tolist() == [3, 4]
 
 
 @every_format
@@ -104,7 +103,7 @@ def test_text_among_numbers_is_named_by_row_and_column(suffix: str, log: pd.Data
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
     with pytest.raises(LogError, match=r"column 'RPM', row 7: 'n/a!' is no number"):
-        read_log(path, "Time", ["Hole depth", "RPM"])
+        read_log(path, "Time", ["Hole depth", "RPM"]).pop("RPM")
 
 
 @every_format
@@ -141,11 +140,38 @@ def test_missing_file(suffix: str, tmp_path: Path) -> None:
 
 
 @every_format
-@pytest.mark.parametrize("kept", [0, 40], ids=["empty", "cut short"])
-def test_damaged_file(suffix: str, kept: int, log: pd.DataFrame, tmp_path: Path) -> None:
+def test_an_empty_file_is_told_to_be_empty(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    path.touch()
+    for read in (lambda: read_log(path, "Time", ["RPM"]), lambda: first_stamp(path, "Time")):
+        with pytest.raises(LogError, match=r"is empty\. Export the log again"):
+            read()
+
+
+@every_format
+def test_the_first_stamp_is_the_earliest_of_the_first_rows(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    late_first = pd.concat([log.assign(Time=STAMPS[::-1])] + [log.assign(Time=STAMPS - pd.Timedelta(hours=1))] * 20)
+    WRITERS[suffix](late_first, path)
+    assert first_stamp(path, "Time") == np.datetime64("2025-03-03T05:00")
+    WRITERS[suffix](log.assign(Time=pd.date_range("2025-10-26T02:30", periods=50, freq="20ms")), path)
+    assert first_stamp(path, "Time", "Europe/Oslo") == np.datetime64("2025-10-26T00:30")
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["plain", "gzip"])
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-8", "utf-8-sig"])
+def test_a_header_in_any_usual_encoding(encoding: str, packed: bool, log: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / ("log.csv.gz" if packed else "log.csv")
+    content = _text(log.rename(columns={"Hole depth": "Tiefe für 8½"})).encode(encoding)
+    path.write_bytes(gzip.compress(content) if packed else content)
+    np.testing.assert_allclose(read_log(path, "Time", ["Tiefe für 8½"]).pop("Tiefe für 8½"), log["Hole depth"])
+
+
+@every_format
+def test_damaged_file(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
-    path.write_bytes(path.read_bytes()[:kept])
+    path.write_bytes(path.read_bytes()[:40])
     with pytest.raises(LogError, match=str(path)):
         read_log(path, "Time", ["RPM"])
 

@@ -47,10 +47,10 @@ def test_an_undamaged_log_is_taken_as_it_is(tmp_path: Path) -> None:
     assert notes == []
     assert not samples["flags"].any()
     assert (samples["time"].values == LOG["Time"].to_numpy()).all()
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
-    np.testing.assert_allclose(samples["torque_sweep"], SWEEP, rtol=1e-12, atol=1e-9)
-    np.testing.assert_allclose(samples["hole_depth"], LOG["HOLE"] * 0.3048, rtol=1e-12)
-    np.testing.assert_allclose(samples["flow"], 0.045, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    np.testing.assert_allclose(samples["torque_sweep"], SWEEP, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(samples["hole_depth"], LOG["HOLE"] * 0.3048, rtol=1e-6)
+    np.testing.assert_allclose(samples["flow"], 0.045, rtol=1e-6)
     assert np.isnan(samples["hook_load"]).all(), "a channel that the rig does not log must be missing throughout"
 
 
@@ -58,7 +58,7 @@ def test_stamp_jitter_is_taken_off(tmp_path: Path) -> None:
     samples, notes = record(jittered(LOG, 4), tmp_path)
     assert notes == []
     assert (samples["time"].values == LOG["Time"].to_numpy()).all()
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
 def test_real_jitter_of_the_samples_is_interpolated(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_dropped_rows_are_filled_by_interpolation(tmp_path: Path) -> None:
     assert samples.sizes["time"] == len(LOG)
     np.testing.assert_allclose(samples["torque_sweep"][gone], SWEEP[gone], atol=0.01 * np.ptp(SWEEP))
     others = np.delete(np.arange(len(LOG)), gone)
-    np.testing.assert_allclose(samples["speed"][others], SPEED[others], rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"][others], SPEED[others], rtol=1e-6)
 
 
 def test_a_long_gap_stays_open(tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_a_long_gap_stays_open(tmp_path: Path) -> None:
     assert notes == ["gap of 6.0 s at 2025-03-03T06:00:20.000"]
     assert flagged(samples, RecordFlag.GAP) == list(range(1000, 1300))
     assert np.isnan(samples["speed"][1000:1300]).all()
-    np.testing.assert_allclose(samples["speed"][1300:], SPEED[1300:], rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"][1300:], SPEED[1300:], rtol=1e-6)
 
 
 def test_a_gap_of_hours_takes_no_space(tmp_path: Path) -> None:
@@ -115,21 +115,21 @@ def test_repeated_rows_count_once(tmp_path: Path) -> None:
     samples, notes = record(twice, tmp_path)
     assert notes == ["31 rows repeat the time of another row; the first of each is used"]
     assert flagged(samples, RecordFlag.DUPLICATE) == list(range(970, 1001))
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
 def test_two_values_at_one_time_keep_the_first(tmp_path: Path) -> None:
     other = LOG.iloc[[700]].assign(RPM=50.0)
     samples, notes = record(pd.concat([LOG.iloc[:701], other, LOG.iloc[701:]]), tmp_path)
     assert notes == ["1 rows repeat the time of another row; the first of each is used"]
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
 def test_rows_out_of_order_are_sorted(tmp_path: Path) -> None:
     order = np.r_[0:500, 550:600, 500:550, 600 : len(LOG)]
     samples, notes = record(LOG.take(order), tmp_path)
     assert notes == ["100 rows stood out of order and were sorted by time"]
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
 @pytest.mark.parametrize("seconds", [-1.5, -3600.0, 2.3, 3600.0])
@@ -142,7 +142,7 @@ def test_a_clock_that_was_set_while_signals_run_on(seconds: float, tmp_path: Pat
     assert float(notes[0].split("set by ")[1].split(" s")[0]) == pytest.approx(seconds, abs=0.005)
     assert "run on" in notes[0]
     assert flagged(samples, RecordFlag.CLOCK_STEP) == [1612]
-    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-12)
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
 def test_a_clock_set_back_while_time_is_lost_leaves_a_gap(tmp_path: Path) -> None:
