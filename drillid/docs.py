@@ -11,8 +11,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from drillid.config import Settings
+from drillid.declaration import DatasetSchema
 from drillid.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
-from drillid.schema import DATASETS, DatasetSchema
+from drillid.schema import DATASETS
 from drillid.sheets import LogRow, WellRow
 
 _NOTE = "Written by `make docs` from the models in drillid/; edit those instead."

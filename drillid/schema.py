@@ -1,17 +1,8 @@
 """Every dataset's dimensions, dtypes, units and meaning, in one place; CF conventions where CF has one."""
 
-from __future__ import annotations
-
 import enum
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from drillid.errors import DatasetError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from drillid.declaration import DatasetSchema, Variable, each
 
 MOBILITY = "rad N-1 m-1 s-1"
 PARAMETERS = {
@@ -58,89 +49,6 @@ class Gate(enum.IntEnum):
     TOO_COHERENT = 3
 
 
-@dataclass(frozen=True)
-class Variable:
-    """Declaration of one variable of a dataset."""
-
-    dims: tuple[str, ...]
-    dtype: str
-    units: str
-    long_name: str
-    flags: type[enum.IntEnum] | type[enum.IntFlag] | None = None
-
-    def attributes(self) -> dict[str, Any]:
-        """CF attributes: units, long_name and, for coded values, flag meanings."""
-        attributes: dict[str, Any] = {"long_name": self.long_name}
-        if self.units:
-            attributes["units"] = self.units
-        if self.flags is not None:
-            kind = "flag_masks" if issubclass(self.flags, enum.IntFlag) else "flag_values"
-            attributes[kind] = [int(member) for member in self.flags]
-            attributes["flag_meanings"] = " ".join(str(member.name).lower() for member in self.flags)
-        return attributes
-
-
-@dataclass(frozen=True)
-class DatasetSchema:
-    """Declaration of one dataset; variables named like a dimension are coordinates."""
-
-    title: str
-    variables: dict[str, Variable]
-    coordinates: tuple[str, ...] = field(default=())
-
-    def conform(self, dataset: xr.Dataset, **attributes: Any) -> xr.Dataset:
-        """Cast to the declared dtypes, attach the declared attributes, check the rest.
-
-        Raises
-        ------
-        DatasetError
-            If a variable is missing, undeclared or has other dimensions.
-        """
-        missing = self.variables.keys() - dataset.variables.keys()
-        undeclared = dataset.variables.keys() - self.variables.keys()
-        if missing or undeclared:
-            raise DatasetError(
-                self.title,
-                f"variables missing: {sorted(missing)}, undeclared: {sorted(map(str, undeclared))}",
-                "Make the dataset and its schema in drillid/schema.py agree",
-            )
-        result = dataset.copy()
-        for name, declared in self.variables.items():
-            if result[name].dims != declared.dims:
-                raise DatasetError(
-                    f"{self.title}, variable {name}",
-                    f"dimensions are {result[name].dims}, declared are {declared.dims}",
-                    "Make the dataset and its schema in drillid/schema.py agree",
-                )
-            kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
-            kept = kept or {"long_name": declared.long_name}
-            result[name] = (declared.dims, _cast(result[name].values, declared.dtype), kept)
-        result = result.set_coords(
-            [name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims]
-        )
-        result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
-        return result
-
-    def empty(self) -> xr.Dataset:
-        """The dataset without a single row."""
-        import xarray as xr
-
-        empty = {
-            name: (declared.dims, np.empty((0,) * len(declared.dims), dtype=declared.dtype))
-            for name, declared in self.variables.items()
-        }
-        return self.conform(xr.Dataset(empty))
-
-
-def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
-    """Text goes as objects, which zarr stores with variable length."""
-    return np.asarray(values).astype(str).astype(object) if dtype == "str" else np.asarray(values).astype(dtype)
-
-
-def _each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:
-    return {name: Variable(dims, dtype, units, long_name) for name, (units, long_name) in variables.items()}
-
-
 _CHANNELS = {
     "torque_command": ("N m", "torque command to the drive, sweep included"),
     "torque_sweep": ("N m", "injected torque sweep"),
@@ -158,7 +66,7 @@ RECORDS = DatasetSchema(
     "Regular records of a well's rig logs",
     {
         "time": Variable(("time",), "datetime64[ns]", "", "time, UTC"),
-        **_each(("time",), "float32", **_CHANNELS),
+        **each(("time",), "float32", **_CHANNELS),
         "flags": Variable(("time",), "uint8", "", "what was done to the sample", RecordFlag),
         "log": Variable(("time",), "int16", "", "number of the log file, in order of time"),
     },
@@ -186,7 +94,7 @@ WINDOWS = DatasetSchema(
     "Windows of steady drilling with the sweep on",
     {
         **_WINDOW_COORDINATES,
-        **_each(
+        **each(
             ("window",),
             depth_from=("m", "hole depth at the window's start"),
             depth_to=("m", "hole depth at the window's end"),
@@ -213,13 +121,13 @@ SPECTRA = DatasetSchema(
     {
         **_WINDOW_COORDINATES,
         **_FREQUENCY,
-        **_each(
+        **each(
             _WF,
             sweep_power=("N2 m2", "mean squared amplitude of the sweep"),
             speed_power=("rad2 s-2", "mean squared amplitude of the speed"),
             speed_noise=("rad2 s-2", "variance of the speed's amplitude not due to the sweep, per average"),
         ),
-        **_each(
+        **each(
             _WF,
             "complex128",
             cross_speed=("N m rad s-1", "cross spectrum of speed and sweep"),
@@ -327,7 +235,7 @@ DISCREPANCIES = DatasetSchema(
         "whitened_residual": Variable(
             _WF, "complex128", "1", "measured less fitted mobility, per deviation of a component"
         ),
-        **_each(
+        **each(
             ("window",),
             chi2_probability=("1", "chance of so large a chi-squared with the right model"),
             normality_probability=("1", "chance of such residuals if they are Gaussian"),
@@ -354,7 +262,7 @@ DEPTH = DatasetSchema(
         "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
         "state": Variable(("state",), "str", "", "state of the rig"),
         "state_time": Variable(("depth", "state"), "float64", "s", "time in each state since the window before"),
-        **_each(
+        **each(
             _DF,
             "complex128",
             command_mobility=(MOBILITY, "measured command mobility"),
@@ -362,13 +270,13 @@ DEPTH = DatasetSchema(
             bit_mobility_stiff=(MOBILITY, "bit speed per torque on the bit, top drive clamped"),
             bit_mobility_controlled=(MOBILITY, "bit speed per torque on the bit, top drive as controlled"),
         ),
-        **_each(
+        **each(
             _DF,
             command_mobility_variance=(f"({MOBILITY})2", "variance of the measured command mobility"),
             coherence=("1", "squared coherence of speed and sweep"),
         ),
         "gate": Variable(_DF, "int8", "", "why the frequency is used or left out", Gate),
-        **_each(
+        **each(
             _DL,
             bit_step_stiff=("rad s-1 N-1 m-1", "bit speed after a unit step of torque, top drive clamped"),
             bit_step_controlled=(
@@ -381,7 +289,7 @@ DEPTH = DatasetSchema(
             f"{name}_error": Variable(("depth",), "float64", units, f"standard error of the {text}")
             for name, (units, text) in PARAMETERS.items()
         },
-        **_each(
+        **each(
             ("depth",),
             chi2_per_dof=("1", "chi-squared of the residuals per degree of freedom"),
             damping_pull=("1", "BHA damping less its run's level, in standard deviations"),

@@ -10,7 +10,7 @@ from drillid.provenance import PACKAGE, direct_imports
 
 LAYERS = (
     ("errors", "child"),
-    ("units", "strict", "provenance"),
+    ("units", "strict", "provenance", "declaration"),
     ("config", "rig", "schema"),
     ("store", "sheets"),
     ("stages",),

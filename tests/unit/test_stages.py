@@ -12,7 +12,9 @@ from drillid.stages import STAGES, Stage, own_modules
 from drillid.store import WellFolders
 
 RULES = PACKAGE.parent / "workflow/rules"
-INFRASTRUCTURE = {f"drillid.{name}" for name in ("rig", "store", "schema", "units", "strict", "errors", "sheets")}
+INFRASTRUCTURE = {
+    f"drillid.{name}" for name in ("rig", "store", "schema", "declaration", "units", "strict", "errors", "sheets")
+}
 
 
 def sources(stage: Stage) -> list[ast.Module]:
