@@ -67,9 +67,10 @@ class Log:
         LogError
             If a cell is no number; the message names file, column and row.
         """
-        column = self._table.column(name)
+        values = _numbers(self.path, name, self._table.column(name))
         self._table = self._table.drop_columns([name])
-        return _numbers(self.path, name, column)
+        _give_back_memory()
+        return values
 
 
 def formats() -> dict[str, LogFormat]:
@@ -108,7 +109,16 @@ def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -
     """
     table = _read(path, time, columns, None)
     stamps = _stamps(path, time, table.column(time), zone)
-    return Log(path, stamps, table.drop_columns([time]))
+    table = table.drop_columns([time])
+    _give_back_memory()
+    return Log(path, stamps, table)
+
+
+def _give_back_memory() -> None:
+    """Arrow keeps what it no longer needs for its own later use; here numpy needs it."""
+    import pyarrow as pa
+
+    pa.default_memory_pool().release_unused()
 
 
 def first_stamp(path: Path, time: str, zone: str = "UTC") -> np.datetime64:
@@ -158,7 +168,7 @@ def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
     import pyarrow as pa
 
     if column.type == pa.float64():
-        values = np.array(column.to_numpy(), dtype=np.float64)
+        values = np.require(column.to_numpy(), dtype=np.float64, requirements=["W"])
     else:
         cells = column.to_pandas()
         numbers = pd.to_numeric(cells, errors="coerce")

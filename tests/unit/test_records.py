@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
+from drillid import repair
 from drillid.clock import nominal_rate, place_rows, share_of_real_jitter
 from drillid.config import Settings
 from drillid.errors import LogError
@@ -483,3 +485,34 @@ def test_the_nominal_rate_of_a_day(rate: float, drift: float) -> None:
 def test_a_rate_that_is_not_near_a_round_one_is_kept() -> None:
     assert nominal_rate(99.5, 8_640_000) == 99.5
     assert nominal_rate(50.2, 100) == 50.0, "two seconds do not tell half an interval"
+
+
+def test_a_spline_made_block_by_block_is_the_whole_spline(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(9)
+    place = np.arange(5000)
+    gone = np.sort(random.choice(place[1:-1], 700, replace=False))
+    known, values = np.setdiff1d(place, gone), random.normal(size=4300)
+    whole = CubicSpline(known, values)(gone)
+    monkeypatch.setattr(repair, "_SPLINE_BLOCK", 300)
+    np.testing.assert_allclose(repair.spline(known, values, gone), whole, rtol=1e-11, atol=1e-11)
+    none = np.setdiff1d(gone, np.arange(1000, 3000))
+    np.testing.assert_allclose(repair.spline(known, values, none), CubicSpline(known, values)(none), atol=1e-11)
+
+
+def test_repeated_rows_are_found_wherever_they_stand() -> None:
+    number, stamps, sweep, speed = stamped(4000, 10, dropped=0.0)
+    again = np.r_[0:4000, 50, 3000]
+    ticks = place_rows(stamps[again], sweep[again], speed[again])
+    assert number[ticks.rows].tolist() == list(range(4000))
+    assert ticks.repeated.tolist() == [50, 3000]
+
+
+def test_a_bad_stamp_far_down_a_log_is_told_once_with_its_row(tmp_path: Path) -> None:
+    log = drilling(60)
+    log["Time"] = [stamp.isoformat() + "Z" for stamp in log["Time"]]
+    log.loc[2500, "Time"] = "noon"
+    log.to_csv(tmp_path / "log.csv", index=False)
+    problems = process(well(tmp_path / "log.csv"), WellFolders(tmp_path / "results", "W1"), SETTINGS)
+    assert [(Path(row.where).name, row.what) for row in problems] == [
+        ("log.csv, column 'Time', row 2501", "'noon' is no time")
+    ]
