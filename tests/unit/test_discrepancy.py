@@ -115,9 +115,14 @@ def test_a_damping_that_leaves_its_run_is_an_interval(healthy: Processed, tmp_pa
         four = well.dataset(stage, name)
         twelve = xr.concat([four] * 3, "window", data_vars="minimal", coords="minimal", compat="override", join="exact")
         if name == "fits":
-            place = twelve["parameter"].values.tolist().index("damping_bha")
-            twelve["value"].values[:, place] = [20, 30, 25, 18, 22, 28, 15, 900, 26, 33, 19, 24]
-            twelve["standard_error"].values[:, place] = 20.0
+            tracks = {
+                "damping_bha": [20, 30, 25, 18, 22, 28, 15, 900, 26, 33, 19, 24],
+                "inertia_bha": 80 + np.arange(12),
+            }
+            for name_of_track, values in tracks.items():
+                place = twelve["parameter"].values.tolist().index(name_of_track)
+                twelve["value"].values[:, place] = values
+                twelve["standard_error"].values[:, place] = 20.0
         write_store(twelve.assign_coords(window=np.arange(12)), well.folders.stage(stage) / f"{name}.zarr")
     well.run("discrepancy")
     flagged = well.dataset("discrepancy", "discrepancy")["flagged"].values

@@ -15,6 +15,7 @@ SHARED_MODULES = (
     "batches",
     "child",
     "config",
+    "declaration",
     "errors",
     "fleet",
     "provenance",
