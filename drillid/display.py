@@ -69,7 +69,8 @@ FIGURES = {
     "anomaly": FigureText(
         "What stands out",
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows that stand out "
-        "upwards in either, and the limit for it. Right: how well the model explains the data of each window.",
+        "upwards in either, and the least that can flag one (more in a run that scatters). Right: how well the model "
+        "explains the data of each window.",
     ),
     "spectrograms": FigureText(
         "Torque command and top-drive speed",
