@@ -16,7 +16,7 @@ from drillid.physics.model import KnownEquipment, drilling_system
 from drillid.physics.responses import command_mobility, laplace
 from drillid.schema import WINDOW_COORDINATES, Gate
 from drillid.statistics import to_normal
-from drillid.store import Problem, WellFolders
+from drillid.store import Problem, WellFolders, window_place
 
 if TYPE_CHECKING:
     from drillid.config import Settings
@@ -195,10 +195,10 @@ def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
     bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
     return [
         Problem(
-            f"window {int(dataset['window'][row])} at {float(dataset['hole_depth'][row]):.1f} m",
+            window_place(dataset, row),
             f"the whitened residuals {meaning} (chance {float(dataset[name][row]):.2g})",
             "The noise or the model is not as assumed there; read its errors with care",
         )
         for name, meaning in names.items()
-        for row in np.flatnonzero(dataset[name].values < bound)
+        for row in np.flatnonzero(dataset[name].values < bound).tolist()
     ]

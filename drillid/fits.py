@@ -15,7 +15,7 @@ from drillid.physics.equipment import Controller, polar_moment
 from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
 from drillid.physics.responses import laplace
 from drillid.schema import PARAMETERS, WINDOW_COORDINATES, Gate
-from drillid.store import Problem, WellFolders
+from drillid.store import Problem, WellFolders, window_place
 
 if TYPE_CHECKING:
     from drillid.config import FitsSettings, Settings
@@ -66,7 +66,6 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
         told = rig.controller
         return Controller(told.proportional, told.integral, told.speed_filter, told.torque_filter)
     gains = logged_gains(spectra, Controller(0.0))
-    gains = gains[np.isfinite(gains).all(axis=1)]
     if not gains.size:
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
     proportional, integral = np.median(gains, axis=0)
@@ -74,7 +73,7 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
 
 
 def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
-    """P (N m s/rad) and I (N m/rad) of each window's logged torque command, shape (window, 2); NaN without one.
+    """P (N m s/rad) and I (N m/rad) of each window that logs the torque command, shape (windows with it, 2).
 
     The command less the sweep is −A H times the speed, without noise, whatever the string does:
     P + I/s is fitted to it by least squares, with the filters taken as given.
@@ -86,9 +85,8 @@ def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
     design = np.stack([np.ones_like(s), 1 / s], axis=1) * weight[..., None]
     rows = np.concatenate([design.real, design.imag], axis=-2)
     target = np.concatenate([(unfiltered * weight).real, (unfiltered * weight).imag], axis=-1)
-    gains = np.full((len(target), 2), np.nan)
     logged = np.isfinite(target).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
-    gains[logged] = np.matvec(np.linalg.pinv(rows[logged]), target[logged])
+    gains: Floats = np.matvec(np.linalg.pinv(rows[logged]), target[logged])
     return gains
 
 
@@ -98,7 +96,6 @@ def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
         return []
     told = np.array([rig.controller.proportional, rig.controller.integral])
     gains = logged_gains(spectra, speed_controller(rig, spectra))
-    gains = gains[np.isfinite(gains).all(axis=1)]
     if not gains.size:
         return []
     found = np.median(gains, axis=0)
@@ -148,7 +145,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
     refused = [
-        Problem(f"window {int(fits['window'][row])} at {float(fits['hole_depth'][row]):.1f} m", reason, _REMEDY)
+        Problem(window_place(fits, row), reason, _REMEDY)
         for row, reason in enumerate(fits["reason"].values.tolist())
         if reason
     ]

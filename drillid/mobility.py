@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drillid.schema import WINDOW_COORDINATES, Gate
 from drillid.statistics import sum_of_ratios_probability
-from drillid.store import Problem, WellFolders
+from drillid.store import Problem, WellFolders, window_place
 
 if TYPE_CHECKING:
     from drillid.config import MobilitySettings, Settings
@@ -108,11 +108,11 @@ def _unusable_windows(mobility: xr.Dataset) -> list[Problem]:
     used = (mobility["gate"] == Gate.USED).sum("frequency").values
     return [
         Problem(
-            f"window {int(mobility['window'][row])} at {float(mobility['hole_depth'][row]):.1f} m",
+            window_place(mobility, row),
             "no frequency passes the coherence gate",
             "Raise the sweep's amplitude or check the speed and sweep channels",
         )
-        for row in np.flatnonzero(used == 0)
+        for row in np.flatnonzero(used == 0).tolist()
     ]
 
 
@@ -220,7 +220,7 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
 def _disagreement(mobility: xr.Dataset, members: list[int], row: int, chance: float) -> Problem:
     names = [str(int(mobility["window"][member])) for member in members]
     others = f"windows {names[0]} to {names[-1]}" if len(names) > 1 else f"window {names[0]}"
-    where = f"window {int(mobility['window'][row])} at {float(mobility['hole_depth'][row]):.1f} m"
+    where = window_place(mobility, row)
     if np.isnan(chance):
         what = f"shares no frequency that passes the gate with {others}; they are not stacked"
         return Problem(where, what, "Look at the coherence of these windows")

@@ -139,13 +139,13 @@ SPECTRA = DatasetSchema(
         "spectrogram_time": Variable(("spectrogram_time",), "float64", "s", "time since the window's start"),
         "spectrogram_frequency": Variable(("spectrogram_frequency",), "float64", "Hz", "frequency of the spectrograms"),
         "torque_spectrogram": Variable(
-            ("window", "spectrogram_frequency", "spectrogram_time"),
+            _SPECTROGRAM,
             "float32",
             "N2 m2 Hz-1",
             "power of the torque command",
         ),
         "speed_spectrogram": Variable(
-            ("window", "spectrogram_frequency", "spectrogram_time"),
+            _SPECTROGRAM,
             "float32",
             "rad2 s-2 Hz-1",
             "power of the top-drive speed",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from drillid.schema import WINDOW_COORDINATES
-from drillid.store import Problem, WellFolders
+from drillid.store import Problem, WellFolders, window_place
 from drillid.windows import sample_rate
 
 if TYPE_CHECKING:
@@ -201,10 +201,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             spectra = line_spectra(sweep, speed, command, rate, grid_period, frequencies, chosen.noise_lines)
         elif sweep.size >= _LEAST_SEGMENTS * grid_period * rate:
             spectra = welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies)
-            problems.append(_not_repeating(windows.isel(window=number), periods[number], grid_period))
+            problems.append(_not_repeating(windows, number, periods[number], grid_period))
         else:
             spectra = Spectra.of_nothing(frequencies.size)
-            problems.append(_too_short(windows.isel(window=number), _LEAST_SEGMENTS * grid_period))
+            problems.append(_too_short(windows, number, _LEAST_SEGMENTS * grid_period))
         torque = command if np.isfinite(command).all() else sweep
         pieces.append(xr.merge([_cross_spectra(spectra, frequencies), _spectrograms(torque, speed, rate, chosen)]))
     dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(
@@ -223,22 +223,22 @@ def _channel(records: xr.Dataset, window: tuple[int, int], name: str) -> Floats:
     return np.asarray(records[name][first : first + samples].values, dtype=float)
 
 
-def _not_repeating(window: xr.Dataset, period: float, usual: float) -> Problem:
+def _not_repeating(windows: xr.Dataset, row: int, period: float, usual: float) -> Problem:
     found = (
         f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows"
         if period
         else "does not repeat"
     )
     return Problem(
-        f"window {int(window['window'])} at {float(window['hole_depth']):.1f} m",
+        window_place(windows, row),
         f"the sweep {found}; its spectra are averages over segments, with fewer degrees of freedom",
         "Keep one periodic sweep through a window",
     )
 
 
-def _too_short(window: xr.Dataset, needed: float) -> Problem:
+def _too_short(windows: xr.Dataset, row: int, needed: float) -> Problem:
     return Problem(
-        f"window {int(window['window'])} at {float(window['hole_depth']):.1f} m",
+        window_place(windows, row),
         f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed for averages over segments",
         "Lengthen windows.length_s or shorten spectra.segment_s",
     )

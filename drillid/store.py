@@ -27,6 +27,11 @@ class Problem:
     remedy: str
 
 
+def window_place(windows: xr.Dataset, row: int) -> str:
+    """How a problem names the window in a row of any dataset with WINDOW_COORDINATES."""
+    return f"window {int(windows['window'][row])} at {float(windows['hole_depth'][row]):.1f} m"
+
+
 @dataclass(frozen=True)
 class WellFolders:
     """Where one well's datasets are: `<results>/<stage>/<well>/<dataset>.zarr`."""
