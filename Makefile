@@ -1,11 +1,13 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run test lint format lock docs clean
+.PHONY: help setup demo rigs run field bench blind discoveries test lint format lock docs tutorial clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
+COMMAND := $(BIN)/drillid
 READY := .venv/ready
 PROFILE ?= workflow/profiles/default
+TUTORIAL ?= docs
 SNAKEMAKE := $(BIN)/snakemake --workflow-profile $(PROFILE)
 
 # compiled bytecode saves most of the imports' time; some machines switch it off
@@ -17,16 +19,24 @@ help:
 	@echo "make demo    three small simulated wells from raw logs to results/demo/report.html"
 	@echo "make run     the wells of config/wells.tsv"
 	@echo "make rigs    the wells of config/shared-rigs"
+	@echo "make field   start of rotation of a real well, beside its measurement in ../shared/data/field"
+	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
+	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; CASES=40 for a quick look"
+	@echo "make discoveries    what the simulations get wrong on wells, motor bench and field start, and why"
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
 	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
+	@echo "make tutorial    run docs/tutorial.py and write docs/tutorial.md with its figures"
 
-setup: $(READY)
+setup: $(READY) $(COMMAND)
 
 $(READY): requirements.lock
 	python3 -m venv .venv
 	$(BIN)/python -m pip install --quiet uv==$(UV_VERSION)
 	$(BIN)/uv pip sync --require-hashes --compile-bytecode --python $(BIN)/python requirements.lock
 	touch $@
+
+$(COMMAND): scripts/drillid.sh $(READY)
+	install -m 755 scripts/drillid.sh $@
 
 demo: $(READY)
 	$(SNAKEMAKE) --configfile config/demo/config.yaml
@@ -38,6 +48,25 @@ rigs: $(READY)
 
 run: $(READY)
 	$(SNAKEMAKE)
+
+field: $(READY)
+	$(BIN)/python -m benchmarks.field
+
+# times are those of one core
+bench: export OPENBLAS_NUM_THREADS := 1
+bench: $(READY)
+	$(BIN)/python -m benchmarks.bench
+
+# hours from nothing; what is done already is kept in results/blind
+blind: export OPENBLAS_NUM_THREADS := 1
+blind: CASES ?= 600
+blind: $(READY)
+	$(BIN)/python -m benchmarks.blind --cases $(CASES) --document
+
+# the wells' verdicts first, as far as they are missing or out of date
+discoveries: $(READY)
+	test ! -d ../shared/data/rig-logs || $(SNAKEMAKE) --configfile config/shared-rigs/config.yaml
+	$(BIN)/python -m benchmarks.discoveries
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 --dist loadscope
@@ -56,6 +85,9 @@ format: $(READY)
 
 docs: $(READY)
 	$(BIN)/python scripts/write_documents.py
+
+tutorial: $(READY)
+	$(BIN)/python scripts/write_tutorial.py $(TUTORIAL)
 
 # uv.lock names hosts, so only its export is kept
 lock: $(READY)

@@ -41,12 +41,12 @@ def rigs() -> dict[str, NonlinearRig]:
     contact = wall_contact(side_forces(survey, tally, 1200.0, WEIGHT), 0.25, 0.2, Weakening(1.0))
     cutting = Cutting(0.08, 0.04, Weakening(4.0))
     full = NonlinearRig(
-        replace(SYSTEM, motor=Motor(5e4, 200.0, 20.0)),
+        replace(SYSTEM, top_drive=replace(SYSTEM.top_drive, delay_jitter=0.002), motor=Motor(5e4, 200.0, 20.0)),
         contact=contact,
         cutting=cutting,
         regenerative=RegenerativeBit(5, 2e5, 0.004, 1e-6),
         gear=Gear(0.02, 150.0, 1e6),
-        limits=DriveLimits(torque=40e3, rate=50e3, delay_jitter=0.002, jitter_interval=4 * TIME_STEP),
+        limits=DriveLimits(torque=40e3, rate=50e3, jitter_interval=4 * TIME_STEP),
         sensor=SpeedSensor(resolution=0.01, ripple=0.002),
         control_interval=2 * TIME_STEP,
     )

@@ -56,6 +56,10 @@ class NoiseLevels:
         density: Floats = 2 / (np.pi * self.bandwidth) * self.bit_torque**2 / (1 + (frequency / self.bandwidth) ** 2)
         return density
 
+    def bit_torque_above(self, frequency: float) -> float:
+        """N m rms of the torque on bit above a frequency (Hz), which no log sampled at twice that can show."""
+        return float(self.bit_torque * np.sqrt(2 / np.pi * np.arctan(self.bandwidth / frequency)))
+
 
 @dataclass(frozen=True, eq=False)
 class BitMotion:
@@ -72,7 +76,7 @@ class BitMotion:
     torque_error: float
     """N m, likewise of torque, about the mean torque."""
     edge: int
-    """Samples at either end whose estimates lack data from outside of the window."""
+    """Samples at either end whose estimates lack data: those under the taper and those that remember them."""
     drawn_speed: Floats
     """(draws, samples) rad/s, bit speed by each draw of the model."""
     frequency: Floats
@@ -95,6 +99,8 @@ class Severity:
     index: float
     error: float
     """Standard error from that of the bit's speed and from the spread of the model's draws."""
+    interval: tuple[float, float]
+    """Within which it lies with a chance of 95 %; not about the middle, as extremes are not."""
 
 
 def sense_bit(
@@ -127,7 +133,7 @@ def sense_bit(
         _to_time(filters[0] * driven + filters[1] * turned, padded)[..., :samples]
         for filters in (estimators.speed, estimators.torque)
     )
-    edge = estimators.memory(padded)
+    edge = _tapered(samples, rate) + estimators.memory(padded)
     if 2 * edge >= samples:
         raise EstimationError(
             "virtual bit sensor",
@@ -141,7 +147,9 @@ def sense_bit(
         speed.mean() + bit_speed.mean(axis=0),
         _mean_torque(system, torque_command.mean(), speed.mean()) + bit_torque.mean(axis=0),
         _error(estimators.speed_density, width, bit_speed[:, inner]),
-        _error(estimators.torque_density, width, bit_torque[:, inner]),
+        float(
+            np.hypot(_error(estimators.torque_density, width, bit_torque[:, inner]), noise.bit_torque_above(rate / 2))
+        ),
         edge,
         speed.mean() + bit_speed,
         frequency,
@@ -198,7 +206,7 @@ def severity(motion: BitMotion, span: float, draws: int = 200, seed: int | Seque
         blocks = drawn[: count * length].reshape(count, length)
         spans.append(np.ptp(blocks, axis=1) / (2 * blocks.mean(axis=1)))
     table = np.array(spans)
-    return [Severity(float(one.mean()), float(one.std())) for one in table.T]
+    return [Severity(float(one.mean()), float(one.std()), _central(one)) for one in table.T]
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,8 +278,18 @@ def _error(density: Floats, width: float, estimates: Floats) -> float:
     return float(np.sqrt(np.mean(density.sum(axis=-1) * width) + np.mean(estimates.var(axis=0))))
 
 
+def _central(drawn: Floats) -> tuple[float, float]:
+    """Central 95 % of what was drawn."""
+    low, high = np.quantile(drawn, (0.025, 0.975))
+    return float(low), float(high)
+
+
 def _taper(samples: int, rate: float) -> Floats:
     from scipy.signal.windows import tukey
 
-    share = min(1.0, 2 * _TAPER_S * rate / samples)
-    return np.asarray(tukey(samples, share), dtype=float)
+    return np.asarray(tukey(samples, 2 * _tapered(samples, rate) / samples), dtype=float)
+
+
+def _tapered(samples: int, rate: float) -> int:
+    """Samples at either end that the taper lessens."""
+    return min(samples // 2, round(_TAPER_S * rate))

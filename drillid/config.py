@@ -1,5 +1,7 @@
 """Settings of the workflow: only choices that change results, one model a stage."""
 
+from typing import Literal
+
 from pydantic import Field
 
 from drillid.strict import Strict
@@ -40,10 +42,12 @@ class SpectraSettings(Strict):
     """Lowest frequency used."""
     frequency_maximum_hz: float = Field(default=5.0, gt=0)
     """Highest frequency used, where the sweep reaches it."""
+    estimator: Literal["local_polynomial", "welch"] = "local_polynomial"
+    """Local polynomials of frequency, by line where the sweep repeats, or Welch's averages over segments."""
     segment_s: float = Field(default=120.0, gt=0)
-    """Segment of the Welch estimate where the sweep is not periodic, in s; a periodic sweep gives its own period."""
-    noise_lines: int = Field(default=20, ge=4)
-    """Lines without sweep beside each line with sweep from which its noise is estimated."""
+    """Where the sweep is not periodic, frequencies lie two lines of a segment of so many s apart."""
+    noise_lines: int = Field(default=80, ge=16)
+    """Lines without sweep about each line with sweep that tell its noise; a quarter where no sweep repeats."""
     spectrogram_segment_s: float = Field(default=20.0, gt=0)
     """Segment of the spectrograms, in s."""
 
@@ -68,10 +72,18 @@ class FitsSettings(Strict):
 
     use_knowledge: bool = True
     """Take the rig's papers, with their tolerances, as prior knowledge."""
-    starts: int = Field(default=8, ge=1)
-    """Starting points that are followed to their optimum."""
+    starts: int = Field(default=24, ge=1)
+    """Starting points of each fit; the best are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)
     """Share of right models whose fit may be refused for its residuals."""
+    change_error_rate: float = Field(default=0.05, gt=0, lt=1)
+    """Share of wells without any change of formation, hole or assembly that may be given one by the joint fit."""
+    length_factor_error: float = Field(default=0.1, gt=0)
+    """Standard uncertainty of the pipe's length as waves see it over its logged length, where no tally gives it."""
+    length_offset_m: float = Field(default=30.0, gt=0)
+    """Standard uncertainty of what logged bit depth less collars is off in all windows alike, in m."""
+    collars_offset_m: float = Field(default=300.0, gt=0)
+    """The same where no tally lists the collars, so that it stands for them too, in m."""
 
 
 class DiscrepancySettings(Strict):

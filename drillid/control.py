@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from drillid.errors import EstimationError, SettingsError
 from drillid.margins import Margins, is_stable, loop_transfer, margins
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching
+from drillid.physics.many import of_window, window_shape
 from drillid.physics.model import KnownEquipment, drilling_system
 from drillid.physics.responses import bit_mobility, bit_step_response, laplace
 from drillid.starts import BOUNDS
@@ -136,8 +137,12 @@ def sampled_systems(
     """
     generator = np.random.default_rng(seed)
     kept = [value]
+    # parameters differ by twenty orders of magnitude, which no factorisation of their own covariance bears
+    deviation = np.sqrt(np.diag(covariance))
+    scale = np.where(deviation > 0, deviation, 1.0)
+    scaled = covariance / np.outer(scale, scale)
     for _ in range(_MOST_DRAWS):
-        drawn = generator.multivariate_normal(value, covariance, size=count)
+        drawn = value + scale * generator.multivariate_normal(np.zeros(value.size), scaled, size=count)
         kept.extend(drawn[np.all((drawn >= BOUNDS[0]) & (drawn <= BOUNDS[1]), axis=1)])
         if len(kept) >= count:
             return drilling_system(np.stack(kept[:count]), known)
@@ -148,17 +153,8 @@ def sampled_systems(
 
 def first_sample(system: DrillingSystem) -> DrillingSystem:
     """The first sample in plain numbers, as the time-domain simulator needs them."""
-
-    def plain(part: Any, *names: str) -> Any:
-        return replace(part, **{name: float(np.ravel(getattr(part, name))[0]) for name in names})
-
-    figures = ("length", "polar_moment", "kappa", "delta", "density", "shear_modulus")
-    return replace(
-        system,
-        top_drive=plain(system.top_drive, "inertia", "delay", "lag", "gain"),
-        string=tuple(plain(section, *figures) for section in system.string),
-        bit=plain(system.bit, "inertia", "damping"),
-    )
+    shape = window_shape(system)
+    return of_window(system, (0,) * len(shape), shape)
 
 
 def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float]) -> Floats:

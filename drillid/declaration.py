@@ -90,7 +90,10 @@ class DatasetSchema:
 
 def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
     """Text goes as objects, which zarr stores with variable length."""
-    return np.asarray(values).astype(str).astype(object) if dtype == "str" else np.asarray(values).astype(dtype)
+    if dtype == "str":
+        # zarr's own texts cannot become fixed-length ones at once
+        return np.asarray(values).astype(object).astype(str).astype(object)
+    return np.asarray(values).astype(dtype)
 
 
 def each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,48 +11,63 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from drillid.discrepancy import stored_controller
-from drillid.fits import known_equipment
+from drillid.discrepancy.causes import Setup
+from drillid.discrepancy.extended import identified_setups
+from drillid.discrepancy.wells import read_verdicts, verdict_table
+from drillid.errors import EstimationError
+from drillid.fits import known_equipment, stored_controller
 from drillid.physics.model import drilling_system
-from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
+from drillid.physics.responses import bit_mobility, bit_step_response, laplace
+from drillid.physics.sensor import Recording
 from drillid.schema import FLEET, PARAMETERS, RigState
 from drillid.store import Problem, WellFolders, write_store
 from drillid.windows import sample_rate
 
 if TYPE_CHECKING:
     from drillid.config import DepthSettings, Settings
-    from drillid.physics.equipment import Controller
+    from drillid.physics.equipment import Controller, DrillingSystem
     from drillid.rig import Rig
     from drillid.sheets import Well
 
 Floats = NDArray[np.float64]
 
+_JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
+"""Endings of the variables from the joint fit, and the variables of its dataset."""
+
 
 def identified_responses(
-    rig: Rig, controller: Controller, parameters: Floats, bit_depth: Floats, frequency: Floats, settings: DepthSettings
+    rig: Rig,
+    controller: Controller,
+    parameters: Floats,
+    bit_depth: Floats,
+    frequency: Floats,
+    settings: DepthSettings,
+    extended: Mapping[int, Setup] | None = None,
 ) -> xr.Dataset:
     """Command mobility, bit mobility and bit-speed steps of every fitted model, stiff and as controlled.
+
+    Steps of a system that is unstable within their duration are NaN.
 
     Parameters
     ----------
     parameters : shape (depth, 8), SI; rows of NaN give responses of NaN
     bit_depth : shape (depth,), m
     frequency : shape (frequency,), Hz
+    extended : models of the rows in which a cause was named, in place of those of the parameters
     """
     s = laplace(frequency)
     rows = []
-    duration, interval = settings.step_duration_s, settings.step_interval_s
-    for values, depth in zip(parameters, bit_depth, strict=True):
-        system = drilling_system(values, known_equipment(rig, controller, float(depth)))
-        steps = {}
+    for row, (values, depth) in enumerate(zip(parameters, bit_depth, strict=True)):
+        setup = (extended or {}).get(row)
+        if setup is None:
+            setup = Setup(drilling_system(values, known_equipment(rig, controller, float(depth))), Recording())
         # complex arithmetic on the NaN of a fit without result would warn of what is meant
         with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):
-            for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
-                lag, steps[name] = bit_step_response(system, duration, interval, stiff=stiff)
+            lag, steps = _steps(setup.system, settings)
             responses = {
-                "command_mobility_fitted": command_mobility(system, s),
-                "bit_mobility_stiff": bit_mobility(system, s, stiff=True),
-                "bit_mobility_controlled": bit_mobility(system, s),
+                "command_mobility_fitted": setup.mobility(s),
+                "bit_mobility_stiff": bit_mobility(setup.system, s, stiff=True),
+                "bit_mobility_controlled": bit_mobility(setup.system, s),
             }
         rows.append(
             xr.Dataset(
@@ -64,12 +79,47 @@ def identified_responses(
     return xr.concat(rows, "depth", coords="minimal", compat="override", join="exact")
 
 
+def _steps(system: DrillingSystem, settings: DepthSettings) -> tuple[Floats, dict[str, Floats]]:
+    """Lags, and bit speed after a step with the top drive clamped and as controlled."""
+    duration, interval = settings.step_duration_s, settings.step_interval_s
+    lag, steps = np.arange(0.0, duration + interval / 2, interval), {}
+    for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
+        try:
+            steps[name] = bit_step_response(system, duration, interval, stiff=stiff)[1]
+        except EstimationError:
+            steps[name] = np.full(lag.size, np.nan)
+    return lag, steps
+
+
+def _unstable(dataset: xr.Dataset) -> list[Problem]:
+    """A row for each window whose model is there but has no step response."""
+    modelled = np.isfinite(dataset["bit_mobility_controlled"].values).all(axis=1)
+    return [
+        Problem(
+            f"window {int(dataset['window'][row])} at {float(dataset['depth'][row]):.1f} m, {name}",
+            "the identified system is unstable, so that its step response grows without limit",
+            "Look at the verdict on the window: a cause that feeds vibration outweighs all damping there",
+        )
+        for name in ("bit_step_stiff", "bit_step_controlled")
+        for row in np.flatnonzero(modelled & np.isnan(dataset[name].values).any(axis=1)).tolist()
+    ]
+
+
 def parameter_variables(fits: xr.Dataset) -> dict[str, tuple[str, Floats]]:
     """A variable for each parameter and its standard error, along depth."""
     named = {name: fits.sel(parameter=name) for name in PARAMETERS}
     values = {name: ("depth", row["value"].values) for name, row in named.items()}
     errors = {f"{name}_error": ("depth", row["standard_error"].values) for name, row in named.items()}
     return values | errors | {f"{name}_at_bound": ("depth", row["at_bound"].values) for name, row in named.items()}
+
+
+def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
+    """A variable for each parameter from all windows together, with the ends of its 95 % band, along depth."""
+    return {
+        f"{name}_joint{suffix}": ("depth", joint[variable].sel(parameter=name).values)
+        for name in PARAMETERS
+        for suffix, variable in _JOINT_ENDS.items()
+    }
 
 
 def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
@@ -92,15 +142,17 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         windows["bit_depth"].values,
         mobility["frequency"].values,
         settings.depth,
+        identified_setups(folders.read("discrepancy", "examination").load()),
     )
     taken_over = {
         **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
         **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
-        **{name: discrepancy[name] for name in ("damping_pull", "inertia_pull", "flagged")},
+        **{name: discrepancy[name] for name in ("damping_pull", "inertia_pull", "flagged", "verdict")},
     }
     dataset = responses.assign(
         {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in taken_over.items()}
         | parameter_variables(fits)
+        | joint_variables(folders.read("fits", "joint").load())
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}
@@ -108,7 +160,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     )
     folders.write("depth", "depth", dataset)
     parameter_table(dataset, fits["reason"].values).to_csv(folders.stage("depth") / "parameters.csv", index=False)
-    return []
+    return _unstable(dataset)
 
 
 def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFrame:
@@ -118,12 +170,13 @@ def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFram
         columns[f"{name} [{unit}]"] = depth[name].values
         columns[f"{name}_error [{unit}]"] = depth[f"{name}_error"].values
         columns[f"{name}_at_bound"] = depth[f"{name}_at_bound"].values
-    verdicts = ("chi2_per_dof", "accepted", "damping_pull", "inertia_pull", "flagged")
+        columns |= {f"{name}_joint{end} [{unit}]": depth[f"{name}_joint{end}"].values for end in _JOINT_ENDS}
+    verdicts = ("chi2_per_dof", "accepted", "damping_pull", "inertia_pull", "flagged", "verdict")
     return pd.DataFrame(columns | {name: depth[name].values for name in verdicts} | {"reason": reasons})
 
 
 def write_fleet(results: Path, wells: Sequence[str]) -> None:
-    """All wells' parameters along one dimension, with the well of each row, in `<results>/fleet.zarr`."""
+    """All wells' parameters along one dimension in `<results>/fleet.zarr`, all verdicts in `verdicts.csv`."""
     tables = []
     for well in wells:
         folders = WellFolders(results, well)
@@ -134,3 +187,12 @@ def write_fleet(results: Path, wells: Sequence[str]) -> None:
             tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], well, dtype=object))))
     fleet = xr.concat(tables, "row", join="exact") if tables else FLEET.empty()
     write_store(FLEET.conform(fleet), Path(results) / "fleet.zarr")
+    fleet_verdicts(results, wells).to_csv(Path(results) / "verdicts.csv", index=False)
+
+
+def fleet_verdicts(results: Path, wells: Sequence[str]) -> pd.DataFrame:
+    """The verdicts of all wells, in their order."""
+    files = [WellFolders(results, well).stage("discrepancy") / "verdicts.csv" for well in wells]
+    tables = [read_verdicts(file) for file in files if file.exists()]
+    found = [table for table in tables if len(table)]
+    return pd.concat(found, ignore_index=True) if found else verdict_table("", [])

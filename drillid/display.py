@@ -62,7 +62,8 @@ class FigureText:
 FIGURES = {
     "parameters": FigureText(
         "Parameters against depth",
-        "The eight fitted parameters of every window with 95 % bars. Blue: the rig's papers with twice their "
+        "Green: value and 95 % band from all windows together, with drive and pipe shared; red lines: depths where the "
+        "parameter jumps. Dark: every window on its own, with 95 % bars. Blue: the rig's papers with twice their "
         "tolerance. Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, "
         "so only one side is known. Hollow grey: fit not accepted.",
     ),
@@ -71,6 +72,41 @@ FIGURES = {
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows that stand out "
         "upwards in either, and the least that can flag one (more in a run that scatters). Right: how well the model "
         "explains the data of each window.",
+    ),
+    "verdicts": FigureText(
+        "What the simulation gets wrong",
+        "Every verdict of the discovery engine over its depths, its probability, and what the extended model gains on "
+        "windows that it was not fitted to, with 95 % intervals. Red: named causes; violet: something is wrong that "
+        "the catalogue does not hold; grey: none.",
+    ),
+    "evidence": FigureText(
+        "Evidence for every cause",
+        "Log Bayes factor of each cause of the catalogue, and of a disturbance of unknown shape at each port, for "
+        "every set of windows. Above zero the data speak for it, and 5 is strong; beyond 10 the axis is logarithmic. "
+        "Bars end at −10.",
+    ),
+    "distinguishability": FigureText(
+        "Which causes these data can tell apart",
+        "Left: how many standard deviations a cause of its usual size (row) stays from the best that another one "
+        "(column) can do, past all that is not known; below 3 the two cannot be told apart. Right: the smallest size "
+        "that shows; left of the blue line the usual size shows. Both hold before anything is looked for.",
+    ),
+    "model_residuals": FigureText(
+        "What the models of the sets leave over",
+        "Measured less modelled mobility in standard deviations, with one model for each set of windows, before and "
+        f"after the named cause is added. Right: a right model stays at 1. {_IMAGE}",
+    ),
+    "held_out": FigureText(
+        "A window that the models have not seen",
+        "Base and extended model are fitted to the other windows of the set; only damping and inertia that every "
+        "window has of its own are fitted here, by both alike. Below: the speed that the sweep drives, in the sweep's "
+        "band, where it is largest, with the 95 % band of the measured mean.",
+    ),
+    "reflectogram": FigureText(
+        "Where along the string",
+        "Measured less modelled reflection of waves that run down the string, against the distance from which it "
+        "comes back, over all windows of the set. Grey: what noise alone passes nowhere, at the stated error rate. "
+        "A cause above the string shows at no place of its own.",
     ),
     "spectrograms": FigureText(
         "Torque command and top-drive speed",

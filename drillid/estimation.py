@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drillid.fit_intervals import intervals
+from drillid.fit_model import Data, curvature
+from drillid.fit_solver import follow
 from drillid.physics.model import (
     DELTA,
     INERTIA_TD,
@@ -15,12 +19,12 @@ from drillid.physics.model import (
     POLAR_MOMENT,
     KnownEquipment,
     command_mobility_with_derivatives,
+    compiled_line,
 )
 from drillid.physics.responses import laplace
-from drillid.schema import PARAMETERS
-from drillid.solver import solve_bounded
-from drillid.starts import BOUNDS, SCALES, starting_points
-from drillid.statistics import expected_ratio, mixture_half_width, sum_of_ratios_probability
+from drillid.schema import PARAMETERS, Knowledge
+from drillid.starts import BOUNDS, SCALES, USUAL, from_scaled, starting_points, thin, to_scaled
+from drillid.statistics import expected_ratio, sum_of_ratios_probability
 
 if TYPE_CHECKING:
     from drillid.config import FitsSettings
@@ -30,13 +34,19 @@ Complex = NDArray[np.complex128]
 
 _NEAR_BOUND = 0.01
 """Standard errors from a physical bound below which a value counts as at the bound."""
+_TWO_SIDED = 1.959963984540054
 _USUAL_FACTOR = 3.0
 """Factor within which internal damping lies about its usual size, at one standard deviation."""
-_DAMPING_GRID = np.linspace(-4.5, 3.0, 16)
-"""Logarithms of internal damping, per usual size, over which the errors are integrated."""
-_PROFILE_ITERATIONS = 20
+_FARTHEST_FACTOR = 30.0
+"""Factor about its usual size within which an interval of internal damping is looked for."""
 _LEAST_FREQUENCIES = 20
 """Frequencies below which eight parameters are not worth a fit."""
+_KEPT = 8
+"""Optima that are followed on all of the data."""
+_MISMATCH_RATE = 0.05
+"""Chance of the residuals below which they count as larger than the noise."""
+_MOST_FREEDOM = 1e9
+_LOW, _HIGH = to_scaled(BOUNDS)
 
 
 @dataclass(frozen=True)
@@ -70,15 +80,24 @@ class Prior:
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of a fit; a failure is a fit that is not accepted, with its reason."""
+    """Result of a fit; a failure is a fit that is not accepted, with its reason. Arrays of shape (8,), SI."""
 
     value: Floats
     error: Floats
+    """Standard error: half of the 95 % interval over 1.96, of the open half where the other ends at a bound."""
+    lower: Floats
+    upper: Floats
+    """Ends of the 95 % interval; a physical bound where the data set none."""
+    status: NDArray[np.int8]
+    """What the data tell of the parameter, as `drillid.schema.Knowledge`."""
     correlation: Floats
+    """Shape (8, 8)."""
     at_bound: NDArray[np.bool_]
     chi2_per_dof: float
     residual_dof: float
     probability: float
+    mismatch: float
+    """Factor by which residuals exceed the noise, which errors do not hold; 1 where they may be noise."""
     accepted: bool
     reason: str
 
@@ -86,132 +105,167 @@ class Fit:
     def refused(reason: str) -> Fit:
         """No fit at all."""
         size = len(PARAMETERS)
-        nothing = np.full(size, np.nan)
+        nothing, status = np.full(size, np.nan), np.full(size, Knowledge.UNDETERMINED, dtype=np.int8)
         return Fit(
-            nothing, nothing, np.full((size, size), np.nan), np.zeros(size, bool), np.nan, 0.0, np.nan, False, reason
+            nothing,
+            nothing,
+            nothing,
+            nothing,
+            status,
+            np.full((size, size), np.nan),
+            np.zeros(size, bool),
+            np.nan,
+            0.0,
+            np.nan,
+            np.nan,
+            False,
+            reason,
         )
 
 
 def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsSettings) -> Fit:
-    """Weighted least squares from several starting points that need no advance information.
+    """Most likely parameters from many starting points that need no advance information.
 
-    Residuals are the complex errors over their deviations, and the prior's pulls. Derivatives
-    are exact.
+    Errors over their estimated deviations follow Student's t with the variance's own degrees of
+    freedom; the rig's papers pull as Gaussian priors. Derivatives are exact.
     """
     if measured.frequency.size < _LEAST_FREQUENCIES:
         return Fit.refused(
             f"only {measured.frequency.size} frequencies passed the gate, of {_LEAST_FREQUENCIES} needed"
         )
-    problem = _LeastSquares(measured, known, prior)
-    starts = starting_points(
-        measured.frequency, measured.mobility, measured.variance, known, prior.value, settings.starts
-    )
-    low, high = to_scaled(BOUNDS)
-    points, costs = solve_bounded(problem.curvature, to_scaled(np.stack(starts)), low, high)
-    return _judge(problem, points[int(np.argmin(costs))], settings)
+    data = likelihood(measured, known, prior)
+    points, costs = optima(data, measured, known, prior, settings.starts)
+    return _judge(data, measured, known, prior, points, costs, settings)
 
 
-def to_scaled(values: Floats) -> Floats:
-    """Parameters (..., 8) in SI as the solver sees them: of order one, internal damping as its logarithm."""
-    scaled: Floats = values / SCALES
-    scaled[..., DELTA] = np.log(scaled[..., DELTA])
-    return scaled
+def fit_many(
+    measured: Sequence[Measured], known: Sequence[KnownEquipment], priors: Sequence[Prior], settings: FitsSettings
+) -> list[Fit]:
+    """Fits of many windows, each with its own equipment and prior."""
+    return [fit(*window, settings) for window in zip(measured, known, priors, strict=True)]
 
 
-def from_scaled(scaled: Floats) -> tuple[Floats, Floats]:
-    """Parameters (..., 8) in SI and their derivatives to the solver's, shape (..., 8)."""
-    values, slopes = scaled * SCALES, np.broadcast_to(SCALES, scaled.shape).copy()
-    values[..., DELTA] = slopes[..., DELTA] = SCALES[DELTA] * np.exp(scaled[..., DELTA])
-    return values, slopes
-
-
-class _LeastSquares:
-    """Half the sum of squared residuals and its exact derivatives in scaled parameters.
+def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
+    """What the compiled likelihood reads.
 
     Besides the rig's papers, internal damping has a prior of its own: its logarithm is that of
     the usual size within a factor of three, which spans the paper's table 1. Without it, noise
     is fitted by resonances too sharp for any string.
     """
-
-    def __init__(self, measured: Measured, known: KnownEquipment, prior: Prior) -> None:
-        self.measured, self.known = measured, known
-        self.s = laplace(measured.frequency)
-        self.informed = np.isfinite(prior.value)
-        self.prior_value = np.where(self.informed, prior.value, 0.0) / SCALES
-        self.prior_weight = np.where(self.informed, SCALES / prior.error, 0.0)
-        self.prior_value[DELTA], self.prior_weight[DELTA] = 0.0, 1 / np.log(_USUAL_FACTOR)
-
-    def curvature(self, scaled: Floats, _: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
-        """Cost (point,), gradient (point, 8) and Gauss–Newton Hessian (point, 8, 8)."""
-        values, slopes = from_scaled(scaled)
-        mobility, derivatives = command_mobility_with_derivatives(values, self.known, self.s)
-        error = (mobility - self.measured.mobility) * self.measured.weight
-        rows = derivatives * slopes[..., None] * self.measured.weight
-        stacked = np.concatenate([rows.real, rows.imag], axis=-1)
-        pulls = (scaled - self.prior_value) * self.prior_weight
-        gradient = np.matvec(stacked, np.concatenate([error.real, error.imag], axis=-1)) + pulls * self.prior_weight
-        hessian = stacked @ np.swapaxes(stacked, -1, -2) + np.diag(self.prior_weight**2)
-        cost = 0.5 * (np.sum(np.abs(error) ** 2, axis=-1) + np.sum(pulls**2, axis=-1))
-        return cost, gradient, hessian
-
-    def chi2(self, scaled: Floats) -> float:
-        """Sum of squared residuals without the prior's pulls."""
-        mobility, _ = command_mobility_with_derivatives(from_scaled(scaled)[0], self.known, self.s)
-        return float(np.sum(np.abs((mobility - self.measured.mobility) * self.measured.weight) ** 2))
-
-    def posterior(self, scaled: Floats) -> tuple[Floats, Floats]:
-        """Standard errors (8,) and correlations (8, 8) about the optimum, in SI units.
-
-        How sharp the resonances are decides how well their place is known, so the curvature at one
-        value of internal damping misleads. The posterior is therefore a mixture over a grid of it:
-        at each value the others are fitted again, and weighted as Laplace's approximation says
-        (Rue, Martino and Chopin 2009). A standard error is the half-width of the mixture's central
-        95 % over 1.96.
-        """
-        others = np.delete(np.arange(scaled.size), DELTA)
-        starts = np.tile(scaled, (_DAMPING_GRID.size, 1))
-        starts[:, DELTA] = _DAMPING_GRID
-        low, high = to_scaled(BOUNDS)
-        points, costs = solve_bounded(self._at_fixed_damping, starts, low, high, _PROFILE_ITERATIONS)
-        hessians = self.curvature(points, np.arange(costs.size))[2] + np.diag(12 / (high - low) ** 2)
-        blocks = hessians[:, others[:, None], others]
-        _, log_determinant = np.linalg.slogdet(blocks)
-        log_weights = -costs - 0.5 * log_determinant
-        weights = np.exp(log_weights - log_weights.max())
-        weights /= weights.sum()
-        values, slopes = from_scaled(points)
-        covariances = np.zeros_like(hessians)
-        covariances[:, others[:, None], others] = (
-            np.linalg.inv(blocks) * slopes[:, others, None] * slopes[:, None, others]
-        )
-        centre = weights @ values
-        about = values - centre
-        total = np.einsum("k,kij->ij", weights, covariances + about[:, :, None] * about[:, None, :])
-        deviations = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
-        deviations[:, DELTA] = values[:, DELTA] * (_DAMPING_GRID[1] - _DAMPING_GRID[0]) / 2
-        moment = np.sqrt(np.diag(total))
-        return mixture_half_width(weights, values, deviations), total / np.outer(moment, moment)
-
-    def _at_fixed_damping(self, points: Floats, which: NDArray[np.intp]) -> tuple[Floats, Floats, Floats]:
-        cost, gradient, hessian = self.curvature(points, which)
-        gradient[:, DELTA] = hessian[:, DELTA] = hessian[:, :, DELTA] = 0.0
-        hessian[:, DELTA, DELTA] = 1.0
-        return cost, gradient, hessian
+    informed = np.isfinite(prior.value)
+    value = np.where(informed, prior.value, 0.0) / SCALES
+    weight = np.where(informed, SCALES / prior.error, 0.0)
+    value[DELTA], weight[DELTA] = 0.0, 1 / np.log(_USUAL_FACTOR)
+    line = compiled_line(known, laplace(measured.frequency))
+    freedom = np.minimum(measured.degrees_of_freedom, _MOST_FREEDOM)
+    mobility, variance, freedom = _contiguous(measured.mobility, measured.variance, freedom)
+    return Data(line, mobility, variance, freedom, value, weight, SCALES)
 
 
-def _judge(problem: _LeastSquares, scaled: Floats, settings: FitsSettings) -> Fit:
-    measured, value = problem.measured, from_scaled(scaled)[0]
-    error, correlation = problem.posterior(scaled)
+def optima(data: Data, measured: Measured, known: KnownEquipment, prior: Prior, starts: int) -> tuple[Floats, Floats]:
+    """Optima that lie apart, best first: scaled parameters (optimum, 8) and costs (optimum,)."""
+    frequency, mobility, variance, freedom = thin(
+        *_contiguous(measured.frequency, measured.mobility, measured.variance, measured.degrees_of_freedom)
+    )
+    begun = to_scaled(starting_points(frequency, mobility, variance, known, prior.value, starts))
+    line = compiled_line(known, laplace(frequency))
+    rough = data._replace(line=line, mobility=mobility, variance=variance, freedom=freedom)
+    points, costs = np.empty((_KEPT, len(PARAMETERS))), np.empty(_KEPT)
+    count = follow(begun, rough, data, _LOW, _HIGH, points, costs)
+    order = np.argsort(costs[:count])
+    return points[order], costs[order]
+
+
+def _contiguous(*arrays: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    return (np.ascontiguousarray(values) for values in arrays)
+
+
+def _interval(data: Data, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
+    """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not tell apart.
+
+    The interval of internal damping is the wider of those with and without its prior: what the data alone say,
+    but no less than what is left where noise is fitted by resonances too sharp for any string.
+    """
+    low, high = _LOW.copy(), _HIGH.copy()
+    low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    weight = data.prior_weight.copy()
+    weight[DELTA] = 0.0
+    ends = np.empty((2, len(PARAMETERS)))
+    intervals(np.clip(points, low, high), costs, data, data._replace(prior_weight=weight), DELTA, low, high, ends)
+    return ends[0], ends[1]
+
+
+def _status(lower: Floats, upper: Floats) -> NDArray[np.int8]:
+    """What intervals in SI tell: one that holds all values that are met tells nothing."""
+    edge = to_scaled(BOUNDS)
+    edge[:, DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    reach = 1e-6 * (edge[1] - edge[0])
+    no_lower, no_upper = to_scaled(lower) <= edge[0] + reach, to_scaled(upper) >= edge[1] - reach
+    nothing = (lower <= USUAL[0]) & (upper >= USUAL[1]) | (no_lower & no_upper)
+    status = np.where(no_lower, Knowledge.BOUNDED_ABOVE, np.where(no_upper, Knowledge.BOUNDED_BELOW, Knowledge.KNOWN))
+    return np.asarray(np.where(nothing, Knowledge.UNDETERMINED, status), dtype=np.int8)
+
+
+def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8]) -> Floats:
+    half = (upper - lower) / 2
+    half = np.where(status == Knowledge.BOUNDED_ABOVE, upper - value, half)
+    half = np.where(status == Knowledge.BOUNDED_BELOW, value - lower, half)
+    return np.asarray(half / _TWO_SIDED, dtype=float)
+
+
+def _covariance(data: Data, scaled: Floats) -> Floats:
+    """Inverse of the curvature at the optimum in SI, with the spread of what is searched as the widest of priors."""
+    gradient, hessian = np.empty(scaled.size), np.empty((scaled.size, scaled.size))
+    curvature(scaled, data, True, gradient, hessian)
+    slopes = SCALES.copy()
+    slopes[DELTA] *= np.exp(scaled[DELTA])
+    inverse = np.linalg.inv(hessian + np.diag(12 / (_HIGH - _LOW) ** 2))
+    return np.asarray(inverse * np.outer(slopes, slopes), dtype=float)
+
+
+def _judge(
+    data: Data,
+    measured: Measured,
+    known: KnownEquipment,
+    prior: Prior,
+    points: Floats,
+    costs: Floats,
+    settings: FitsSettings,
+) -> Fit:
+    value = from_scaled(points[0])
+    lower, upper = (from_scaled(end) for end in _interval(data, points, costs))
+    status = _status(lower, upper)
+    covariance = _covariance(data, points[0])
+    deviation = np.sqrt(np.diag(covariance))
+    error = _errors(value, lower, upper, status)
+    error[DELTA] = deviation[DELTA]
     at_bound = np.minimum(value - BOUNDS[0], BOUNDS[1] - value) < _NEAR_BOUND * error
-    total = problem.chi2(scaled)
-    lost = (value.size - np.count_nonzero(at_bound | problem.informed)) / 2
+    mobility, _ = command_mobility_with_derivatives(value, known, laplace(measured.frequency))
+    total = float(np.sum(np.abs((mobility - measured.mobility) * measured.weight) ** 2))
+    lost = (value.size - np.count_nonzero(at_bound | np.isfinite(prior.value))) / 2
     dof = 2 * (measured.frequency.size - lost)
     ratio = expected_ratio(measured.degrees_of_freedom)
     chance = sum_of_ratios_probability(
         float(np.mean(ratio)) * total / 2, measured.degrees_of_freedom, measured.sharing, fitted=lost
     )
+    mismatch = float(np.sqrt(max(total / dof, 1.0))) if chance < _MISMATCH_RATE else 1.0
     reason = _why_refused(value, error, chance, settings)
-    return Fit(value, error, correlation, at_bound, total / dof, dof, chance, not reason, reason)
+    correlation = covariance / np.outer(deviation, deviation)
+    return Fit(
+        value,
+        error,
+        lower,
+        upper,
+        status,
+        correlation,
+        at_bound,
+        total / dof,
+        dof,
+        chance,
+        mismatch,
+        not reason,
+        reason,
+    )
 
 
 def _why_refused(value: Floats, error: Floats, chance: float, settings: FitsSettings) -> str:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 def drawings() -> dict[str, Callable[[WellResults], Figure]]:
     """Every figure of `drillid.display.FIGURES` with the function that draws it."""
-    from drillid import figures_depth, figures_tracks, figures_windows
+    from drillid import figures_depth, figures_prediction, figures_tracks, figures_verdicts, figures_windows
     from drillid.display import FIGURES
 
-    modules = (figures_tracks, figures_windows, figures_depth)
+    modules = (figures_tracks, figures_verdicts, figures_windows, figures_depth, figures_prediction)
     return {name: next(getattr(module, name) for module in modules if hasattr(module, name)) for name in FIGURES}
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from drillid.discrepancy import EVIDENCE
+from drillid.discrepancy.wells import read_verdicts
 from drillid.schema import Gate
 from drillid.store import WellFolders
 
@@ -40,7 +41,10 @@ class WellResults:
     stacks: xr.Dataset
     fits: xr.Dataset
     stack_fits: xr.Dataset
+    joint: xr.Dataset
     discrepancy: xr.Dataset
+    examination: xr.Dataset
+    verdicts: pd.DataFrame
     intervals: pd.DataFrame
     depth: xr.Dataset
     error_rate: float
@@ -57,13 +61,18 @@ class WellResults:
                 ("mobility", "stacks"),
                 ("fits", "fits"),
                 ("fits", "stack_fits"),
+                ("fits", "joint"),
                 ("discrepancy", "discrepancy"),
+                ("discrepancy", "examination"),
                 ("depth", "depth"),
             )
         }
         intervals = pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+        verdicts = read_verdicts(folders.stage("discrepancy") / "verdicts.csv")
         spectra = folders.read("spectra", "spectra")
-        return WellResults(well.name, well.rig, spectra=spectra, intervals=intervals, error_rate=error_rate, **read)
+        return WellResults(
+            well.name, well.rig, spectra=spectra, verdicts=verdicts, intervals=intervals, error_rate=error_rate, **read
+        )
 
     @property
     def band(self) -> tuple[float, float]:

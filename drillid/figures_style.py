@@ -45,6 +45,8 @@ STYLE: Any = {
 }
 INK, MUTED, FLAGGED, PAPERS, REFUSED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
 """Colours of values, secondary marks, flagged intervals, the rig's papers, and fits not accepted."""
+JOINT, CHANGE = "#00806b", "#c2416c"
+"""Colours of tracks from all windows together, and of depths where one jumps."""
 LEFT_OUT = "#d5d9dc"
 """Background of images: where nothing was measured or the gate left it out."""
 AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"

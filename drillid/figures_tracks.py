@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from drillid.display import LENGTH_LESS_DEPTH, QUANTITIES
 from drillid.figures_data import DepthCells, WellResults, drilled_length
+from drillid.figures_joint import draw_joint, joint_band
 from drillid.figures_style import (
     FLAGGED,
     INK,
@@ -33,7 +34,7 @@ Bools = NDArray[np.bool_]
 _TWO_SIDED = 1.96
 """Standard errors of a 95 % interval."""
 _SHARE_SHOWN = (2.0, 98.0)
-"""Percentiles of the ends of the bars that an axis must hold."""
+"""Percentiles of the windows' values, or of the ends of their bars, that an axis must hold."""
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
 """From what changes with the hole to what stays with the rig."""
 _ROOM = 0.012
@@ -68,15 +69,17 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     low = np.where(at_low, value, np.maximum(value - margin, least * quantity.factor))
     high = np.where(at_high, value, np.minimum(value + margin, most * quantity.factor))
     papers = (fits["prior"].values - shift) * quantity.factor
-    axis.set_xlim(*_limits(low, high, accepted, papers))
+    band = joint_band(results, name, shift, quantity.factor)
+    axis.set_xlim(*_limits(low, high, value, accepted, papers, band))
     order = cells.order[cells.order >= 0]
     _draw_papers(axis, cells, papers[order], (_TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REFUSED)):
-        axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.55)
+        axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
     for marker, member in kinds:
         _points(axis, value, depth, member & accepted, marker, INK, filled=marker == "o")
         _points(axis, value, depth, member & ~accepted, marker, REFUSED, filled=False)
+    draw_joint(axis, results, name, band)
     axis.set_xlabel(LENGTH_LESS_DEPTH if name == "length" else quantity.axis_label)
 
 
@@ -106,17 +109,24 @@ def _draw_papers(axis: Axes, cells: DepthCells, prior: Floats, margin: Floats) -
     axis.plot(value, depth, color=PAPERS, linewidth=1.6)
 
 
-def _limits(low: Floats, high: Floats, accepted: Bools, papers: Floats) -> tuple[float, float]:
-    """Limits for the accepted windows' bars, or for all where none is accepted, and the papers' value."""
+def _limits(
+    low: Floats, high: Floats, value: Floats, accepted: Bools, papers: Floats, band: Floats
+) -> tuple[float, float]:
+    """Limits for the joint fit's band and the accepted windows' values; without a band, for the windows' bars."""
     member = accepted & np.isfinite(low) & np.isfinite(high)
     if not member.any():
         member = np.isfinite(low) & np.isfinite(high)
+    joined = np.isfinite(band).all()
+    least, most = (value, value) if joined else (low, high)
     ends = (
-        [*np.percentile(low[member], _SHARE_SHOWN[:1]), *np.percentile(high[member], _SHARE_SHOWN[1:])]
+        [
+            *np.percentile(least[member], _SHARE_SHOWN[:1], method="lower"),
+            *np.percentile(most[member], _SHARE_SHOWN[1:], method="higher"),
+        ]
         if member.any()
         else []
     )
-    ends += [*papers[np.isfinite(papers)]]
+    ends += [*papers[np.isfinite(papers)], *(band.ravel() if joined else [])]
     if not ends:
         return 0.0, 1.0
     room = 0.06 * (max(ends) - min(ends)) or 0.05 * abs(max(ends)) or 1.0

@@ -10,10 +10,9 @@ from matplotlib import colormaps
 from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
-from drillid.discrepancy import stored_controller
 from drillid.figures_data import Successive, WellResults, cell_edges, successive_windows
 from drillid.figures_style import AMPLITUDE, COLOUR_BAR, INK, MUTED, frequency_axis, new_figure
-from drillid.fits import known_equipment
+from drillid.fits import known_equipment, stored_controller
 from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from drillid.schema import Gate

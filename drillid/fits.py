@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from drillid.errors import EstimationError
 from drillid.estimation import Measured, Prior, fit
+from drillid.joint_dataset import joint_dataset
 from drillid.mobility import sharing
 from drillid.physics.equipment import Controller, polar_moment
 from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
@@ -70,6 +71,14 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
     proportional, integral = np.median(gains, axis=0)
     return Controller(float(proportional), float(integral))
+
+
+def stored_controller(fits: xr.Dataset) -> Controller:
+    """The controller that the fits took as given."""
+    prefix = "controller_"
+    return Controller(
+        **{str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)}
+    )
 
 
 def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
@@ -136,10 +145,15 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     mobility, stacks = folders.read("mobility", "mobility").load(), folders.read("mobility", "stacks").load()
     bit_depth = folders.read("windows", "windows")["bit_depth"].values
     controller = speed_controller(well.rig, spectra)
-    fits = _fit_rows(measured_rows(mobility), bit_depth, well.rig, controller, settings.fits, "window")
+    rows = measured_rows(mobility)
+    fits = _fit_rows(rows, bit_depth, well.rig, controller, settings.fits, "window")
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
     gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **gains)
+    known = [known_equipment(well.rig, controller, depth) for depth in bit_depth]
+    papers = knowledge(well.rig, float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
+    joint, contradictions = joint_dataset(rows, known, bit_depth, papers, fits, settings.fits)
+    folders.write("fits", "joint", joint)
     stack_depth = stacks["hole_depth"].values
     stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
@@ -159,7 +173,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         )
         if reason
     ]
-    return [*contradicted_controller(well.rig, spectra), *refused]
+    return [*contradicted_controller(well.rig, spectra), *refused, *contradictions]
 
 
 def _fit_rows(
@@ -175,6 +189,9 @@ def _fit_rows(
     columns = {
         "value": [result.value for result in fits],
         "standard_error": [result.error for result in fits],
+        "interval_lower": [result.lower for result in fits],
+        "interval_upper": [result.upper for result in fits],
+        "status": [result.status for result in fits],
         "at_bound": [result.at_bound for result in fits],
         "prior": [prior.value for prior in priors],
         "prior_error": [prior.error for prior in priors],
@@ -182,6 +199,7 @@ def _fit_rows(
     scalars = {
         "chi2_per_dof": [result.chi2_per_dof for result in fits],
         "residual_dof": [result.residual_dof for result in fits],
+        "mismatch": [result.mismatch for result in fits],
         "fit_probability": [result.probability for result in fits],
         "accepted": np.array([result.accepted for result in fits], dtype=bool),
         "reason": np.array([result.reason for result in fits], dtype=object),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from drillid.channel_offset import channel_offset
+from drillid.cross_spectra import Spectra
 from drillid.schema import WINDOW_COORDINATES, Gate
 from drillid.statistics import sum_of_ratios_probability
 from drillid.store import Problem, WellFolders, window_place
@@ -18,8 +21,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_SWEEP_FLOOR = 1e-4
-"""Sweep power below this share of its median counts as outside of the sweep."""
+_SWEEP_FLOOR = 1e-2
+"""Sweep power below this share of its median counts as outside of the sweep.
+
+Where the sweeps begin anew their slope jumps, so that a recorded sweep holds mirrored frequencies, at 50 Hz about
+10⁻⁷ of its median power: 0.3 % of the amplitude at this floor, 0.03 % within the sweep's band."""
 
 
 def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
@@ -40,6 +46,52 @@ def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
     )
 
 
+def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
+    """Responses inside the control loop, where the torque command is logged; NaN where it is not.
+
+    Joint input–output method with the sweep as instrument (Söderström and Stoica 1989, System
+    Identification, chapter 10): both responses to the sweep are divided, so that noise that goes
+    round the loop biases neither.
+
+    - torque mobility ω/T_com = D e^(−sT_d)/(J_td s + Y_in), free of the controller;
+    - control response −(T_com − T_sweep)/ω = A H, controller and filters alone.
+
+    To first order the error of a ratio Q = X/Z is (x − Q z)/Z, with x and z the noise of both; its
+    variance is theirs with their covariance. In a clean log the command's noise is the speed's
+    through A H, so that the control response is exact and its variance is what the log adds.
+    """
+    power, averages = spectra["sweep_power"], spectra["averages"]
+    speed, command = spectra["cross_speed"], spectra["cross_command"]
+    speed_noise, command_noise, both = spectra["speed_noise"], spectra["command_noise"], spectra["cross_noise"]
+    torque_mobility, control = speed / command, (power - command) / speed
+    of_torque = speed_noise + np.abs(torque_mobility) ** 2 * command_noise - 2 * (np.conj(torque_mobility) * both).real
+    of_control = command_noise + np.abs(control) ** 2 * speed_noise + 2 * (control * both).real
+    # rounding leaves differences of equal terms a little above or below zero
+    least_torque, least_control = (np.finfo(float).eps * noise for noise in (speed_noise, command_noise))
+    of_torque = of_torque.where(of_torque > least_torque, least_torque)
+    of_control = of_control.where(of_control > least_control, least_control)
+    return xr.Dataset(
+        {
+            "torque_mobility": torque_mobility,
+            "torque_mobility_variance": of_torque * power / np.abs(command) ** 2 / averages,
+            "control_response": control,
+            "control_response_variance": of_control * power / np.abs(speed) ** 2 / averages,
+        }
+    )
+
+
+def channel_offsets(spectra: xr.Dataset) -> xr.Dataset:
+    """Clock offset of the torque command's record in each window, with its standard error; NaN without a command."""
+    names = [field.name for field in dataclasses.fields(Spectra)]
+    frequencies = spectra["frequency"].values
+    found = np.full((2, spectra.sizes["window"]), np.nan)
+    for row in np.flatnonzero(spectra["cross_command"].notnull().all("frequency").values):
+        window = Spectra(**{name: spectra[name].values[row] for name in names})
+        estimate = channel_offset(window, frequencies)
+        found[:, row] = estimate.offset, estimate.standard_error
+    return xr.Dataset({"channel_offset": ("window", found[0]), "channel_offset_error": ("window", found[1])})
+
+
 def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySettings) -> xr.Dataset:
     """Least and largest coherence that a frequency may have, and which frequencies pass.
 
@@ -47,9 +99,9 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     Without response the mean of F over a band follows Fisher's F, whose upper quantile at the
     error rate gives the least coherence: a band passes or fails as a whole, so that no
     frequency is favoured for a lucky error. With response F follows the non-central F; the
-    best three neighbours of a band set its centre, and its upper quantile, at the error rate
-    shared among the band's frequencies, gives the largest coherence: what is above has a noise
-    too small to be believed.
+    best three neighbours of a band, each per its sweep power, set its centre, and its upper
+    quantile, at the error rate shared among the band's frequencies, gives the largest
+    coherence: what is above has a noise too small to be believed.
     """
     from scipy.special import fdtri
 
@@ -57,7 +109,8 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
     shape = coherence.shape
     least, largest, gates = np.empty(shape), np.empty(shape), np.zeros(shape, dtype=np.int8)
-    inside = (spectra["sweep_power"] >= _SWEEP_FLOOR * spectra["sweep_power"].median("frequency")).values
+    power = spectra["sweep_power"].values
+    inside = power >= _SWEEP_FLOOR * np.median(power, axis=1, keepdims=True)
     for row in range(shape[0]):
         for band in np.unique(bands):
             member = bands == band
@@ -68,8 +121,8 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
             ratio = (averages - 1) * coherence.values[row] / np.maximum(1 - coherence.values[row], 1e-12)
             noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
             bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
-            best = _best_neighbours(ratio[usable]) if usable.any() else 0.0
-            top = _largest_ratio(2 * best, freedom, settings.error_rate / count)
+            best = _best_neighbours(ratio[usable] / power[row, usable]) if usable.any() else 0.0
+            top = _largest_ratio(2 * best * power[row, member], freedom, settings.error_rate / count)
             least[row, member] = bound / (bound + averages - 1)
             largest[row, member] = top / (top + averages - 1)
             if usable.any() and ratio[usable].mean() < bound:
@@ -80,12 +133,12 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
 
 
-def _largest_ratio(noncentrality: float, freedom: float, chance: float) -> float:
+def _largest_ratio(noncentrality: Floats, freedom: float, chance: float) -> Floats:
     """Upper quantile of the non-central F(2, 2ν), by Patnaik's central approximation (1949)."""
     from scipy.special import fdtri
 
     matched = (2 + noncentrality) ** 2 / (2 + 2 * noncentrality)
-    return float((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - chance))
+    return np.asarray((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - chance))
 
 
 def _best_neighbours(ratio: Floats) -> float:
@@ -96,8 +149,8 @@ def _best_neighbours(ratio: Floats) -> float:
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
     """Command mobilities of all windows of a well, and their stacks."""
     spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
-    mobility = command_mobility(spectra)
-    mobility = mobility.merge(gate(spectra, mobility["coherence"], settings.mobility))
+    mobility = command_mobility(spectra).merge(closed_loop_responses(spectra))
+    mobility = mobility.merge(channel_offsets(spectra)).merge(gate(spectra, mobility["coherence"], settings.mobility))
     folders.write("mobility", "mobility", mobility.assign_coords({name: spectra[name] for name in WINDOW_COORDINATES}))
     stacks, problems = stack_windows(mobility, settings.mobility)
     folders.write("mobility", "stacks", stacks)

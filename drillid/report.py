@@ -28,6 +28,7 @@ from drillid.report_content import (
     read_stretches,
     without_windows,
 )
+from drillid.report_verdicts import SetWords, Told, read_told
 from drillid.sheets import Listing, read_sheets
 from drillid.store import WellFolders
 
@@ -74,13 +75,20 @@ class WellReport:
     unused: pd.DataFrame
     problems: pd.DataFrame
     pictures: tuple[Picture, ...]
+    verdicts: tuple[Told, ...] = ()
+    sets: tuple[SetWords, ...] = ()
 
     @property
     def status(self) -> str:
         """One of 'failed', 'flagged', 'clear'."""
         if self.found is None:
             return "failed"
-        return "flagged" if self.found.intervals else "clear"
+        return "flagged" if self.found.intervals or self.named else "clear"
+
+    @property
+    def named(self) -> list[Told]:
+        """Verdicts that something is wrong."""
+        return [each for each in self.verdicts if each.named]
 
     @property
     def off_papers(self) -> list[Comparison]:
@@ -113,10 +121,12 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> Non
 
 
 def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, *, illustrated: bool) -> WellReport:
-    """Gather a well; with `illustrated` all its figures, else the parameters of a flagged well."""
+    """Gather a well; with `illustrated` all its figures, else parameters and verdicts where something stands out."""
     stretches = read_stretches(folders)
     found = identified(folders, listing.load().rig) if _has_results(folders) else None
-    chosen = list(FIGURES) if illustrated else ["parameters"] * bool(found and found.intervals)
+    verdicts, sets = read_told(folders) if found else ((), ())
+    stands_out = bool(found and found.intervals) or any(each.named for each in verdicts)
+    chosen = list(FIGURES) if illustrated else ["parameters", "verdicts"] * stands_out
     return WellReport(
         listing.name,
         listing.description,
@@ -125,6 +135,8 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, 
         without_windows(stretches),
         problems[problems["well"] == listing.name],
         tuple(pictures(folders.stage("figures"), chosen)),
+        verdicts,
+        sets,
     )
 
 
@@ -193,6 +205,7 @@ def _totals(reports: Sequence[WellReport]) -> dict[str, Any]:
         "windows": sum(each.windows for each in found),
         "accepted": sum(each.accepted for each in found),
         "intervals": sum(len(each.intervals) for each in found),
+        "verdicts": sum(len(report.named) for report in reports),
         "failed": sum(report.status == "failed" for report in reports),
         "problems": sum(len(report.problems) for report in reports),
     }

@@ -3,8 +3,12 @@
 import enum
 
 from drillid.declaration import DatasetSchema, Variable, each
+from drillid.schema_discrepancy import DISCREPANCIES as DISCREPANCIES
+from drillid.schema_discrepancy import EXAMINATIONS as EXAMINATIONS
+from drillid.schema_windows import AT_FREQUENCIES, IN_WINDOWS, MOBILITY
+from drillid.schema_windows import WINDOW_COORDINATES as WINDOW_COORDINATES
+from drillid.schema_windows import WINDOW_FREQUENCY as _WF
 
-MOBILITY = "rad N-1 m-1 s-1"
 PARAMETERS = {
     "kappa": ("N s m-4", "external viscous damping of mud and wall"),
     "delta": ("N s m-2", "internal damping of the steel"),
@@ -49,6 +53,15 @@ class Gate(enum.IntEnum):
     TOO_COHERENT = 3
 
 
+class Knowledge(enum.IntEnum):
+    """What one window tells of a parameter."""
+
+    KNOWN = 0
+    BOUNDED_ABOVE = 1
+    BOUNDED_BELOW = 2
+    UNDETERMINED = 3
+
+
 _CHANNELS = {
     "torque_command": ("N m", "torque command to the drive, sweep included"),
     "torque_sweep": ("N m", "injected torque sweep"),
@@ -80,20 +93,10 @@ STATES = DatasetSchema(
     },
 )
 
-_WINDOW_COORDINATES = {
-    "window": Variable(("window",), "int32", "", "number of the window in its well"),
-    "hole_depth": Variable(("window",), "float64", "m", "mean measured depth of the hole"),
-    "start": Variable(("window",), "datetime64[ns]", "", "first sample of the window"),
-    "end": Variable(("window",), "datetime64[ns]", "", "end of the window, exclusive"),
-}
-WINDOW_COORDINATES = ("window", "hole_depth", "start", "end")
-"""Coordinates that tell in every dataset which window a row is."""
-_IN_WINDOW = ("hole_depth", "start", "end")
-
 WINDOWS = DatasetSchema(
     "Windows of steady drilling with the sweep on",
     {
-        **_WINDOW_COORDINATES,
+        **IN_WINDOWS,
         **each(
             ("window",),
             depth_from=("m", "hole depth at the window's start"),
@@ -109,49 +112,50 @@ WINDOWS = DatasetSchema(
         "first_sample": Variable(("window",), "int64", "", "index of the first sample in the records"),
         "samples": Variable(("window",), "int64", "", "number of samples"),
     },
-    _IN_WINDOW,
+    WINDOW_COORDINATES[1:],
 )
 
-_FREQUENCY = {"frequency": Variable(("frequency",), "float64", "Hz", "frequency")}
-_WF = ("window", "frequency")
 _SPECTROGRAM = ("window", "spectrogram_frequency", "spectrogram_time")
 
 SPECTRA = DatasetSchema(
     "Cross spectra and spectrograms of each window",
     {
-        **_WINDOW_COORDINATES,
-        **_FREQUENCY,
+        **IN_WINDOWS,
+        **AT_FREQUENCIES,
         **each(
             _WF,
             sweep_power=("N2 m2", "mean squared amplitude of the sweep"),
             speed_power=("rad2 s-2", "mean squared amplitude of the speed"),
             speed_noise=("rad2 s-2", "variance of the speed's amplitude not due to the sweep, per average"),
+            command_noise=("N2 m2", "variance of the torque command's amplitude not due to the sweep, per average"),
         ),
         **each(
             _WF,
             "complex128",
             cross_speed=("N m rad s-1", "cross spectrum of speed and sweep"),
             cross_command=("N2 m2", "cross spectrum of torque command and sweep"),
+            cross_noise=("N m rad s-1", "covariance of speed and torque command not due to the sweep, per average"),
         ),
         "averages": Variable(_WF, "float64", "1", "equivalent number of independent averages"),
         "degrees_of_freedom": Variable(_WF, "float64", "1", "complex degrees of freedom of the noise variance"),
         "sweep_period": Variable(("window",), "float64", "s", "period of the sweep; 0 where it does not repeat"),
+        "band": Variable(("band",), "float64", "Hz", "lower edge of the band"),
+        "band_end": Variable(("band",), "float64", "Hz", "upper edge of the band"),
+        **each(
+            ("window", "band"),
+            response_level=("rad s-1", "root mean square of the speed's response in the band"),
+            noise_level=("rad s-1", "root mean square of the noise of the mean of all periods"),
+            even_level=("rad s-1", "root mean square of distortion of even order, beyond the noise"),
+            odd_level=("rad s-1", "root mean square of distortion of odd order, beyond the noise"),
+        ),
+        "even_detected": Variable(("window", "band"), "bool", "", "distortion of even order is beyond chance"),
+        "odd_detected": Variable(("window", "band"), "bool", "", "distortion of odd order is beyond chance"),
         "spectrogram_time": Variable(("spectrogram_time",), "float64", "s", "time since the window's start"),
         "spectrogram_frequency": Variable(("spectrogram_frequency",), "float64", "Hz", "frequency of the spectrograms"),
-        "torque_spectrogram": Variable(
-            _SPECTROGRAM,
-            "float32",
-            "N2 m2 Hz-1",
-            "power of the torque command",
-        ),
-        "speed_spectrogram": Variable(
-            _SPECTROGRAM,
-            "float32",
-            "rad2 s-2 Hz-1",
-            "power of the top-drive speed",
-        ),
+        "torque_spectrogram": Variable(_SPECTROGRAM, "float32", "N2 m2 Hz-1", "power of the torque command"),
+        "speed_spectrogram": Variable(_SPECTROGRAM, "float32", "rad2 s-2 Hz-1", "power of the top-drive speed"),
     },
-    _IN_WINDOW,
+    WINDOW_COORDINATES[1:],
 )
 
 
@@ -173,8 +177,29 @@ def _mobility(row: str) -> dict[str, Variable]:
     }
 
 
+_LOOP = {
+    **each(
+        _WF,
+        "complex128",
+        torque_mobility=(MOBILITY, "top-drive speed per torque command, free of the controller"),
+        control_response=("N m s rad-1", "torque command taken back per top-drive speed: controller and its filters"),
+    ),
+    **each(
+        _WF,
+        torque_mobility_variance=(f"({MOBILITY})2", "variance of the complex torque mobility"),
+        control_response_variance=("(N m s rad-1)2", "variance of the complex control response"),
+    ),
+    **each(
+        ("window",),
+        channel_offset=("s", "time by which the torque command is recorded later than the sweep"),
+        channel_offset_error=("s", "standard error of the channel offset"),
+    ),
+}
+
 MOBILITIES = DatasetSchema(
-    "Command mobility of each window", {**_WINDOW_COORDINATES, **_FREQUENCY, **_mobility("window")}, _IN_WINDOW
+    "Command mobility of each window",
+    {**IN_WINDOWS, **AT_FREQUENCIES, **_mobility("window"), **_LOOP},
+    WINDOW_COORDINATES[1:],
 )
 
 STACKS = DatasetSchema(
@@ -188,7 +213,7 @@ STACKS = DatasetSchema(
             ("stack",), "float64", "1", "chance of such disagreement between equal windows"
         ),
         "windows": Variable(("stack",), "int32", "", "number of windows in the stack"),
-        **_FREQUENCY,
+        **AT_FREQUENCIES,
         **_mobility("stack"),
     },
     ("hole_depth", "first_window", "last_window"),
@@ -202,6 +227,9 @@ def _parameters(row: str) -> dict[str, Variable]:
         "parameter_": Variable(("parameter_",), "str", "", "second axis of the correlations"),
         "value": Variable(dims, "float64", "", "fitted value, SI"),
         "standard_error": Variable(dims, "float64", "", "standard error of the fitted value"),
+        "interval_lower": Variable(dims, "float64", "", "lower end of the 95 % interval"),
+        "interval_upper": Variable(dims, "float64", "", "upper end of the 95 % interval"),
+        "status": Variable(dims, "int8", "", "what the window tells of the parameter", Knowledge),
         "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
         "prior": Variable(dims, "float64", "", "value from the rig's papers; NaN where not given"),
         "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's papers"),
@@ -211,13 +239,16 @@ def _parameters(row: str) -> dict[str, Variable]:
         "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_probability": Variable((row,), "float64", "1", "chance of so large a chi-squared with the right model"),
+        "mismatch": Variable(
+            (row,), "float64", "1", "factor by which residuals exceed the noise; errors are without it"
+        ),
         "accepted": Variable((row,), "bool", "", "the fit is accepted"),
         "reason": Variable((row,), "str", "", "why the fit is not accepted"),
     }
 
 
 FITS = DatasetSchema(
-    "Fitted transmission-line model of each window", {**_WINDOW_COORDINATES, **_parameters("window")}, _IN_WINDOW
+    "Fitted transmission-line model of each window", {**IN_WINDOWS, **_parameters("window")}, WINDOW_COORDINATES[1:]
 )
 
 STACK_FITS = DatasetSchema(
@@ -227,25 +258,42 @@ STACK_FITS = DatasetSchema(
     ("hole_depth", "first_window", "last_window"),
 )
 
-DISCREPANCIES = DatasetSchema(
-    "Where the fitted models leave something unexplained",
+_WP = ("window", "parameter")
+JOINT_FITS = DatasetSchema(
+    "Fit of all windows together: drive and pipe shared, damping and BHA walking with depth or jumping",
     {
-        **_WINDOW_COORDINATES,
-        **_FREQUENCY,
-        "whitened_residual": Variable(
-            _WF, "complex128", "1", "measured less fitted mobility, per deviation of a component"
-        ),
+        **IN_WINDOWS,
+        "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
+        "shared": Variable(("shared",), "str", "", "figure that is the same in all windows"),
+        "walking": Variable(("walking",), "str", "", "parameter that walks with depth"),
+        "value": Variable(_WP, "float64", "", "value, SI"),
+        "standard_error": Variable(_WP, "float64", "", "standard error of the value"),
+        "lower": Variable(_WP, "float64", "", "lower end of the 95 % band"),
+        "upper": Variable(_WP, "float64", "", "upper end of the 95 % band"),
         **each(
             ("window",),
-            chi2_probability=("1", "chance of so large a chi-squared with the right model"),
-            normality_probability=("1", "chance of such residuals if they are Gaussian"),
-            whiteness_probability=("1", "chance of such residuals if they are independent over frequency"),
-            damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
-            inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+            weight=("1", "share of the window's information that was used"),
+            agreement=("1", "chance that a window of the same string is so far from the common fit"),
         ),
-        "flagged": Variable(("window",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "shared_value": Variable(("shared",), "float64", "", "shared value, SI"),
+        "shared_error": Variable(("shared",), "float64", "", "standard error of the shared value"),
+        "walk": Variable(("walking",), "float64", "1", "root-mean-square change of the coordinate over 100 m"),
+        "change_parameter": Variable(("change",), "str", "", "parameter that jumps"),
+        **each(
+            ("change",),
+            change_depth=("m", "most probable bit depth of the jump"),
+            change_from=("m", "shallowest bit depth of the 95 % that hold it"),
+            change_to=("m", "deepest bit depth of the 95 % that hold it"),
+            change_probability=("1", "probability that there is a jump"),
+        ),
+        "state": Variable(("state",), "str", "", "coordinate of the newest window's state"),
+        "state_": Variable(("state_",), "str", "", "second axis of the state's information"),
+        "last_vector": Variable(("state",), "float64", "", "information times mean of the newest window's state"),
+        "last_information": Variable(
+            ("state", "state_"), "float64", "", "inverse covariance of the newest window's state"
+        ),
     },
-    _IN_WINDOW,
+    WINDOW_COORDINATES[1:],
 )
 
 _DF = ("depth", "frequency")
@@ -255,7 +303,7 @@ DEPTH = DatasetSchema(
     "Identified drilling dynamics against depth",
     {
         "depth": Variable(("depth",), "float64", "m", "mean measured depth of the hole in the window"),
-        **_FREQUENCY,
+        **AT_FREQUENCIES,
         "lag": Variable(("lag",), "float64", "s", "time since the torque step at the bit"),
         "window": Variable(("depth",), "int32", "", "number of the window in its well"),
         "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
@@ -301,8 +349,18 @@ DEPTH = DatasetSchema(
             )
             for name, (_, text) in PARAMETERS.items()
         },
+        **{
+            f"{name}_joint{suffix}": Variable(("depth",), "float64", units, f"{end}{text}, from all windows together")
+            for name, (units, text) in PARAMETERS.items()
+            for suffix, end in (
+                ("", ""),
+                ("_lower", "lower end of the 95 % band of the "),
+                ("_upper", "upper end of the 95 % band of the "),
+            )
+        },
         "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
         "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, by the window's set"),
     },
     ("window", "start", "end"),
 )
@@ -332,7 +390,9 @@ DATASETS = {
     "stacks": STACKS,
     "fits": FITS,
     "stack_fits": STACK_FITS,
+    "joint": JOINT_FITS,
     "discrepancy": DISCREPANCIES,
+    "examination": EXAMINATIONS,
     "depth": DEPTH,
     "fleet": FLEET,
 }

@@ -166,7 +166,10 @@ def _build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float, imposed
         friction.static[1] += friction.static[0]
         friction.dynamic[1] += friction.dynamic[0]
         friction = friction._replace(
-            nodes=friction.nodes[1:], static=friction.static[1:].copy(), dynamic=friction.dynamic[1:].copy()
+            nodes=friction.nodes[1:],
+            static=friction.static[1:].copy(),
+            dynamic=friction.dynamic[1:].copy(),
+            rest=friction.rest[1:].copy(),
         )
     else:
         friction.nodes[0] = 1
@@ -191,7 +194,7 @@ def _inputs(
 def _jitter(
     rigs: Sequence[NonlinearRig], block: int, steps: int, time_step: float, seed: int | Sequence[int]
 ) -> Vector:
-    sizes = np.array([rig.limits.delay_jitter for rig in rigs])
+    sizes = np.array([float(rig.system.top_drive.delay_jitter) for rig in rigs])
     if not sizes.any():
         return np.zeros(1)
     intervals = {rig.limits.jitter_interval for rig in rigs}

@@ -39,9 +39,9 @@ def low_pass(before: float, now: float, state: float, time_constant: float, step
 @compiled
 def read_speed(control: Control, speed: float, memory: Vector) -> float:
     """Reading of the top drive's speed in rad/s."""
-    reading = speed
+    reading = control.scale * speed
     if control.ripple != 0.0:
-        reading = speed * (1 + control.ripple * np.sin(memory[TOP_ANGLE]))
+        reading *= 1 + control.ripple * np.sin(memory[TOP_ANGLE])
     if control.resolution > 0.0:
         reading = control.resolution * np.rint(reading / control.resolution)
     memory[MEASURED] = reading

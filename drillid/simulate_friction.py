@@ -107,8 +107,10 @@ def set_levels(friction: Friction, rock: Rock, weight: float, state: State, leve
     for k in range(friction.nodes.size):
         i = friction.nodes[k]
         speed = 1.5 * state.speed[i] - 0.5 * state.before[i]
-        static[k] = friction.static[k]
-        sliding[k] = weakened(friction.static[k], friction.dynamic[k], speed, friction.threshold, friction.exponent)
+        more = 1 + friction.rest[k] * state.rested[i]
+        static[k] = more * friction.static[k]
+        slips = weakened(friction.static[k], friction.dynamic[k], speed, friction.threshold, friction.exponent)
+        sliding[k] = more * slips
         if k == last and rock.cuts:
             load = max(weight, 0.0)
             static[k] += load * rock.static

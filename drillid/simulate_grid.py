@@ -47,7 +47,7 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
         raise SettingsError(
             "simulation",
             "the bit's laws of cutting are linear ones",
-            "Describe cutting in the NonlinearRig; leave Bit without",
+            "Describe cutting in a NonlinearRig, or make one by NonlinearRig.of",
         )
     laws = [relaxations(section) for section in rig.system.string]
     grid = _with_ends(rig, _string(rig, laws, counts))
@@ -153,20 +153,21 @@ def _friction(rig: NonlinearRig, counts: tuple[int, ...]) -> Friction:
     cuts = rig.cutting is not None or rig.regenerative is not None
     nodes = sum(counts) + 1
     static, dynamic = np.zeros(nodes), np.zeros(nodes)
-    weakening = Weakening()
+    rest, rest_angle, weakening = np.zeros(nodes), 1.0, Weakening()
     if rig.contact is not None:
         widths = np.repeat([s.length / n for s, n in zip(rig.system.string, counts, strict=True)], counts)
         places = np.concatenate([[0.0], np.cumsum(widths)])
         edges = np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
         static, dynamic = rig.contact.within(edges)
-        weakening = rig.contact.weakening
+        rest, rest_angle, weakening = rig.contact.rest_within(edges), rig.contact.rest_angle, rig.contact.weakening
     if rig.gear.play > 0:
-        static, dynamic = np.insert(static, 0, 0.0), np.insert(dynamic, 0, 0.0)
+        static, dynamic, rest = (np.insert(level, 0, 0.0) for level in (static, dynamic, rest))
     if rig.system.motor is not None:
-        static, dynamic = np.append(static, 0.0), np.append(dynamic, 0.0)
+        static, dynamic, rest = (np.append(level, 0.0) for level in (static, dynamic, rest))
     rubs = static > 0
     rubs[-1] |= cuts
-    return Friction(np.flatnonzero(rubs), static[rubs], dynamic[rubs], weakening.threshold, weakening.exponent)
+    law = (weakening.threshold, weakening.exponent, rest[rubs], rest_angle)
+    return Friction(np.flatnonzero(rubs), static[rubs], dynamic[rubs], *law)
 
 
 def _rock(rig: NonlinearRig) -> Rock:
@@ -191,6 +192,7 @@ def _control(rig: NonlinearRig, time_step: float) -> Control:
         float(controller.speed_filter),
         float(controller.torque_filter),
         every,
+        float(rig.sensor.scale),
         float(rig.sensor.resolution),
         float(rig.sensor.ripple),
         float(controller.compensated_inertia),

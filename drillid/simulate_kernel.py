@@ -123,12 +123,16 @@ def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int
 
 @compiled
 def _advance(machine: Machine, state: State, mean: Vector, step: float, n: int) -> None:
-    """Speeds, angles and relaxations of the next step."""
+    """Speeds, angles, relaxations and friction of rest of the next step."""
     if machine.memory.present:
         _relax(machine.memory, state, mean, step / 2)
     state.memory[TOP_ANGLE] += step * mean[0]
     if machine.rock.blades:
         state.angle[n + 1] = state.angle[n] + step * mean[-1]
+    for k in range(machine.friction.nodes.size):
+        if machine.friction.rest[k] > 0.0:
+            i = machine.friction.nodes[k]
+            state.rested[i] *= np.exp(-step * abs(mean[i]) / machine.friction.rest_angle)
     state.before[:] = state.speed
     state.speed[:] = 2 * mean - state.speed
 

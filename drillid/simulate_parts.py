@@ -43,6 +43,10 @@ class Friction(NamedTuple):
     threshold: float
     """rad/s."""
     exponent: float
+    rest: Vector
+    """(contacts,) share by which the wall holds more after a long rest."""
+    rest_angle: float
+    """rad."""
 
 
 class Rock(NamedTuple):
@@ -93,6 +97,8 @@ class Control(NamedTuple):
     """s."""
     every: int
     """Steps between readings of the speed; the command is held between them."""
+    scale: float
+    """Reading per true speed."""
     resolution: float
     """rad/s, step of the reading."""
     ripple: float
@@ -169,6 +175,8 @@ class State(NamedTuple):
     """(n + 1,) direction in which a node slips; 0 while it sticks."""
     held: NDArray[np.bool_]
     """(n + 1,) nodes whose next speed is known beforehand."""
+    rested: Vector
+    """(n + 1,) what slip has left of the friction of rest: 1 after a long rest, 0 after long rotation."""
     memory: Vector
     """(MEMORY_SIZE,) figures of control, drive, gear and bit, by the numbers below."""
     relaxed_speed: NDArray[np.float64]

@@ -38,7 +38,8 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     """State of steady rotation, or of a string at rest with nothing but the given torque at its lower end."""
     machine, steps = machines[0], inputs.sweep.size
     grid, friction, rock, gear = machine.grid, machine.friction, machine.rock, machine.gear
-    first = float(inputs.speed_set[0] if inputs.top_speed.size == 0 else inputs.top_speed[0])
+    scale = machine.control.scale
+    first = float(inputs.speed_set[0] / scale if inputs.top_speed.size == 0 else inputs.top_speed[0])
     if first < 0 or (first == 0 and rock.blades and mean_bit_torque):
         raise SettingsError("simulation", "it cannot start from this rotation", "Start at rest or turning forward")
     # laws with memory take nothing from a speed that has lasted
@@ -53,9 +54,9 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
         taken[-1] += rock.torque_per_depth * earlier * 2 * np.pi
     torque = np.cumsum(taken[::-1])[::-1][1:].copy()
     load = float(taken.sum()) / machine.drive.gain
-    error = inputs.speed_set[0] - first
+    error = inputs.speed_set[0] - scale * first
     memory = np.zeros(MEMORY_SIZE)
-    memory[[SPEED, FILTERED, MEASURED]] = first
+    memory[[SPEED, FILTERED, MEASURED]] = scale * first
     memory[EARLIER_CUT] = earlier
     memory[[WANTED, TORQUE]] = load
     memory[[DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, STRING_TORQUE, SMOOTH_STRING]] = machine.drive.gain * load
@@ -75,7 +76,8 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     angle = np.zeros(steps + 1 if rock.blades else 1)
     relaxed = np.full(machine.memory.shunt.shape, first)
     twists = np.zeros(machine.memory.series.shape)
-    return State(speed, speed.copy(), torque, slip, held, memory, relaxed, twists, command, angle, angle.copy())
+    rested = np.full(speed.size, float(first == 0))
+    return State(speed, speed.copy(), torque, slip, held, rested, memory, relaxed, twists, command, angle, angle.copy())
 
 
 def _weakened(static: Vector | float, dynamic: Vector | float, speed: float, law: Friction | Rock) -> Vector:

@@ -1,21 +1,24 @@
 """Windows → cross spectra at the sweep's frequencies, and spectrograms (paper, figure 6).
 
-A sweep that repeats has all its power on every n-th line of the window's spectrum, n being
-the number of periods; the lines between hold noise alone. So the response is read from the
-former without leakage, and its noise from the latter. Where the sweep does not repeat, Welch's
-averages over Hann segments take their place.
+Where the sweep repeats, its own lines and those between them are read (`periodic`). Where it does
+not, response and transient are local polynomials of frequency (`local_polynomial`). Welch's
+averages, the classical way, are taken where the settings ask for them (`cross_spectra`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import rfft
 
+from drillid.cross_spectra import Spectra, welch_spectra
+from drillid.distortion_levels import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
+from drillid.errors import EstimationError
+from drillid.local_polynomial import LEAST_LINES, local_spectra
+from drillid.periodic import line_spectra, sweep_period
 from drillid.schema import WINDOW_COORDINATES
 from drillid.store import Problem, WellFolders, window_place
 from drillid.windows import sample_rate
@@ -25,135 +28,9 @@ if TYPE_CHECKING:
     from drillid.sheets import Well
 
 Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
-_CHANNELS = ("torque_sweep", "speed", "torque_command")
-_NOT_REPEATING = 0.01
-"""Share of the sweep's power that may differ from one period to the next."""
 _LEAST_SEGMENTS = 5
 """Half segments that a window must hold for Welch's averages: four segments that overlap by half."""
-_SHORTEST_PERIOD = 1.0
-"""Periods of the lowest frequency that the sweep's own period must hold at least."""
-
-
-@dataclass(frozen=True)
-class Spectra:
-    """Spectra of one window on its frequency grid, each of shape (frequency,); units as in the schema."""
-
-    sweep_power: Floats
-    speed_power: Floats
-    speed_noise: Floats
-    cross_speed: Complex
-    cross_command: Complex
-    averages: Floats
-    degrees_of_freedom: Floats
-
-    @staticmethod
-    def of_nothing(size: int) -> Spectra:
-        """Spectra of a window from which none can be made."""
-        nothing, count = np.full(size, np.nan), np.full(size, 2.0)
-        return Spectra(nothing, nothing, nothing, nothing + 0j, nothing + 0j, count, count - 1)
-
-
-def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
-    """Period (s) at which a sweep repeats itself; 0 where it does not within half of the window.
-
-    The shortest lag at which the sweep, less its mean, differs from itself by less than 1 % of its power.
-    """
-    sweep, samples = sweep - sweep.mean(), sweep.size
-    points = next_fast_len(2 * samples, real=True)
-    product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 1]
-    energy = np.concatenate([[0.0], np.cumsum(sweep**2)])
-    lags = np.arange(product.size)
-    both = energy[samples - lags] + energy[samples] - energy[lags]
-    if energy[-1] == 0:
-        return 0.0
-    difference = 1 - 2 * product / np.maximum(both, np.finfo(float).tiny)
-    shortest = int(_SHORTEST_PERIOD * rate / lowest_frequency)
-    inner = difference[1:-1]
-    lowest_point = (inner <= difference[:-2]) & (inner <= difference[2:]) & (inner < _NOT_REPEATING)
-    found = np.flatnonzero(lowest_point) + 1
-    found = found[found >= shortest]
-    return float(found[0] / rate) if found.size else 0.0
-
-
-def line_spectra(
-    sweep: Floats, speed: Floats, command: Floats, rate: float, period: float, frequencies: Floats, noise_lines: int
-) -> Spectra:
-    """Spectra at the harmonics of a repeating sweep, from the whole periods in the window.
-
-    The noise at a harmonic is taken from the nearest `noise_lines` lines between harmonics, and
-    what of it varies linearly over them (drift, transients) is taken off the harmonic itself: a
-    local polynomial estimate (Pintelon and Schoukens 2012, chapter 7) of order one.
-    """
-    periods = int(speed.size / rate / period + 1e-9)
-    samples = round(periods * period * rate)
-    spectrum_sweep, spectrum_speed, spectrum_command = (
-        rfft(channel[:samples] - channel[:samples].mean()) * (2 / samples) for channel in (sweep, speed, command)
-    )
-    harmonics = np.rint(frequencies * period).astype(int) * periods
-    offsets = _noise_offsets(periods, noise_lines)
-    around = harmonics[:, None] + offsets
-    noise_amplitudes, command_noise = (
-        np.where(around < 0, np.conj(spectrum[np.abs(around)]), spectrum[np.abs(around)])
-        for spectrum in (spectrum_speed, spectrum_command)
-    )
-    mean = noise_amplitudes.mean(axis=1, keepdims=True)
-    slope = noise_amplitudes @ offsets / (offsets @ offsets)
-    residual = noise_amplitudes - mean - slope[:, None] * offsets
-    freedom = offsets.size - 2
-    per_line = np.sum(np.abs(residual) ** 2, axis=1) / freedom * (1 + 1 / offsets.size)
-    speed_line = spectrum_speed[harmonics] - mean[:, 0]
-    sweep_line, command_line = spectrum_sweep[harmonics], spectrum_command[harmonics] - command_noise.mean(axis=1)
-    noise = per_line * periods
-    return Spectra(
-        sweep_power=np.abs(sweep_line) ** 2,
-        speed_power=np.abs(speed_line) ** 2 + noise * (periods - 1) / periods,
-        speed_noise=noise,
-        cross_speed=speed_line * np.conj(sweep_line),
-        cross_command=command_line * np.conj(sweep_line),
-        averages=np.full(harmonics.size, float(periods)),
-        degrees_of_freedom=np.full(harmonics.size, float(freedom)),
-    )
-
-
-def _noise_offsets(periods: int, noise_lines: int) -> NDArray[np.int64]:
-    reach = np.arange(1, noise_lines * 2 + 1)
-    between = reach[reach % periods != 0][: (noise_lines + 1) // 2]
-    return np.concatenate([-between[::-1], between])
-
-
-def welch_spectra(
-    sweep: Floats, speed: Floats, command: Floats, rate: float, segment: float, frequencies: Floats
-) -> Spectra:
-    """Spectra by averaging half-overlapping Hann segments of `segment` s (Welch 1967).
-
-    Frequencies lie two lines of a segment apart, so that neighbours are nearly independent.
-    """
-    samples = round(segment * rate)
-    starts = np.arange(0, speed.size - samples + 1, max(1, samples // 2))
-    taper = np.hanning(samples + 1)[:-1]
-    taper = taper * (2 / taper.sum())
-    lines = np.rint(frequencies * segment).astype(int)
-    spectrum_sweep, spectrum_speed, spectrum_command = (
-        rfft(np.stack([(channel[a : a + samples] - channel[a : a + samples].mean()) * taper for a in starts]))[:, lines]
-        for channel in (sweep, speed, command)
-    )
-    segments = starts.size
-    averages = segments / (1 + 2 / 36 * (1 - 1 / segments))
-    sweep_power, speed_power = (np.mean(np.abs(x) ** 2, axis=0) for x in (spectrum_sweep, spectrum_speed))
-    cross_speed = np.mean(spectrum_speed * np.conj(spectrum_sweep), axis=0)
-    unexplained = speed_power - np.abs(cross_speed) ** 2 / sweep_power
-    freedom = max(averages - 1, np.finfo(float).tiny)
-    return Spectra(
-        sweep_power=sweep_power,
-        speed_power=speed_power,
-        speed_noise=np.maximum(unexplained, 0) * averages / freedom,
-        cross_speed=cross_speed,
-        cross_command=np.mean(spectrum_command * np.conj(spectrum_sweep), axis=0),
-        averages=np.full(lines.size, averages),
-        degrees_of_freedom=np.full(lines.size, averages - 1),
-    )
 
 
 def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Floats:
@@ -190,28 +67,76 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         ]
     )
     repeating = periods[periods > 0]
-    grid_period = float(np.median(repeating)) if repeating.size else chosen.segment_s / 2
-    frequencies = frequency_grid(grid_period, chosen, rate)
+    usual = float(np.median(repeating)) if repeating.size else 0.0
+    frequencies = frequency_grid(usual or chosen.segment_s / 2, chosen, rate)
+    repeats = (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
+    factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
     pieces, problems = [], []
     for number, window in enumerate(_rows(windows)):
-        sweep, speed, command = (
-            _channel(records, window, name) for name in ("torque_sweep", "speed", "torque_command")
-        )
-        if abs(periods[number] - grid_period) < 0.5 / rate:
-            spectra = line_spectra(sweep, speed, command, rate, grid_period, frequencies, chosen.noise_lines)
-        elif sweep.size >= _LEAST_SEGMENTS * grid_period * rate:
-            spectra = welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies)
-            problems.append(_not_repeating(windows, number, periods[number], grid_period))
-        else:
-            spectra = Spectra.of_nothing(frequencies.size)
-            problems.append(_too_short(windows, number, _LEAST_SEGMENTS * grid_period))
+        channels = [_channel(records, window, name) for name in ("torque_sweep", "speed", "torque_command")]
+        spectra, found = _estimated(channels, rate, periods[number], usual, frequencies, chosen)
+        if found:
+            problems.append(Problem(window_place(windows, number), *found))
+        sweep, speed, command = channels
         torque = command if np.isfinite(command).all() else sweep
-        pieces.append(xr.merge([_cross_spectra(spectra, frequencies), _spectrograms(torque, speed, rate, chosen)]))
+        distortion = _distortion(spectra, frequencies, usual, factor if repeats[number] else np.nan)
+        of_time = _spectrograms(torque, speed, rate, chosen)
+        pieces.append(xr.merge([_cross_spectra(spectra, frequencies), of_time, distortion]))
     dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(
         sweep_period=("window", periods)
     )
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
     return problems
+
+
+def _estimated(
+    channels: list[Floats], rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
+) -> tuple[Spectra, tuple[str, str] | None]:
+    """Spectra of one window, and what is wrong with it and what to do, if anything."""
+    sweep, speed, command = channels
+    grid_period = 1 / (frequencies[1] - frequencies[0])
+    welch = settings.estimator == "welch"
+    needed = (_LEAST_SEGMENTS if welch else LEAST_LINES) * grid_period
+    repeats = usual > 0 and abs(period - usual) < 0.5 / rate
+    if repeats and not welch:
+        return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines), None
+    if sweep.size < needed * rate:
+        return Spectra.of_nothing(frequencies.size), _too_short(needed)
+    told = _not_repeating(period, usual) if usual and not repeats else None
+    if welch:
+        return welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies), told
+    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4), told
+
+
+def _sweep_rate(
+    records: xr.Dataset,
+    windows: xr.Dataset,
+    repeating: NDArray[np.bool_],
+    rate: float,
+    period: float,
+    frequencies: Floats,
+) -> float:
+    """Seconds in which the first sweep that repeats passes a factor e; NaN where it is not exponential."""
+    if period == 0 or not repeating.any():
+        return np.nan
+    sweep = _channel(records, _rows(windows)[int(np.argmax(repeating))], "torque_sweep")[: round(period * rate)]
+    try:
+        return sweep_rate(rfft(sweep)[np.rint(frequencies * period).astype(int)], frequencies, period)
+    except EstimationError:
+        return np.nan
+
+
+def _distortion(spectra: Spectra, frequencies: Floats, period: float, factor: float) -> xr.Dataset:
+    """Levels by bands of one window, NaN where its sweep is not exponential or does not repeat."""
+    edges = two_octave_bands(frequencies)
+    if np.isnan(factor):
+        nothing = np.full(edges.size - 1, np.nan)
+        levels = DistortionLevels(edges, *4 * [nothing], *2 * [np.zeros(edges.size - 1, dtype=bool)])
+    else:
+        levels = distortion_levels(spectra, frequencies, period, factor, edges)
+    columns = {f"{name}_level": ("band", getattr(levels, name)) for name in ("response", "noise", "even", "odd")}
+    detected = {name: ("band", getattr(levels, name)) for name in ("even_detected", "odd_detected")}
+    return xr.Dataset(columns | detected, {"band": edges[:-1], "band_end": ("band", edges[1:])})
 
 
 def _rows(windows: xr.Dataset) -> list[tuple[int, int]]:
@@ -223,23 +148,21 @@ def _channel(records: xr.Dataset, window: tuple[int, int], name: str) -> Floats:
     return np.asarray(records[name][first : first + samples].values, dtype=float)
 
 
-def _not_repeating(windows: xr.Dataset, row: int, period: float, usual: float) -> Problem:
+def _not_repeating(period: float, usual: float) -> tuple[str, str]:
     found = (
         f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows"
         if period
         else "does not repeat"
     )
-    return Problem(
-        window_place(windows, row),
-        f"the sweep {found}; its spectra are averages over segments, with fewer degrees of freedom",
+    return (
+        f"the sweep {found}; its spectra are estimated without that, with larger variance",
         "Keep one periodic sweep through a window",
     )
 
 
-def _too_short(windows: xr.Dataset, row: int, needed: float) -> Problem:
-    return Problem(
-        window_place(windows, row),
-        f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed for averages over segments",
+def _too_short(needed: float) -> tuple[str, str]:
+    return (
+        f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed",
         "Lengthen windows.length_s or shorten spectra.segment_s",
     )
 

@@ -40,8 +40,10 @@ _WINDOWS = ("windows", "windows")
 _SPECTRA = ("spectra", "spectra")
 _MOBILITY = (("mobility", "mobility"), ("mobility", "stacks"))
 _FITS = (("fits", "fits"), ("fits", "stack_fits"))
-_DISCREPANCY = ("discrepancy", "discrepancy")
+_JOINT = ("fits", "joint")
+_DISCREPANCY = (("discrepancy", "discrepancy"), ("discrepancy", "examination"))
 _PAPERS = ("name", "controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
+_ENGINE = ("spectra", "mobility", "fits", "discrepancy")
 
 STAGES: dict[str, Stage] = {
     stage.name: stage
@@ -51,12 +53,17 @@ STAGES: dict[str, Stage] = {
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
         Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _PAPERS),
-        Stage("discrepancy", (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), ("discrepancy",), _PAPERS),
-        Stage("depth", (_WINDOWS, ("windows", "states"), *_MOBILITY, *_FITS, _DISCREPANCY), ("depth",), _PAPERS),
+        Stage("discrepancy", (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), _ENGINE, _PAPERS),
+        Stage(
+            "depth",
+            (_RECORDS, _WINDOWS, ("windows", "states"), _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY),
+            (*_ENGINE, "depth"),
+            _PAPERS,
+        ),
         Stage(
             "figures",
-            (_WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _DISCREPANCY, ("depth", "depth")),
-            ("discrepancy", "figures"),
+            (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY, ("depth", "depth")),
+            (*_ENGINE, "figures"),
             _PAPERS,
         ),
     )

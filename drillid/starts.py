@@ -1,17 +1,12 @@
-"""Starting points of a fit, without advance information: any string, any pipe, any top drive.
-
-The inverse of the mobility is linear in top-drive inertia and string impedance,
-1/M − A H = e^(sT_d) (J_td s + Y_in), so that for each trial of the non-linear parameters the
-two linear ones follow in closed form.
-"""
-
-import itertools
+"""What the fit searches, and its starting points: without advance information, for any string, pipe and top drive."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drillid.fit_search import COST, DELAY_CHANGE, INERTIA, POLAR, SHAPE, coarse_delay, search, thinned
+from drillid.fit_search import LENGTH as TRIAL_LENGTH
 from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS
-from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
+from drillid.physics.model import DELAY, DELTA, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
 from drillid.physics.responses import laplace
 from drillid.physics.top_drive import control
 
@@ -27,91 +22,85 @@ BOUNDS = np.array(
 """Least and largest value of each parameter, SI: wider than any rig."""
 SCALES = np.array([100.0, 3e8, 1000.0, 1e-5, 0.01, 1000.0, 50.0, 50.0])
 """Usual size of each parameter, SI."""
+USUAL = np.array(
+    [
+        [0.0, 3e7, 300.0, 6e-7, 0.0, 200.0, 0.0, 20.0],
+        [1e3, 3e9, 9000.0, 5e-5, 0.15, 6000.0, 1e3, 1e3],
+    ]
+)
+"""Values that are met: whoever knows no more than these knows nothing."""
 
-_LENGTH_STEP = 1.015
-_BHA_LENGTHS = (30.0, 200.0, 600.0)
-"""BHA inertia of the trials, as that of so many metres of the pipe."""
-_DAMPINGS = ((100.0, 3e8, 0.1), (100.0, 3e8, 1.0))
-"""κ, δ and the BHA damping as a share of the pipe's characteristic admittance, of the trials."""
-_DELAYS = np.linspace(0.0, 0.12, 25)
-_MOST_FREQUENCIES = 160
+_LENGTHS = np.arange(200.0, 1e4, 25.0)
+_ENDS = np.array(
+    [
+        [kappa, delta, STEEL_DENSITY * length, share * np.sqrt(STEEL_DENSITY * STEEL_SHEAR_MODULUS)]
+        for kappa, delta in ((100.0, 2e8), (250.0, 7e8))
+        for length in (30.0, 200.0, 600.0)
+        for share in (0.1, 0.8)
+    ]
+)
+"""Lower ends of the trials, per polar moment: κ, δ, inertia of so many metres of pipe, and damping as a share of its
+characteristic admittance."""
+_APART = 60.0
+"""m, between lengths of two starting points."""
+_MOST_TRIALS = 2000
+WIDEST, PER_FREQUENCY = 0.05, 1 / 12
+"""Bins in which neighbouring frequencies are averaged: their largest width, Hz, and width per frequency."""
+
+
+def to_scaled(values: Floats) -> Floats:
+    """Parameters (..., 8) in SI as the solver sees them: of order one, internal damping as its logarithm."""
+    scaled: Floats = values / SCALES
+    scaled[..., DELTA] = np.log(scaled[..., DELTA])
+    return scaled
+
+
+def from_scaled(scaled: Floats) -> Floats:
+    """Parameters (..., 8) in SI of scaled ones."""
+    values: Floats = scaled * SCALES
+    values[..., DELTA] = SCALES[DELTA] * np.exp(scaled[..., DELTA])
+    return values
+
+
+def thin(
+    frequency: Floats, mobility: Complex, variance: Floats, freedom: Floats
+) -> tuple[Floats, Complex, Floats, Floats]:
+    """Frequency, mobility, variance and its degrees of freedom, averaged in bins."""
+    found: tuple[Floats, Complex, Floats, Floats] = thinned(
+        frequency, mobility, variance, freedom, WIDEST, PER_FREQUENCY
+    )
+    return found
 
 
 def starting_points(
     frequency: Floats, mobility: Complex, variance: Floats, known: KnownEquipment, prior: Floats, count: int
-) -> list[Floats]:
-    """The best `count` trials whose lengths differ, best first, each of shape (8,).
+) -> Floats:
+    """The best `count` trials whose lengths differ, best first, shape (start, 8) in SI.
 
     Only trials that are better than those a little longer and shorter count, as their neighbours
-    lead to the same optimum.
+    lead to the same optimum. A length on the rig's papers is a start of its own, at the end.
     """
-    thin = slice(None, None, max(1, -(-frequency.size // _MOST_FREQUENCIES)))
-    s, measured = laplace(frequency[thin]), mobility[thin]
-    weight = np.abs(measured) ** 2 / np.sqrt(variance[thin])
-    inverse = 1 / measured - control(known.controller, s)
-    delay = float(prior[DELAY]) if np.isfinite(prior[DELAY]) else _delay(s, inverse, weight)
+    s = laplace(frequency)
+    inverse = 1 / mobility - control(known.controller, s)
+    weight = np.abs(mobility) ** 4 / variance
+    delay = float(prior[DELAY]) if np.isfinite(prior[DELAY]) else coarse_delay(s, inverse, weight, BOUNDS[1, DELAY])
+    trials = np.empty((_MOST_TRIALS, 6))
+    limits = np.concatenate([BOUNDS[:, INERTIA_TD], BOUNDS[:, POLAR_MOMENT]])
     target = inverse * np.exp(-s * delay)
-    trials = [
-        trial for shape in itertools.product(_BHA_LENGTHS, _DAMPINGS) for trial in _trials(s, target, weight, *shape)
-    ]
-    trials.sort(key=lambda trial: trial[0])
-    chosen: list[Floats] = []
-    for _, point in trials:
-        if all(abs(np.log(point[LENGTH] / other[LENGTH])) > 2 * np.log(_LENGTH_STEP) for other in chosen):
-            point[DELAY] = delay
-            chosen.append(point)
+    shunt, series = STEEL_DENSITY * s, STEEL_SHEAR_MODULUS / s
+    trials = trials[: search(s, shunt, series, target, weight, _ENDS, _LENGTHS, limits, trials)]
+    trials = trials[np.argsort(trials[:, COST])]
+    chosen: list[int] = []
+    for row, length in enumerate(trials[:, TRIAL_LENGTH].tolist()):
         if len(chosen) == count:
             break
-    return chosen
-
-
-def _delay(s: Complex, inverse: Complex, weight: Floats) -> float:
-    """Delay that makes 1/M − A H most like an inertia and a resistance, e^(sT_d) (J s + Y)."""
-    costs = []
-    for delay in _DELAYS:
-        rest = inverse * np.exp(-s * delay)
-        inertia = np.sum(weight**2 * rest.imag * s.imag) / np.sum((weight * s.imag) ** 2)
-        resistance = np.sum(weight**2 * rest.real) / np.sum(weight**2)
-        costs.append(np.sum(weight**2 * np.abs(rest - inertia * s - resistance) ** 2))
-    return float(_DELAYS[int(np.argmin(costs))])
-
-
-def _trials(
-    s: Complex, target: Complex, weight: Floats, bha_length: float, damping: tuple[float, float, float]
-) -> list[tuple[float, Floats]]:
-    """Cost and point of the trial lengths of least cost in their neighbourhood, for one shape of the lower end."""
-    kappa, delta, bha_share = damping
-    lengths = np.geomspace(BOUNDS[0, LENGTH], BOUNDS[1, LENGTH], _length_count())[:, None]
-    alpha, beta = STEEL_DENSITY * s + kappa, STEEL_SHEAR_MODULUS / s + delta
-    specific = np.sqrt(alpha * beta)
-    bha_inertia = STEEL_DENSITY * bha_length
-    bha_damping = bha_share * np.sqrt(STEEL_DENSITY * STEEL_SHEAR_MODULUS)
-    load = bha_inertia * s + bha_damping
-    tangent = np.tanh(np.sqrt(alpha / beta) * lengths)
-    per_polar = specific * (load + specific * tangent) / (specific + load * tangent)
-
-    w2 = weight**2
-    ss, pp = np.sum(w2 * np.abs(s) ** 2), np.sum(w2 * np.abs(per_polar) ** 2, axis=1)
-    sp = np.sum(w2 * (np.conj(s) * per_polar).real, axis=1)
-    st, pt = np.sum(w2 * (np.conj(s) * target).real), np.sum(w2 * (np.conj(per_polar) * target).real, axis=1)
-    determinant = ss * pp - sp**2
-    inertia, polar = (pp * st - sp * pt) / determinant, (ss * pt - sp * st) / determinant
-    inertia = np.clip(inertia, *BOUNDS[:, INERTIA_TD])
-    polar = np.clip(polar, *BOUNDS[:, POLAR_MOMENT])
-    misfit = target - inertia[:, None] * s - polar[:, None] * per_polar
-    costs = np.sum(w2 * np.abs(misfit) ** 2, axis=1)
-    around = np.concatenate([[np.inf], costs, [np.inf]])
-    least = (costs <= around[:-2]) & (costs <= around[2:])
-    return [
-        (
-            float(cost),
-            np.array([kappa, delta, length, moment, 0.0, inertia_td, moment * bha_damping, moment * bha_inertia]),
-        )
-        for cost, length, moment, inertia_td in zip(
-            costs[least], lengths[least, 0], polar[least], inertia[least], strict=True
-        )
-    ]
-
-
-def _length_count() -> int:
-    return int(np.ceil(np.log(BOUNDS[1, LENGTH] / BOUNDS[0, LENGTH]) / np.log(_LENGTH_STEP))) + 1
+        if all(abs(length - trials[other, TRIAL_LENGTH]) > _APART for other in chosen):
+            chosen.append(row)
+    best = trials[chosen]
+    if np.isfinite(prior[LENGTH]):
+        best = np.concatenate([best, best[:1]])
+        best[-1, TRIAL_LENGTH] = prior[LENGTH]
+    end, polar = _ENDS[best[:, SHAPE].astype(int)], best[:, POLAR]
+    columns = [end[:, 0], end[:, 1], best[:, TRIAL_LENGTH], polar, delay + best[:, DELAY_CHANGE], best[:, INERTIA]]
+    points = np.stack([*columns, polar * end[:, 3], polar * end[:, 2]], axis=1)
+    return np.asarray(np.clip(points, *BOUNDS), dtype=float)

@@ -7,13 +7,15 @@ part passes zero: there the negative damping of the rock outweighs that of strin
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.control import controlled_by
 from drillid.errors import EstimationError
-from drillid.physics.equipment import Controller, DrillingSystem
+from drillid.physics.bottom_end import cutting_admittance
+from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting
 from drillid.physics.line import Complex
 from drillid.physics.nonlinear import Cutting, NonlinearRig
 from drillid.physics.responses import bit_mobility, laplace
@@ -75,12 +77,13 @@ def lowest_stable_speed(cutting: Cutting, weight: float, slope: float) -> float:
     """
     from scipy.optimize import brentq
 
-    levels = weight * cutting.static, weight * cutting.dynamic
+    levels, weakening = (weight * cutting.static, weight * cutting.dynamic), cutting.weakening
 
-    def excess(speed: float) -> float:
-        return -cutting.weakening.slope(*levels, speed) - slope
+    def excess(speed: Any) -> Any:
+        law = StribeckCutting(*levels, weakening.threshold, speed, weakening.exponent)
+        return -cutting_admittance(law, np.zeros(1, dtype=complex)) - slope
 
-    steep = np.flatnonzero([excess(float(speed)) > 0 for speed in _SPEEDS])
+    steep = np.flatnonzero(excess(_SPEEDS) > 0)
     if steep.size == 0:
         return 0.0
     last = int(steep[-1])

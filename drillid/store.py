@@ -44,8 +44,9 @@ class WellFolders:
         return self.results / stage / self.well
 
     def read(self, stage: str, name: str) -> xr.Dataset:
-        """Open a dataset lazily."""
-        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr")
+        """Open a dataset lazily; a long series without an index of its times, which would hold all of them."""
+        long = "time" in DATASETS[name].variables
+        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", create_default_indexes=not long)
         return dataset
 
     def has(self, stage: str, name: str) -> bool:

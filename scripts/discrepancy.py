@@ -1,4 +1,4 @@
-"""What the fitted models leave unexplained, and intervals that stand out."""
+"""What the fitted models leave unexplained, and verdicts on its cause."""
 
 from drillid.config import Settings
 from drillid.fleet import run_stage

@@ -13,7 +13,7 @@ from drillid.fits import known_equipment
 from drillid.physics.equipment import Controller, polar_moment
 from drillid.physics.model import drilling_system
 from drillid.physics.responses import command_mobility, laplace
-from drillid.rig import Rig
+from drillid.rig import CHANNEL_UNITS, Rig
 from drillid.schema import RigState
 from drillid.sheets import Well
 from drillid.store import WellFolders
@@ -39,6 +39,7 @@ FREQUENCY = np.linspace(0.05, 4.0, 160)
 SWEEP_POWER, AVERAGES = 1e4, 5.0
 NOISE_DEVIATION = 4e-6
 """Standard deviation of the complex command mobility, rad/(N m s)."""
+DISTORTION = ("response", "noise", "even", "odd")
 FLAGGED = (5, 6)
 """Windows with more damping and inertia at the bit, in a well of more than these."""
 
@@ -79,11 +80,15 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
     one, lines = np.ones(shape), ("window", "frequency")
     images = ("window", "spectrogram_frequency", "spectrogram_time")
     power = rng.chisquare(2, (count, 50, 20))
+    levels = {f"{name}_level": (("window", "band"), np.zeros((count, 2))) for name in DISTORTION}
+    detected = {f"{name}_detected": (("window", "band"), np.zeros((count, 2), dtype=bool)) for name in DISTORTION[2:]}
     return xr.Dataset(
         {
             "sweep_power": (lines, SWEEP_POWER * one),
             "speed_power": (lines, np.abs(cross) ** 2 / SWEEP_POWER + speed_noise * (AVERAGES - 1) / AVERAGES),
             "speed_noise": (lines, speed_noise),
+            "command_noise": (lines, 0 * one),
+            "cross_noise": (lines, 0 * one),
             "cross_speed": (lines, cross),
             "cross_command": (lines, SWEEP_POWER * one),
             "averages": (lines, AVERAGES * one),
@@ -91,14 +96,25 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
             "sweep_period": ("window", np.full(count, 120.0)),
             "torque_spectrogram": (images, power),
             "speed_spectrogram": (images, 1e-6 * power),
-        },
+        }
+        | levels
+        | detected,
         {
+            "band": FREQUENCY[[0, 80]],
+            "band_end": ("band", FREQUENCY[[80, -1]]),
             "frequency": FREQUENCY,
             "spectrogram_frequency": 0.1 * np.arange(50),
             "spectrogram_time": 30.0 * (1 + np.arange(20)),
             **{name: windows[name] for name in ("window", "hole_depth", "start", "end")},
         },
     )
+
+
+def records_of(time: np.ndarray[Any, np.dtype[np.datetime64]]) -> xr.Dataset:
+    """Records that hold nothing, so that no sign can be read in them."""
+    empty = {name: ("time", np.full(time.size, np.nan)) for name in CHANNEL_UNITS}
+    marks = {name: ("time", np.zeros(time.size)) for name in ("flags", "log")}
+    return xr.Dataset(empty | marks, {"time": time})
 
 
 def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, settings: Settings = SETTINGS) -> Well:
@@ -110,6 +126,7 @@ def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, setting
     time = np.datetime64("2025-05-01", "ns") + np.arange(end) * np.timedelta64(1, "s")
     drilling = xr.Dataset({"rig_state": ("time", np.full(end, RigState.DRILLING))}, {"time": time})
     folders.write("windows", "states", drilling)
+    folders.write("records", "records", records_of(time))
     state = RigState.DRILLING.name.lower()
     rows = [
         (name, state, begin, end, top, bottom, WINDOW_S, 1, "")

@@ -106,6 +106,8 @@ class TopDrive:
     lag: Figure = 0.0
     gain: Figure = 1.0
     """Torque per commanded torque at low frequency."""
+    delay_jitter: Figure = 0.0
+    """s, root mean square of a normal variation of the delay."""
 
 
 @dataclass(frozen=True)

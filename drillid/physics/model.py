@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.errors import SettingsError
+from drillid.fit_model import Line, line_of, mobilities
 from drillid.physics.equipment import (
     STEEL_DENSITY,
     STEEL_SHEAR_MODULUS,
@@ -70,94 +71,29 @@ def _split_inertia(inertia_bha: Floats, known: KnownEquipment) -> tuple[Floats, 
     return carried / per_length if per_length else np.zeros_like(carried), inertia_bha - carried
 
 
+def compiled_line(known: KnownEquipment, s: Complex) -> Line:
+    """What the compiled model is given of equipment and frequencies, s of shape (frequency,)."""
+    collars = (known.collar_length, known.collar_polar_moment, known.collar_inertia)
+    return line_of(s, control(known.controller, s), STEEL_DENSITY * s, STEEL_SHEAR_MODULUS / s, collars)
+
+
 def command_mobility_with_derivatives(parameters: Floats, known: KnownEquipment, s: Complex) -> tuple[Complex, Complex]:
     """Command mobility and its derivative to each of the eight parameters.
 
     Parameters
     ----------
     parameters : shape (..., 8), in the order of `drillid.schema.PARAMETERS`
-    s : shape (frequency,)
+    s : shape (frequency,), without negative real part
 
     Returns
     -------
     mobility : shape (..., frequency), rad/(N m s)
     derivatives : shape (..., 8, frequency)
     """
-    columns = np.moveaxis(np.asarray(parameters, dtype=float)[..., None], -2, 0)
-    kappa, delta, length, polar, delay, inertia_td, damping_bha, inertia_bha = columns
-    alpha, beta = STEEL_DENSITY * s + kappa, STEEL_SHEAR_MODULUS / s + delta
-    gamma, specific = np.sqrt(alpha / beta), np.sqrt(alpha * beta)
-    wave = _Wave(
-        gamma, specific, 1 / (2 * gamma * beta), beta / (2 * specific), -gamma / (2 * beta), alpha / (2 * specific)
-    )
-
-    collar_polar, lump = _split_inertia(inertia_bha, known)
-    load = _Admittance.of_bit(lump * s + damping_bha, s, inertia_bha >= known.collar_inertia)
-    if known.collar_length > 0:
-        thinned = inertia_bha < known.collar_inertia
-        per_inertia = np.where(thinned, 1 / (STEEL_DENSITY * known.collar_length), 0.0)
-        load = load.through(wave, known.collar_length, collar_polar, {INERTIA_BHA: per_inertia})
-    load = load.through(wave, length, polar, {POLAR_MOMENT: np.ones_like(polar)}, free_length=True)
-
-    delayed = np.exp(-s * delay)
-    total = inertia_td * s + load.value + delayed * control(known.controller, s)
-    mobility = delayed / total
-    derivatives = np.zeros((*np.broadcast_shapes(mobility.shape), len(PARAMETERS)), dtype=complex)
-    for index, derivative in load.derivatives.items():
-        derivatives[..., index] = -mobility / total * derivative
-    derivatives[..., INERTIA_TD] = -mobility / total * s
-    derivatives[..., DELAY] = -s * mobility * (inertia_td * s + load.value) / total
-    return mobility, np.moveaxis(derivatives, -1, -2)
-
-
-@dataclass(frozen=True)
-class _Wave:
-    """γ and √(αβ) with their derivatives to κ and δ."""
-
-    gamma: Complex
-    specific: Complex
-    gamma_kappa: Complex
-    specific_kappa: Complex
-    gamma_delta: Complex
-    specific_delta: Complex
-
-
-@dataclass(frozen=True)
-class _Admittance:
-    """An admittance with its derivatives, by parameter index."""
-
-    value: Complex
-    derivatives: dict[int, Complex]
-
-    @staticmethod
-    def of_bit(load: Complex, s: Complex, lumped: NDArray[np.bool_]) -> "_Admittance":
-        return _Admittance(load, {DAMPING_BHA: np.ones_like(load), INERTIA_BHA: np.where(lumped, s, 0)})
-
-    def through(
-        self,
-        wave: _Wave,
-        length: Floats | float,
-        polar: Floats,
-        polar_derivatives: dict[int, Floats],
-        *,
-        free_length: bool = False,
-    ) -> "_Admittance":
-        """Input admittance of a section that carries this one as its load."""
-        tangent = np.tanh(wave.gamma * length)
-        own = polar * wave.specific
-        numerator, denominator = self.value + own * tangent, own + self.value * tangent
-        by_load = own**2 * (1 - tangent**2) / denominator**2
-        by_own = (numerator * denominator + own * (tangent * denominator - numerator)) / denominator**2
-        by_phase = own * (own * denominator - numerator * self.value) / denominator**2 * (1 - tangent**2)
-        derivatives = {index: by_load * derivative for index, derivative in self.derivatives.items()}
-
-        def add(index: int, derivative: Complex) -> None:
-            derivatives[index] = derivatives.get(index, 0) + derivative
-
-        add(KAPPA, by_own * polar * wave.specific_kappa + by_phase * length * wave.gamma_kappa)
-        add(DELTA, by_own * polar * wave.specific_delta + by_phase * length * wave.gamma_delta)
-        for index, derivative in polar_derivatives.items():
-            add(index, by_own * wave.specific * derivative)
-        if free_length:
-            add(LENGTH, by_phase * wave.gamma)
-        return _Admittance(own * numerator / denominator, derivatives)
+    given = np.asarray(parameters, dtype=float)
+    points = np.ascontiguousarray(given.reshape(-1, len(PARAMETERS)))
+    mobility = np.empty((len(points), s.size), dtype=complex)
+    derivatives = np.empty((len(points), len(PARAMETERS), s.size), dtype=complex)
+    mobilities(points, compiled_line(known, s), mobility, derivatives)
+    shape = given.shape[:-1]
+    return mobility.reshape(*shape, s.size), derivatives.reshape(*shape, len(PARAMETERS), s.size)

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.errors import EstimationError, SettingsError
+from drillid.errors import EstimationError
 from drillid.physics.bottom_end import bit_load, chain_through_motor
 from drillid.physics.dual import Dual, derivatives
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import Complex, chain_entries
+from drillid.physics.many import of_window, window_shape
 from drillid.physics.top_drive import top_admittance
 
 Poles = NDArray[np.complex128]
@@ -39,7 +40,7 @@ class Modes:
     """Poles above the real axis, in order of frequency."""
 
     poles: Poles
-    """Shape (mode,), 1/s."""
+    """Shape (..., mode), 1/s; NaN beyond the last of a window that has fewer than another."""
 
     @property
     def frequency(self) -> NDArray[np.float64]:
@@ -72,13 +73,14 @@ def modes(
     fastest_decay: float = FASTEST_DECAY,
     fastest_growth: float = FASTEST_GROWTH,
 ) -> Modes:
-    """All modes of one system (plain figures) between two frequencies.
+    """All modes between two frequencies, of every window that the system stands for.
 
     The zeros of F are counted by its turns along rectangles (argument principle), which are halved until
     each holds one; Newton's method with exact derivatives ends the search. So none is missed.
 
     Parameters
     ----------
+    system : figures plain, or of shape (..., 1)
     lowest, highest : Hz
     stiff : clamp the top drive
     fastest_decay, fastest_growth : 1/s, bounds of the real part
@@ -87,64 +89,87 @@ def modes(
     ------
     EstimationError
         If a zero lies on the boundary of the band.
-    SettingsError
-        If the system stands for several windows.
     """
     corners = complex(-fastest_decay, 2 * np.pi * lowest), complex(fastest_growth, 2 * np.pi * highest)
+    shape = window_shape(system)
+    found = [_poles(of_window(system, index, shape), corners, stiff) for index in np.ndindex(shape)]
+    padded = np.full((len(found), max((poles.size for poles in found), default=0)), complex(np.nan, np.nan))
+    for row, poles in zip(padded, found, strict=True):
+        row[: poles.size] = poles
+    return Modes(padded.reshape(*shape, -1) if shape else padded[0])
+
+
+def _poles(system: DrillingSystem, corners: tuple[complex, complex], stiff: bool) -> Poles:
+    """Poles of one window inside a rectangle, in order of frequency."""
 
     def function(s: Any) -> Any:
         return characteristic_function(system, s, stiff=stiff)
 
     travel_time = sum(section.length * np.sqrt(section.density / section.shear_modulus) for section in system.string)
-    spacing = 0.5 / float(np.max(travel_time + system.top_drive.delay))
-    if np.shape(function(np.array(corners))) != (2,):
-        raise SettingsError("modes", "the system stands for several windows", "Ask for the modes of one by one")
-    poles = np.array(_zeros(function, *corners, spacing), dtype=complex)
-    return Modes(poles[np.argsort(poles.imag)])
+    poles = np.array(_zeros(function, *corners, 0.5 / float(travel_time + system.top_drive.delay)), dtype=complex)
+    return poles[np.argsort(poles.imag)]
 
 
 def pole_derivatives(
-    build: Callable[..., DrillingSystem], parameters: NDArray[np.float64], pole: complex, *, stiff: bool = False
+    build: Callable[..., DrillingSystem],
+    parameters: NDArray[np.float64],
+    poles: Poles | complex,
+    *,
+    stiff: bool = False,
 ) -> Complex:
-    """Derivative of a pole to each parameter, −(∂F/∂p)/(∂F/∂s), exact.
+    """Derivative of poles to each parameter, −(∂F/∂p)/(∂F/∂s), exact.
 
     Parameters
     ----------
     build : drilling system of P figures
-    parameters : shape (P,)
-    pole : 1/s, of the system of these parameters
+    parameters : shape (..., P)
+    poles : 1/s, of the systems of these parameters; shape (..., mode) as `modes` gives them, or one of one system
 
     Returns
     -------
-    slopes : shape (P,), 1/s per unit of each parameter
+    slopes : shape (..., mode, P), 1/s per unit of each parameter; NaN where the pole is; (P,) for one pole
     """
-    _, slopes = derivatives(
-        lambda s, *figures: characteristic_function(build(*figures), s, stiff=stiff),
-        np.concatenate([[pole], parameters]),
-    )
-    return np.asarray(-slopes[1:, 0] / slopes[0, 0], dtype=complex)
+    places = np.asarray(poles, dtype=complex)
+    figures = parameters[..., None, :] if places.ndim else parameters
+    points = np.concatenate([places[..., None], np.broadcast_to(figures, (*places.shape, figures.shape[-1]))], axis=-1)
+    with np.errstate(invalid="ignore"):
+        # windows with fewer modes are filled up with NaN
+        _, slopes = derivatives(lambda s, *given: characteristic_function(build(*given), s, stiff=stiff), points)
+        return np.asarray(-slopes[..., 1:, 0] / slopes[..., :1, 0], dtype=complex)
 
 
 def _zeros(function: Callable[[Any], Any], lower: complex, upper: complex, spacing: float) -> list[complex]:
     """Zeros in the rectangle between two corners; F turns by less than a radian over `spacing` (1/s) far from them."""
-    turns, moment = _along_boundary(function, lower, upper, spacing)
-    if turns == 0:
-        return []
+    zeros: list[complex] = []
+    rectangles = [(lower, upper)]
+    while rectangles:
+        counted = [(*corners, *_along_boundary(function, *corners, spacing)) for corners in rectangles]
+        single = [one for one in counted if one[2] == 1]
+        divided = [one[:3] for one in counted if one[2] > 1]
+        for (low, high, turns, _), zero in zip(single, _newton(function, [one[3] for one in single]), strict=True):
+            if low.real <= zero.real <= high.real and low.imag <= zero.imag <= high.imag:
+                zeros.append(complex(zero))
+            else:
+                divided.append((low, high, turns))
+        rectangles = []
+        for low, high, turns in divided:
+            size = high - low
+            if max(size.real, size.imag) < _SMALLEST_RECTANGLE:
+                zeros += [(low + high) / 2] * turns
+            else:
+                rectangles += _parts(low, high)
+    return zeros
+
+
+def _parts(lower: complex, upper: complex) -> list[tuple[complex, complex]]:
+    """Rectangle cut in two across its longer side."""
     size = upper - lower
-    if turns == 1:
-        zero = _newton(function, moment)
-        if lower.real <= zero.real <= upper.real and lower.imag <= zero.imag <= upper.imag:
-            return [zero]
-    if max(size.real, size.imag) < _SMALLEST_RECTANGLE:
-        return [(lower + upper) / 2] * turns
     # a cut off the middle seldom meets a zero, as symmetric systems have theirs on round places
     if size.imag >= size.real:
         middle = lower.imag + 0.4871 * size.imag
-        parts = (lower, complex(upper.real, middle)), (complex(lower.real, middle), upper)
-    else:
-        middle = lower.real + 0.4871 * size.real
-        parts = (lower, complex(middle, upper.imag)), (complex(middle, lower.imag), upper)
-    return [zero for part in parts for zero in _zeros(function, *part, spacing)]
+        return [(lower, complex(upper.real, middle)), (complex(lower.real, middle), upper)]
+    middle = lower.real + 0.4871 * size.real
+    return [(lower, complex(middle, upper.imag)), (complex(middle, lower.imag), upper)]
 
 
 def _along_boundary(
@@ -175,13 +200,15 @@ def _along_boundary(
     )
 
 
-def _newton(function: Callable[[Any], Any], start: complex) -> complex:
-    """Zero near the start, to rounding."""
-    zero = start
+def _newton(function: Callable[[Any], Any], starts: list[complex]) -> Poles:
+    """Zeros near the starts, to rounding."""
+    zeros = np.array(starts, dtype=complex)
+    moving = np.arange(zeros.size)
     for _ in range(_NEWTON_STEPS):
-        value = function(Dual(np.array([zero]), np.ones((1, 1))))
-        step = complex(value.value[0] / value.tangents[0, 0])
-        zero -= step
-        if abs(step) <= 1e-14 * abs(zero):
+        if moving.size == 0:
             break
-    return zero
+        value = function(Dual(zeros[moving], np.ones((1, moving.size))))
+        steps = value.value / value.tangents[0]
+        zeros[moving] -= steps
+        moving = moving[np.abs(steps) > 1e-14 * np.abs(zeros[moving])]
+    return zeros

@@ -15,6 +15,11 @@ from drillid.physics.equipment import DrillingSystem, RegenerativeCutting, Strib
 
 Vector = NDArray[np.float64]
 
+_RATE = 1e-3
+"""m/s, rate of penetration of blades of which only the torque is known."""
+_STALL = 10.0
+"""Greatest depth of their cut per steady depth."""
+
 
 @dataclass(frozen=True)
 class Weakening:
@@ -49,7 +54,11 @@ class Weakening:
 
 @dataclass(frozen=True, eq=False)
 class WallContact:
-    """Coulomb friction between string and wall, as torque per length, constant within each piece of the string."""
+    """Coulomb friction between string and wall, as torque per length, constant within each piece of the string.
+
+    A string that starts from rest is held by (1 + rest exp(−φ/rest_angle)) times these levels, φ its own slip since:
+    the slip law of Ruina (1983), Journal of Geophysical Research 88, 10359–10370, without the slow healing.
+    """
 
     edges: Vector
     """(pieces + 1,) m from the top of the string, rising."""
@@ -58,9 +67,19 @@ class WallContact:
     dynamic: Vector
     """(pieces,) N, torque per length far above the threshold speed."""
     weakening: Weakening = Weakening()
+    rest: Vector | float = 0.0
+    """(pieces,) or one for all, share by which a string that has rested long is held more than one that has turned."""
+    rest_angle: float = 10.0
+    """rad of slip, over which that share falls to 1/e."""
 
     def __post_init__(self) -> None:
         pieces = self.edges.size - 1
+        if np.any(np.asarray(self.rest) < 0) or np.shape(self.rest) not in ((), (pieces,)) or not self.rest_angle > 0:
+            raise SettingsError(
+                "wall contact",
+                "shares of rest must not be negative, one for each piece or one for all, over an angle above 0",
+                "Correct them; a share of 0 is friction without memory",
+            )
         fits = self.static.shape == self.dynamic.shape == (pieces,) and bool(np.all(np.diff(self.edges) > 0))
         if not (fits and np.all(self.dynamic >= 0) and np.all(self.static >= self.dynamic)):
             raise SettingsError(
@@ -71,12 +90,16 @@ class WallContact:
 
     def within(self, edges: Vector) -> tuple[Vector, Vector]:
         """Static and dynamic torque (N m) between each pair of neighbouring edges (m), as exact integrals."""
-        widths = np.diff(self.edges)
-        static, dynamic = (
-            np.diff(np.interp(edges, self.edges, np.concatenate([[0.0], np.cumsum(level * widths)])))
-            for level in (self.static, self.dynamic)
-        )
-        return static, dynamic
+        return self._integrals(edges, self.static), self._integrals(edges, self.dynamic)
+
+    def rest_within(self, edges: Vector) -> Vector:
+        """Share of rest between each pair of neighbouring edges (m), weighted with static friction."""
+        held = self._integrals(edges, self.static)
+        return np.divide(self._integrals(edges, self.static * self.rest), held, np.zeros(held.size), where=held > 0)
+
+    def _integrals(self, edges: Vector, level: Vector) -> Vector:
+        gathered = np.concatenate([[0.0], np.cumsum(level * np.diff(self.edges))])
+        return np.asarray(np.diff(np.interp(edges, self.edges, gathered)), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -155,16 +178,16 @@ class DriveLimits:
     """N m, of either sign; the integral of the speed control is held meanwhile."""
     rate: float = np.inf
     """N m/s."""
-    delay_jitter: float = 0.0
-    """s, root mean square of the delay's variation; a delay never falls below zero."""
     jitter_interval: float = 0.02
-    """s, for which each delay holds."""
+    """s, for which each delay of a jittering drive holds; none falls below zero."""
 
 
 @dataclass(frozen=True)
 class SpeedSensor:
     """What speed control and log see of the top drive's speed."""
 
+    scale: float = 1.0
+    """Reading per true speed."""
     resolution: float = 0.0
     """rad/s, step of the reading."""
     ripple: float = 0.0
@@ -184,6 +207,39 @@ class NonlinearRig:
     sensor: SpeedSensor = SpeedSensor()
     control_interval: float = 0.0
     """s, at which the control reads the speed and renews its command; 0 for continuous control."""
+
+    @classmethod
+    def of(cls, system: DrillingSystem, weight_on_bit: float) -> "NonlinearRig":
+        """The rig whose cutting has the system's linear laws as its own about their speed; the inverse of `about`.
+
+        Of blades only torque and number are known. They penetrate at a millimetre a second, and their cut takes all
+        of the weight at ten times its steady depth.
+
+        Parameters
+        ----------
+        weight_on_bit : N, to which the laws' torques belong
+
+        Raises
+        ------
+        SettingsError
+            If the weight is not positive, or two laws are of one kind.
+        """
+        laws = {type(law): law for law in system.bit.cutting}
+        if weight_on_bit <= 0 or len(laws) < len(system.bit.cutting):
+            raise SettingsError(
+                "non-linear rig", "cutting needs a weight on bit and one law of each kind", "Give the weight, join laws"
+            )
+        cutting = regenerative = None
+        for law in laws.values():
+            if isinstance(law, StribeckCutting):
+                levels = float(law.static / weight_on_bit), float(law.dynamic / weight_on_bit)
+                cutting = Cutting(*levels, Weakening(float(law.threshold), float(law.exponent)))
+            else:
+                depth = _RATE * 2 * np.pi / float(law.speed)
+                figures = int(law.blades), float(law.torque) / depth, _RATE, _STALL * depth / weight_on_bit
+                regenerative = RegenerativeBit(*figures)
+        free = replace(system, bit=replace(system.bit, cutting=()))
+        return cls(free, cutting=cutting, regenerative=regenerative)
 
     def about(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
         """The linear system of small vibrations about a steady speed (rad/s): the bit's cutting laws at that speed.

@@ -44,6 +44,12 @@ def torque_mobility(system: DrillingSystem, s: Complex) -> Complex:
     return mobility
 
 
+def string_torque(system: DrillingSystem, s: Complex) -> Complex:
+    """Y_in M, torque into the string per sweep torque, without unit: what an instrumented sub shows."""
+    torque: Complex = string_admittance(system, s) * command_mobility(system, s)
+    return torque
+
+
 def bit_mobility(system: DrillingSystem, s: Complex, *, stiff: bool = False) -> Complex:
     """Bit speed per torque on the bit, rad/(N m s); `stiff` clamps the top drive."""
     if stiff:

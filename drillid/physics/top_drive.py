@@ -39,8 +39,13 @@ def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:
 
 
 def drive(top_drive: TopDrive, s: Complex) -> Complex:
-    """D e^(−sT_d): motor torque per commanded torque, with gain, delay and first-order lag."""
-    torque: Complex = top_drive.gain * np.exp(-s * top_drive.delay) / (1 + s * top_drive.lag)
+    """D e^(−sT_d + s²σ²/2): motor torque per commanded torque, with gain, first-order lag and delay.
+
+    A delay of normal jitter σ that is renewed faster than the rig answers acts by its mean, the jitter's moment
+    generating function.
+    """
+    delayed = np.exp(np.square(s * top_drive.delay_jitter) / 2 - s * top_drive.delay)
+    torque: Complex = top_drive.gain * delayed / (1 + s * top_drive.lag)
     return torque
 
 

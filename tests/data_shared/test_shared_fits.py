@@ -70,3 +70,26 @@ def test_the_model_explains_the_windows(well: WellFolders) -> None:
     found = dataset(well)
     assert bool(found["accepted"].all())
     assert float(found["chi2_per_dof"].mean()) == pytest.approx(1.0, abs=0.03)
+
+
+def test_the_joint_fit_finds_the_change_of_collars_and_both_ends_of_the_wash_out(well: WellFolders) -> None:
+    joint = well.read("fits", "joint").load()
+    found = {
+        name: joint["change_depth"].values[joint["change_parameter"].values == name]
+        for name in ("inertia_bha", "damping_bha", "kappa", "delta")
+    }
+    collars, *_ = found["inertia_bha"]
+    top, bottom = found["damping_bha"]
+    assert abs(collars - 3000) < 25
+    assert abs(top - WASHED_OUT[0]) < 25
+    assert abs(bottom - WASHED_OUT[1]) < 25
+    assert found["kappa"].size == found["delta"].size == 0
+    assert float(joint["weight"].min()) == 1.0
+
+
+def test_the_joint_bands_do_not_touch_across_the_changes(well: WellFolders) -> None:
+    found = dataset(well)
+    above, below = found.sel(depth=slice(0, 3000)), found.sel(depth=slice(3005, 3080))
+    assert float(above["inertia_bha_joint_lower"].min()) > float(below["inertia_bha_joint_upper"].max())
+    washed_out = found.sel(depth=slice(3105, 3150))
+    assert float(washed_out["damping_bha_joint_lower"].min()) > 3 * float(below["damping_bha_joint_upper"].max())

@@ -196,5 +196,19 @@ def test_an_interval_that_stands_out_of_its_run_is_flagged_and_its_run_change_is
     assert np.flatnonzero(flagged).tolist() == [18, 19, 20, 21]
 
 
+def test_windows_of_an_interval_do_not_hide_each_other_and_flag_no_others() -> None:
+    rng = np.random.default_rng(19)
+    run, wells, rate, whole, beside = np.zeros(18, int), 200, 0.05, 0, 0
+    for _ in range(wells):
+        error = rng.uniform(10, 20, size=18)
+        value = 100 + 1.5 * error * rng.normal(size=18)
+        value[6:10] = 300
+        flagged = flag([run_pulls(value, error, run)[1], np.full(18, np.nan)], rate)
+        whole += flagged[6:10].all()
+        beside += np.delete(flagged, np.s_[6:10]).any()
+    assert whole > 0.97 * wells
+    assert binom.sf(beside - 1, wells, rate) > 1e-3
+
+
 def test_a_run_of_few_windows_has_no_level() -> None:
     assert np.isnan(run_pulls(np.array([1.0, 2.0, 50.0]), np.ones(3), np.zeros(3, int))[0]).all()

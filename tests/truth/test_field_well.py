@@ -1,25 +1,31 @@
 """The field well's start of rotation: laws that hold whatever its friction."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drillid.errors import LogError, SettingsError
+from drillid.field_files import ramped_speed, read_survey
+from drillid.field_log import FieldLog, read_field_log, score
 from drillid.field_well import (
+    ASSEMBLY,
+    MUD_DENSITY,
+    PIPE_INNER,
+    PIPE_OUTER,
     RATE,
     RPM,
     SURVEY,
     TOP_DRIVE_INERTIA,
-    FieldLog,
+    WELL_B,
     Friction,
-    read_field_log,
-    read_survey,
+    StartUp,
     rig_at,
-    score,
     start_up,
 )
 from drillid.physics.soft_string import Survey
+from drillid.units import STANDARD_GRAVITY
 
 SLIDING = Friction(0.1, kappa=3000.0, delta=1e9)
 
@@ -74,6 +80,47 @@ def test_longer_strings_and_heavier_assemblies_take_more() -> None:
     inertias = [rig_at(1733.0, SURVEY, Friction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)]
     assert inertias[1][0].inertia == inertias[0][0].inertia
     assert inertias[1][1].inertia == pytest.approx(0.7 * inertias[0][1].inertia)
+
+
+def steady_torque(survey: Survey, friction: Friction) -> float:
+    return float(start_up(rig_at(1733.0, survey, friction), ramp(60.0, 10.0)).torque[-500:].mean())
+
+
+def test_another_hole_changes_the_torque_by_the_weight_that_it_carries() -> None:
+    """In a straight hole at the inclination θ all sliding torque is μ sin θ Σ w r L, w the buoyed weight per length."""
+    friction = Friction(0.2, kappa=3000.0, delta=1e9)
+    torques = [steady_torque(Survey.from_degrees([0, 3000], [angle, angle]), friction) for angle in (0, 20, 50)]
+    figures = ((1733.0 - sum(length for length, _, _ in ASSEMBLY), PIPE_OUTER, PIPE_INNER), *ASSEMBLY)
+    steel = (7850.0 - MUD_DENSITY) * STANDARD_GRAVITY * np.pi / 4
+    carried = sum(steel * (outer**2 - inner**2) * outer / 2 * length for length, outer, inner in figures)
+    for angle, torque in ((20, torques[1]), (50, torques[2])):
+        assert torque - torques[0] == pytest.approx(0.2 * carried * np.sin(np.radians(angle)), rel=0.01)
+
+
+def test_friction_of_rest_is_gone_after_long_rotation() -> None:
+    plain = Friction(0.2, kappa=3000.0, delta=1e9)
+    rested = replace(plain, rest=0.5, assembly_rest=0.3, rest_angle=5.0)
+    assert steady_torque(SURVEY, rested) == pytest.approx(steady_torque(SURVEY, plain), rel=1e-3)
+    kept = replace(plain, rest=0.5, assembly_rest=0.5, rest_angle=1e6)
+    assert steady_torque(SURVEY, kept) == pytest.approx(steady_torque(SURVEY, replace(plain, sliding=0.3)), rel=1e-3)
+
+
+def test_stick_slip_of_the_fitted_well_is_the_same_at_half_the_time_step() -> None:
+    rig = rig_at(1733.0, SURVEY, WELL_B)
+    coarse, fine = (start_up(rig, ramped_speed(70.0, 15.0, 40.0), step) for step in (0.005, 0.0025))
+    sticking = coarse.bit_speed[2500:] == 0
+    assert 0.1 < sticking.mean() < 0.7
+    size = min(coarse.time.size, fine.time.size)
+    assert np.sqrt(np.mean((coarse.torque[:size] - fine.torque[:size]) ** 2)) < 250.0
+    assert np.sqrt(np.mean((coarse.bit_speed[:size] - fine.bit_speed[:size]) ** 2)) < 2.0 * RPM
+
+
+def test_a_record_shows_the_middle_of_each_half_second_at_its_end() -> None:
+    time = np.arange(400) / RATE
+    made = StartUp(time, np.zeros(400), 3.0 * time)
+    record = made.recorded_bit_speed()
+    middle = np.array([(made.bit_speed[k - 50] + made.bit_speed[k]) / 2 for k in range(50, 400)])
+    np.testing.assert_allclose(record[50:], middle, atol=1e-9)
 
 
 def test_scores_are_the_rms_of_what_is_missed_where_there_is_a_measurement() -> None:

@@ -39,9 +39,11 @@ from drillid.physics.responses import (
     command_mobility,
     laplace,
     string_admittance,
+    string_torque,
     top_reflection,
     torque_mobility,
 )
+from drillid.physics.sensor import sensed
 from drillid.physics.strings import tapered, with_zone
 
 S = laplace(np.geomspace(0.05, 5.0, 61))
@@ -60,9 +62,9 @@ def with_law(law: DampingLaw) -> DrillingSystem:
     return DrillingSystem(DRIVE, (pipe, COLLARS), BIT)
 
 
-def with_top(lag: Any = 0.0, gain: Any = 1.0, delay: Any = 0.04, **control: Any) -> DrillingSystem:
+def with_top(lag: Any = 0.0, gain: Any = 1.0, delay: Any = 0.04, jitter: Any = 0.0, **control: Any) -> DrillingSystem:
     controller = Controller(**({"proportional": 1500.0, "integral": 800.0} | control))
-    return DrillingSystem(TopDrive(1100.0, delay, controller, lag, gain), (PIPE, COLLARS), BIT)
+    return DrillingSystem(TopDrive(1100.0, delay, controller, lag, gain, jitter), (PIPE, COLLARS), BIT)
 
 
 def with_bottom(*cutting: RegenerativeCutting | StribeckCutting, motor: Motor | None = None) -> DrillingSystem:
@@ -120,6 +122,8 @@ CASES = {
     "drive lag": Case(lambda lag: with_top(lag=lag), (0.03,), (0.0,)),
     "actuator gain": Case(lambda gain: with_top(gain=gain), (0.9,), (1.0,)),
     "delay": Case(lambda delay: with_top(delay=delay), (0.07,), (0.04,)),
+    "delay jitter": Case(lambda jitter: with_top(jitter=jitter), (0.01,), (0.0,)),
+    "scale that control reads": Case(lambda scale: sensed(PLAIN, scale), (1.1,), (1.0,)),
     "controller": Case(lambda p, i: with_top(proportional=p, integral=i), (4e3, 1e3), (1500.0, 800.0)),
     "filters": Case(lambda h, e: with_top(speed_filter=h, torque_filter=e), (0.05, 0.02), (0.0, 0.0)),
     "inertia compensation": Case(
@@ -148,6 +152,7 @@ RESPONSES: dict[str, Callable[[DrillingSystem, Any], Any]] = {
     "command mobility": command_mobility,
     "torque mobility": torque_mobility,
     "string admittance": string_admittance,
+    "string torque": string_torque,
     "bit mobility": bit_mobility,
     "stiff bit mobility": lambda system, s: bit_mobility(system, s, stiff=True),
     "bit speed ratio": bit_speed_ratio,

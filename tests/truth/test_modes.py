@@ -207,13 +207,46 @@ def test_derivatives_of_a_pole(stiff: bool) -> None:
     assert primal(slopes[4]) == 0 or not stiff
 
 
+def test_derivatives_of_the_poles_of_many_windows_are_those_of_each() -> None:
+    points = np.array([[1800.0, 1.6e-5, 100.0, 150.0, 0.04, 1500.0], [3400.0, 1.9e-5, 300.0, 50.0, 0.03, 3500.0]])
+    poles = modes(build(*points.T[..., None]), highest=2.9).poles
+    slopes = pole_derivatives(build, points, poles)
+    assert slopes.shape == (*poles.shape, 6)
+    for row, point in enumerate(points):
+        for column, pole in enumerate(poles[row]):
+            if np.isnan(pole):
+                assert np.all(np.isnan(slopes[row, column]))
+            else:
+                np.testing.assert_allclose(slopes[row, column], pole_derivatives(build, point, pole), rtol=1e-10)
+    assert np.isnan(poles).any()
+
+
 def test_a_mode_on_the_edge_of_the_band_is_refused() -> None:
     quarter = WAVE_SPEED / (4 * PIPE.length)
     with pytest.raises(EstimationError, match="boundary"):
         modes(DrillingSystem(FREE, (PIPE,), Bit(0.0)), lowest=quarter, stiff=True)
 
 
-def test_modes_of_several_windows_are_refused() -> None:
-    several = Section(np.array([[2000.0], [2500.0]]), 1.6e-5)
-    with pytest.raises(SettingsError, match="one by one"):
+def test_modes_of_several_windows_are_those_of_each() -> None:
+    """Windows of unlike numbers of modes, two figures of which vary along axes of their own."""
+    lengths, inertias = np.array([1800.0, 3400.0]), np.array([20.0, 90.0, 300.0])
+    law = MudDrag(1200.0, np.array([[0.02], [0.05]])[:, None], 0.1397)
+    pipe = Section(lengths[:, None, None], 1.6e-5, 100.0, 2e8, laws=(law,))
+    found = modes(DrillingSystem(DRIVE, (pipe,), Bit(inertias[:, None], 30.0)), highest=3.0)
+    assert found.poles.shape[:2] == (2, 3)
+    for row, length in enumerate(lengths):
+        for column, inertia in enumerate(inertias):
+            one_pipe = Section(length, 1.6e-5, 100.0, 2e8, laws=(MudDrag(1200.0, (0.02, 0.05)[row], 0.1397),))
+            one = modes(DrillingSystem(DRIVE, (one_pipe,), Bit(inertia, 30.0)), highest=3.0)
+            count = one.poles.size
+            np.testing.assert_allclose(found.poles[row, column, :count], one.poles, rtol=1e-12)
+            assert np.all(np.isnan(found.frequency[row, column, count:]))
+            assert np.all(np.isnan(found.damping_ratio[row, column, count:]))
+    assert np.isnan(found.poles[0, 0, -1])
+    assert not np.isnan(found.poles[1]).all(axis=0).any()
+
+
+def test_figures_that_vary_along_frequency_are_no_windows() -> None:
+    several = Section(np.array([2000.0, 2500.0]), 1.6e-5)
+    with pytest.raises(SettingsError, match="shape"):
         modes(DrillingSystem(DRIVE, (several,), Bit(60.0)))

@@ -78,6 +78,40 @@ def test_a_slow_torque_breaks_the_string_away_at_its_static_level(direction: flo
     assert closure(result) < 1e-9
 
 
+def test_a_string_that_has_rested_breaks_away_at_a_torque_greater_by_its_share() -> None:
+    """A run that starts turning has none of it left."""
+    contact = wall_contact(FORCES, 0.3, 0.3)
+    rested = replace(contact, rest=0.4, rest_angle=1e6)
+    static, _ = torques(contact)
+    time = TIME_STEP * np.arange(steps_in(115.0), dtype=float)
+    ramp = static * time / 75
+    result = simulate(NonlinearRig(FREE, contact=rested), ramp, 0 * time, 0 * time, energies=True)
+    first = int(np.flatnonzero(result.bit_speed)[0])
+    assert result.drive_torque[first] == pytest.approx(1.4 * static, rel=5e-3)
+    assert closure(result) < 1e-9
+    steady = np.full(400, SPEED)
+    turning = [simulate(NonlinearRig(SYSTEM, contact=one), 0 * steady, steady, 0 * steady) for one in (contact, rested)]
+    assert turning[0].drive_torque.tobytes() == turning[1].drive_torque.tobytes()
+
+
+def test_rest_is_lost_exponentially_with_the_angle_of_slip() -> None:
+    """A rigid body: torque of the sliding wall against the angle that it has turned."""
+    level, share, angle = 4e3, 0.5, 5.0
+    short = replace(STEADIED, string=(replace(PIPE, length=30.0),))
+    grip = WallContact(
+        np.array([0.0, 30.0]), np.array([level / 30]), np.array([level / 30]), rest=share, rest_angle=angle
+    )
+    step = 0.0025
+    time = step * np.arange(8000, dtype=float)
+    led = np.minimum(0.2 * time, 1.0)
+    result = simulate(NonlinearRig(short, contact=grip), 0 * time, 0 * time, 0 * time, top_speed=led, time_step=step)
+    turned = np.interp(result.time, time, np.cumsum(led) * step)
+    viscous = sum(s.kappa * s.polar_moment * s.length for s in short.string) + short.bit.damping
+    expected = level * (1 + share * np.exp(-turned / angle)) + viscous * 1.0
+    late = result.time > 8
+    np.testing.assert_allclose(result.string_torque[late], expected[late], rtol=3e-3)
+
+
 def test_a_string_below_its_static_level_stands_exactly_still() -> None:
     """Half of the uppermost element grips 7.9 N m, so that nothing may creep."""
     grip = WallContact(np.array([0.0, 3000.0]), np.array([2.0]), np.array([1.0]))

@@ -7,7 +7,15 @@ import pytest
 
 from drillid.errors import SettingsError
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, MudDrag, RootDrag
-from drillid.physics.equipment import Bit, Controller, DrillingSystem, ImpedanceMatching, Motor
+from drillid.physics.equipment import (
+    Bit,
+    Controller,
+    DrillingSystem,
+    ImpedanceMatching,
+    Motor,
+    RegenerativeCutting,
+    StribeckCutting,
+)
 from drillid.physics.nonlinear import (
     Cutting,
     Gear,
@@ -15,7 +23,7 @@ from drillid.physics.nonlinear import (
     RegenerativeBit,
     Weakening,
 )
-from drillid.physics.responses import command_mobility, laplace
+from drillid.physics.responses import command_mobility, laplace, string_torque
 from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.truth.rigs import (
     COLLARS,
@@ -135,6 +143,39 @@ def test_sampled_control_holds_its_command_half_an_interval_longer() -> None:
 def test_a_gear_whose_teeth_stay_in_contact_is_nearly_rigid() -> None:
     rig = NonlinearRig(SYSTEM, gear=Gear(play=0.05, output_inertia=150.0, stiffness=1e7))
     assert mobility_error(rig, SYSTEM, bit_torque=8e3) < LARGEST_ERROR
+
+
+@pytest.mark.parametrize(
+    "law",
+    [StribeckCutting(2500.0, 1000.0, 6.0, SPEED, 1.2), RegenerativeCutting(300.0, SPEED, 5)],
+    ids=["Stribeck", "blades"],
+)
+def test_linear_laws_of_cutting_become_a_rig_that_has_them(law: StribeckCutting | RegenerativeCutting) -> None:
+    linear = replace(SYSTEM, bit=Bit(40.0, 40.0, (law,)))
+    rig = NonlinearRig.of(linear, WEIGHT)
+    assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
+    s = laplace(FREQUENCIES)
+    np.testing.assert_allclose(command_mobility(rig.about(SPEED, WEIGHT), s), command_mobility(linear, s), rtol=1e-12)
+
+
+def test_laws_of_cutting_without_weight_or_twice_are_refused() -> None:
+    law = StribeckCutting(2500.0, 1000.0, 6.0, SPEED)
+    for laws, weight in (((law,), 0.0), ((law, law), WEIGHT)):
+        with pytest.raises(SettingsError, match="cutting needs"):
+            NonlinearRig.of(replace(SYSTEM, bit=Bit(40.0, 40.0, laws)), weight)
+
+
+def test_simulated_torque_into_the_string_is_what_an_instrumented_sub_shows() -> None:
+    """The simulator's torques belong to half a step after its speeds."""
+    sweep = multisine(round(PERIOD / TIME_STEP))
+    steady = np.ones(5 * sweep.size)
+    result = simulate(SYSTEM, np.tile(sweep, 5), SPEED * steady, 4e3 * steady, mean_bit_torque=4e3)
+    samples = result.string_torque.size // 5
+    half_step_later = np.exp(laplace(FREQUENCIES) * TIME_STEP / 2)
+    lines = lines_of(sweep[:: round(SAMPLE_INTERVAL / TIME_STEP)], samples)
+    measured = lines_of(result.string_torque, samples) / lines / half_step_later
+    expected = string_torque(SYSTEM, laplace(FREQUENCIES))
+    assert np.max(np.abs(measured - expected) / np.abs(expected)) < LARGEST_ERROR
 
 
 def test_linear_laws_of_cutting_are_refused_rather_than_dropped() -> None:

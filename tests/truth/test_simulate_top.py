@@ -86,24 +86,24 @@ def test_the_drive_torque_changes_no_faster_than_its_limit() -> None:
 def test_delay_jitter_has_the_size_and_interval_it_states() -> None:
     """On a torque ramp the drive's lateness is its torque's error over the slope."""
     slope, rms, hold = 50.0, 0.005, 0.02
-    system = replace(FREE, top_drive=replace(FREE.top_drive, delay=0.06))
+    steady = replace(FREE, top_drive=replace(FREE.top_drive, delay=0.06))
     time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
 
-    def lateness(seed: int, limits: DriveLimits) -> Vector:
-        rig = NonlinearRig(system, limits=limits)
-        steady = np.full(time.size, SPEED)
-        result = simulate(rig, slope * time, steady, 0 * time, sample_interval=TIME_STEP, seed=seed)
+    def lateness(seed: int, jitter: float) -> Vector:
+        shaking = replace(steady, top_drive=replace(steady.top_drive, delay_jitter=jitter))
+        rig = NonlinearRig(shaking, limits=DriveLimits(jitter_interval=hold))
+        result = simulate(rig, slope * time, np.full(time.size, SPEED), 0 * time, sample_interval=TIME_STEP, seed=seed)
         commanded = result.drive_torque[0] + slope * (time + TIME_STEP / 2)
         return np.asarray((commanded - result.drive_torque)[100:] / slope, dtype=float)
 
-    shaken = lateness(1, DriveLimits(delay_jitter=rms, jitter_interval=hold))
+    shaken = lateness(1, rms)
     assert shaken.mean() == pytest.approx(0.06, abs=5 * rms / np.sqrt(60 / hold))
     assert shaken.std() == pytest.approx(rms, rel=0.1)
     changes = np.flatnonzero(np.abs(np.diff(shaken)) > 1e-9) + 1
     assert set(np.diff(changes) % round(hold / TIME_STEP)) == {0}
-    np.testing.assert_allclose(lateness(1, DriveLimits()), 0.06, atol=1e-9)
-    assert np.array_equal(shaken, lateness(1, DriveLimits(delay_jitter=rms, jitter_interval=hold)))
-    assert not np.array_equal(shaken, lateness(2, DriveLimits(delay_jitter=rms, jitter_interval=hold)))
+    np.testing.assert_allclose(lateness(1, 0.0), 0.06, atol=1e-9)
+    assert np.array_equal(shaken, lateness(1, rms))
+    assert not np.array_equal(shaken, lateness(2, rms))
 
 
 def test_a_coarse_sensor_reads_whole_steps() -> None:
@@ -191,7 +191,8 @@ def test_friction_that_comes_and_goes_takes_hold_of_a_turning_string() -> None:
     def course(time: float) -> NonlinearRig:
         grip = np.full(1, 2.0 if 20 <= time < 40 else 0.0)
         contact = WallContact(np.array([0.0, 3000.0]), grip, grip)
-        return NonlinearRig(SYSTEM, contact=contact, limits=DriveLimits(delay_jitter=1e-3 if time < 40 else 0.0))
+        shaking = replace(TOP_DRIVE, delay_jitter=1e-3 if time < 40 else 0.0)
+        return NonlinearRig(replace(SYSTEM, top_drive=shaking), contact=contact)
 
     result = swept(course, amplitude=0.0)
     before, during, after = (result.string_torque[(result.time > a) & (result.time < b)] for a, b in PHASES)

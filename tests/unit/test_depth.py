@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 from drillid.depth import identified_responses, write_fleet
-from drillid.discrepancy import stored_controller
-from drillid.fits import known_equipment
+from drillid.fits import known_equipment, stored_controller
 from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
 from drillid.schema import DEPTH, FLEET, PARAMETERS, RigState

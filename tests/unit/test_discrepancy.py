@@ -1,12 +1,16 @@
 """Intervals of flagged windows, residual tests of simulated wells, and what is stored of them."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
-from drillid.discrepancy import intervals, runs
+from drillid.discrepancy import Verdict, intervals, runs
+from drillid.discrepancy.leaving import change_verdict, probability
+from drillid.discrepancy.wells import COLUMNS, ExaminedSet, window_sets, window_verdicts
 from drillid.schema import DISCREPANCIES, Gate
 from drillid.store import write_store
 from tests.simulated import RIG, Processed
@@ -111,7 +115,7 @@ def test_residuals_that_fail_a_test_are_rows(healthy: Processed, tmp_path: Path,
 
 def test_a_damping_that_leaves_its_run_is_an_interval(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
-    for stage, name in (("windows", "windows"), ("mobility", "mobility"), ("fits", "fits")):
+    for stage, name in ((one, one) for one in ("windows", "spectra", "mobility", "fits")):
         four = well.dataset(stage, name)
         twelve = xr.concat([four] * 3, "window", data_vars="minimal", coords="minimal", compat="override", join="exact")
         if name == "fits":
@@ -130,3 +134,85 @@ def test_a_damping_that_leaves_its_run_is_an_interval(healthy: Processed, tmp_pa
     rows = (well.folders.stage("discrepancy") / "intervals.csv").read_text().splitlines()
     assert len(rows) == 2
     assert "BHA damping up by" in rows[1]
+
+
+def test_a_sound_well_is_told_so(healthy: Processed) -> None:
+    table = pd.read_csv(healthy.folders.stage("discrepancy") / "verdicts.csv")
+    assert table.columns.tolist() == list(COLUMNS)
+    assert table["verdict"].tolist() == ["none"]
+    assert table["well"].tolist() == ["healthy"]
+    assert set(healthy.dataset("discrepancy", "discrepancy")["verdict"].values) == {"none"}
+    assert set(healthy.dataset("depth", "depth")["verdict"].values) == {"none"}
+
+
+def test_windows_without_fit_are_in_no_set(troubled: Processed) -> None:
+    said = troubled.dataset("discrepancy", "discrepancy")["verdict"].values
+    assert said[2] == ""
+    assert all(said[:2])
+
+
+def test_sets_are_the_runs_of_the_tally() -> None:
+    collars = [RIG.collars[0].model_copy(update={"from_depth": depth}) for depth in (0.0, 3000.0)]
+    rig = RIG.model_copy(update={"collars": tuple(collars)})
+    windows = xr.Dataset({"bit_depth": ("window", [2900.0, 2950.0, 3000.0, 3050.0])})
+    value = np.ones((4, 8))
+    value[1, 3] = np.nan
+    fits = xr.Dataset({"value": (("window", "parameter"), value)})
+    assert [rows.tolist() for rows in window_sets(rig, windows, fits)] == [[0], [2, 3]]
+    assert [rows.tolist() for rows in window_sets(RIG, windows, fits)] == [[0, 2, 3]]
+
+
+def change(inside: list[float], usual: list[float], chance: float = 1e-4) -> Verdict:
+    """The verdict on windows with a damping of their own, their errors 20."""
+    damping = np.array([*inside, *usual])
+    error, flagged = np.full(damping.size, 20.0), np.arange(damping.size) < len(inside)
+    tracks = {"damping_bha": (damping, error), "inertia_bha": (np.full(damping.size, 80.0), error)}
+    return change_verdict(tracks, flagged, ~flagged, 1010.0, 1040.0, chance, "said")
+
+
+def test_an_interval_that_its_own_windows_predict_is_a_change() -> None:
+    found = change([420.0, 390.0, 400.0], [20.0, 30.0, 25.0, 18.0, 22.0, 28.0])
+    assert (found.verdict, found.cause, found.held_out_windows) == ("regime_change", "regime_change", 3)
+    assert found.size == pytest.approx(403.3 - 23.8, abs=0.1)
+    assert found.size_high - found.size == pytest.approx(1.96 * 20 * np.sqrt(1 / 3 + 1 / 6))
+    assert found.gain_low > 50
+    assert found.probability == pytest.approx(1 / (1 + np.e * 1e-4 * np.log(1e4)))
+
+
+def test_an_interval_that_its_own_windows_do_not_predict_has_no_name() -> None:
+    found = change([420.0, -380.0, 20.0], [20.0, 30.0, 25.0, 18.0, 22.0, 28.0])
+    assert (found.verdict, found.cause) == ("unknown", "")
+    assert found.gain < 0
+
+
+def test_a_window_that_stands_alone_pays_for_its_level() -> None:
+    rest = [20.0, 30.0, 25.0, 18.0, 22.0, 28.0]
+    found = change([420.0], rest)
+    level, error = np.mean(rest), 20 / np.sqrt(6)
+    variance = 400 + error**2
+    usual = -0.5 * ((420 - level) ** 2 / variance + np.log(variance))
+    assert found.held_out_windows == 0
+    alike = -0.5 * np.log(400) + 0.5 * np.log(variance)
+    assert found.gain == pytest.approx(-0.5 * np.log(400) - 1 - usual + alike - 1)
+
+
+def test_the_probability_of_a_change_falls_to_even_odds() -> None:
+    assert [probability(chance) for chance in (1.0, 0.5, np.exp(-1))] == [0.5, 0.5, 0.5]
+    odds = [probability(chance) for chance in (0.2, 0.05, 1e-3, 0.0)]
+    assert odds == sorted(odds)
+    assert odds[1] == pytest.approx(0.711, abs=1e-3)  # the authors' bound of 0.289 on no effect at 5 %
+
+
+def test_a_verdict_on_an_interval_is_told_in_its_windows_alone() -> None:
+    windows = xr.Dataset({"hole_depth": ("window", [1000.0, 1020.0, 1030.0, 1050.0])})
+    quiet = Verdict("none", "", 0.9, 1000.0, 1050.0)
+    named = Verdict("drive_lag", "drive", 0.9, 1000.0, 1025.0, cause="drive_lag")
+    change_there = Verdict("regime_change", "time", 0.9, 1010.0, 1040.0)
+    sets = [examined([0, 1], named), examined([2], quiet)]
+    said = window_verdicts(sets, [change_there], windows).tolist()
+    assert said == ["drive_lag", "drive_lag + regime_change", "regime_change", ""]
+
+
+def examined(rows: list[int], *verdicts: Verdict) -> ExaminedSet:
+    """A set of which only the verdicts are looked at."""
+    return ExaminedSet(np.array(rows), SimpleNamespace(verdicts=verdicts))  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from drillid.figures_data import STAND_M, DepthCells, WellResults, drilled_lengt
 from drillid.figures_style import FLAGGED, STYLE, well_marks
 from drillid.figures_tracks import parameters
 from drillid.figures_windows import degrees
-from drillid.schema import PARAMETERS, Gate
+from drillid.schema import EXAMINATIONS, PARAMETERS, Gate
 from drillid.sheets import Well
 from drillid.store import WellFolders
 from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, make_well, windows_of
@@ -112,11 +112,12 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
     depth = many.depth.assign({key: many.depth[key] * np.nan for key in fitted})
     depth = depth.assign(accepted=xr.zeros_like(depth["accepted"]))
     discrepancy = many.discrepancy.copy()
-    for key in set(discrepancy.data_vars) - {"flagged"}:
+    for key in set(discrepancy.data_vars) - {"flagged", "verdict"}:
         discrepancy[key] = discrepancy[key] * np.nan
     empty = many.intervals.iloc[:0]
     stackless = {"stacks": many.stacks.isel(stack=[]), "stack_fits": many.stack_fits.isel(stack=[])}
-    bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless)
+    found = {"examination": EXAMINATIONS.empty(), "verdicts": many.verdicts.iloc[:0]}
+    bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless, **found)
     DRAWINGS[name](bare).canvas.draw()
 
 

@@ -221,7 +221,7 @@ def test_a_large_fleet_shows_the_parameters_of_flagged_wells_alone(
     few = [
         report.well_report(WellFolders(results, well), listings[well], problems, illustrated=False) for well in WELLS
     ]
-    assert [[picture.name for picture in each.pictures] for each in few] == [["parameters"], [], [], []]
+    assert [[picture.name for picture in each.pictures] for each in few] == [["parameters", "verdicts"], [], [], []]
     assert "in the folder figures/W1 beside this report" in text(report.render(settings, few))
 
 

@@ -13,7 +13,11 @@ from drillid.store import WellFolders
 
 RULES = PACKAGE.parent / "workflow/rules"
 INFRASTRUCTURE = {
-    f"drillid.{name}" for name in ("rig", "store", "schema", "declaration", "units", "strict", "errors", "sheets")
+    f"drillid.{name}"
+    for name in (
+        *("rig", "store", "schema", "schema_discrepancy", "schema_windows", "declaration", "units", "strict"),
+        *("errors", "sheets"),
+    )
 }
 
 

@@ -21,6 +21,8 @@ SHARED_MODULES = (
     "provenance",
     "rig",
     "schema",
+    "schema_discrepancy",
+    "schema_windows",
     "sheets",
     "stages",
     "store",
@@ -63,6 +65,7 @@ def process(well, folders, settings):
 
 def write_fleet(results, wells):
     (Path(results) / "fleet.zarr").mkdir(exist_ok=True)
+    (Path(results) / "verdicts.csv").write_text("well,verdict\\n")
 '''
 
 REPORT = '''

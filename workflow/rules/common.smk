@@ -36,5 +36,5 @@ def kept_folders(stage, wells):
 def everything():
     if not PLAN.wells:
         return []
-    tables = [f"{RESULTS}/fleet.zarr", f"{RESULTS}/problems.csv", f"{RESULTS}/report.html"]
+    tables = [f"{RESULTS}/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "report.html")]
     return folders("depth", PLAN.wells) + folders("figures", PLAN.wells) + tables

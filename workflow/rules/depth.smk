@@ -6,7 +6,9 @@ for batch, wells in PLAN.batches.items():
         name:
             f"depth_{batch}"
         input:
+            records=folders("records", wells),
             windows=folders("windows", wells),
+            spectra=folders("spectra", wells),
             mobility=folders("mobility", wells),
             fits=folders("fits", wells),
             discrepancy=folders("discrepancy", wells),

@@ -1,4 +1,4 @@
-"""What the fitted models leave unexplained, and intervals that stand out."""
+"""What the fitted models leave unexplained, and verdicts on its cause."""
 
 for batch, wells in PLAN.batches.items():
 
@@ -6,6 +6,7 @@ for batch, wells in PLAN.batches.items():
         name:
             f"discrepancy_{batch}"
         input:
+            records=folders("records", wells),
             windows=folders("windows", wells),
             spectra=folders("spectra", wells),
             mobility=folders("mobility", wells),
@@ -20,7 +21,7 @@ for batch, wells in PLAN.batches.items():
             "../../envs/drillid.yaml"
         threads: PLAN.threads(wells)
         resources:
-            mem_mb=1000 * PLAN.threads(wells),
+            mem_mb=2000 * PLAN.threads(wells),
             runtime=10 + 5 * len(wells),
         params:
             **PLAN.dependencies("discrepancy", wells),

@@ -22,6 +22,7 @@ for batch, wells in PLAN.batches.items():
         name:
             f"figures_{batch}"
         input:
+            records=folders("records", wells),
             windows=folders("windows", wells),
             spectra=folders("spectra", wells),
             mobility=folders("mobility", wells),

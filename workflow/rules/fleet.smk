@@ -1,4 +1,4 @@
-"""All wells together: the fleet's dataset and the table of everything that was rejected."""
+"""All wells together: the fleet's dataset, its verdicts and the table of everything that was rejected."""
 
 
 rule fleet:
@@ -7,6 +7,7 @@ rule fleet:
     output:
         fleet=directory(f"{RESULTS}/fleet.zarr"),
         problems=f"{RESULTS}/problems.csv",
+        verdicts=f"{RESULTS}/verdicts.csv",
     log:
         f"{RESULTS}/logs/fleet.log",
     benchmark:

@@ -1,0 +1,272 @@
+"""The ideal test: a likelihood ratio that knows the cause, its shape and all but the nuisance figures."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
+from benchmarks.blind.effects_sensor import tone_frequency, wrong_factor
+from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
+from benchmarks.blind.world import NUISANCES
+from drillid.physics.responses import command_mobility, laplace
+from drillid.physics.top_drive import control
+
+Floats = NDArray[np.float64]
+
+FALSE_ALARM = 0.05
+IN_TIME = ("length_growth", "parameter_drift", "regime_change", "clock_drift")
+"""Causes that change within a window."""
+ADDITIVE = ("aliased_tone", "once_per_revolution")
+"""Causes that add a tone to the record."""
+_PARTS = 5
+_ROUNDS = 5
+_SIZE_STEP = 1e-4
+_SAME = 2.0
+"""Standard deviations below which two causes count as the same."""
+_FAINT = 0.05
+"""Share of a cause's size at which its direction is compared with others."""
+_NEAR = 0.3
+"""Square of the correlation from which another cause is looked at closely."""
+_SHRINKS = (1.0, 0.3, 0.1)
+_SHAPES = {
+    "extra_section": (0.1, 0.5, 0.9),
+    "tapered_string": (0.0, 0.25, 0.5, 0.75, 1.0),
+    "local_damping_zone": tuple(np.linspace(0.0, 1.0, 10).tolist()),
+    "recorder_filter": (0.2, 0.8),
+    "regenerative_cutting": (0.1, 0.5, 0.9),
+    "regime_change": (0.0, 0.5, 1.0),
+}
+"""Shapes of causes that a test would try one by one."""
+
+
+class Ideal:
+    """The ideal test of a case's windows."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.priors: Priors = priors(case)
+
+    @cached_property
+    def steady(self) -> Theory:
+        """Windows as a whole."""
+        return Theory(self.case)
+
+    @cached_property
+    def in_time(self) -> Theory:
+        """Windows in parts."""
+        return Theory(self.case, _PARTS)
+
+    def theory(self, names: frozenset[str]) -> Theory:
+        """Where causes of these names show."""
+        return self.in_time if names & set(IN_TIME) else self.steady
+
+    def noncentrality(self, hidden: tuple[Hidden, ...]) -> float:
+        """λ of causes: least squared distance, noise and tolerances as units, to any rig without them.
+
+        NaN where the causes are not linear, so that it is not known.
+        """
+        if any(not EFFECTS[one.name].linear and one.name not in ADDITIVE for one in hidden):
+            return float("nan")
+        tones = sum(self._tone(one) for one in hidden if one.name in ADDITIVE)
+        rest = tuple(one for one in hidden if one.name not in ADDITIVE)
+        return tones + (self._least_distance(rest) if rest else 0.0)
+
+    def _tone(self, hidden: Hidden) -> float:
+        """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
+        total = 0.0
+        for number, stretch in enumerate(self.case.stretches):
+            world = self.case.world(number, hidden=())
+            folded = (
+                tone_frequency(hidden.shape) - 50.0 if hidden.name == "aliased_tone" else stretch.speed / (2 * np.pi)
+            )
+            s = laplace(np.array([folded]))
+            amplitude = hidden.size
+            if hidden.name == "once_per_revolution":
+                system = world.linear(0.5)
+                answered = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
+                amplitude = hidden.size * stretch.speed * float(np.abs(answered[0]))
+            total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
+        return total
+
+    def _least_distance(self, hidden: tuple[Hidden, ...], rival: Hidden | None = None) -> float:
+        """Squared distance at the best nuisances, and the best size of a rival cause, which Gauss and Newton find."""
+        theory = self.theory(frozenset(one.name for one in hidden))
+        target = [theory.response(number, hidden) for number in range(theory.windows)]
+        point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rival)
+        least = self._cost(theory, target, point)
+        for _ in range(_ROUNDS):
+            step = self._step(theory, target, point)
+            costs = []
+            for share in _SHRINKS:
+                trial = self._within(point.moved(step, share))
+                costs.append(self._cost(theory, target, trial))
+                if costs[-1] < least:
+                    break
+            if not costs[-1] < least:
+                break
+            gained, least = least - costs[-1], costs[-1]
+            point = trial
+            if gained < 0.01 * least + 0.01:
+                break
+        return least
+
+    def _within(self, point: "_Point") -> "_Point":
+        return point if point.rival is None else replace(point, rival=self._bounded(point.rival))
+
+    def _bounded(self, rival: Hidden) -> Hidden:
+        """A rival whose size is one that it may have."""
+        effect = EFFECTS[rival.name]
+        low, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
+        sign = -1.0 if effect.signed and rival.size < 0 else 1.0
+        return replace(rival, size=sign * float(np.clip(sign * rival.size, low, high)))
+
+    def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
+        pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
+        with np.errstate(all="ignore"):
+            left = [np.sum((one - point.response(theory, number)) ** 2) for number, one in enumerate(target)]
+        total = float(np.sum(left) + pulls)
+        return total if np.isfinite(total) else np.inf
+
+    def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> Floats:
+        factors = []
+        for number, one in enumerate(target):
+            here = point.response(theory, number)
+            slopes = theory.slopes(number, point.figures[number], point.hidden)
+            factors.append(compressed([slopes, *point.slope(theory, number, here), one - here]))
+        design, rest = self._design(factors)
+        pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
+        target_rows = np.concatenate([rest[:, -1], pulls])
+        if point.rival is not None:
+            column = np.concatenate([rest[:, 0], np.zeros(pulls.size)])
+            design = np.column_stack([design, column])
+        return np.asarray(np.linalg.lstsq(design, target_rows, rcond=None)[0], dtype=float)
+
+    def _design(self, factors: list[Floats]) -> tuple[Floats, Floats]:
+        """Rows of all windows and of the priors in the nuisances; and the windows' further columns."""
+        count, local = len(NUISANCES), len(LOCAL)
+        blocks = []
+        for number, factor in enumerate(factors):
+            block = np.zeros((factor.shape[0], count + local * len(factors)))
+            block[:, :count] = factor[:, :count]
+            first = count + local * number
+            block[:, first : first + local] = factor[:, list(LOCAL)]
+            blocks.append(block)
+        deviations = np.concatenate([self.priors.shared, np.tile(self.priors.local, len(factors))])
+        return np.concatenate([*blocks, np.diag(1 / deviations)]), np.concatenate([one[:, count:] for one in factors])
+
+    @cached_property
+    def directions(self) -> tuple[list[Hidden], Floats]:
+        """Small causes of every linear kind and shape, and what each adds beyond the nuisances, (rows, causes)."""
+        small = []
+        for name, effect in EFFECTS.items():
+            if effect.linear and name not in IN_TIME:
+                for shape in _SHAPES.get(name, (0.5,)):
+                    probe = Hidden(name, 0.0, shape)
+                    low, _ = effect.range(self.case.world(0, hidden=()), self.case.context(probe))
+                    small.append(Hidden(name, low, shape))
+        return small, self._beyond([(one,) for one in small])
+
+    def _beyond(self, sets: list[tuple[Hidden, ...]]) -> Floats:
+        """What sets of steady causes add to the whitened responses beyond the nuisances, (rows, sets)."""
+        theory = self.steady
+        factors = []
+        for number in range(theory.windows):
+            plain = theory.response(number)
+            moved = [theory.response(number, hidden) - plain for hidden in sets]
+            factors.append(compressed([theory.slopes(number, np.zeros(len(NUISANCES))), *moved]))
+        design, rest = self._design(factors)
+        rows = np.concatenate([rest, np.zeros((design.shape[0] - rest.shape[0], rest.shape[1]))])
+        return np.asarray(rows - design @ np.linalg.lstsq(design, rows, rcond=None)[0], dtype=float)
+
+    @cached_property
+    def candidates(self) -> float:
+        """Number of effectively distinct candidates: of the linear ones by Li and Ji, and all others.
+
+        Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
+        as one and fractions as they are.
+        """
+        _, added = self.directions
+        size = np.linalg.norm(added, axis=0)
+        unit = added[:, size > 0] / size[size > 0]
+        values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
+        linear = float(np.sum((values >= 1) + values - np.floor(values)))
+        return linear + sum(not effect.linear or effect.name in IN_TIME for effect in EFFECTS.values())
+
+    def threshold(self, *, family: bool) -> float:
+        """Normal score above which the ideal test speaks, one-sided, of one known cause or of the whole family."""
+        chance = 1 - (1 - FALSE_ALARM) ** (1 / self.candidates) if family else FALSE_ALARM
+        return float(ndtri(1 - chance))
+
+    def power(self, noncentrality: float, *, family: bool) -> float:
+        """Chance that the ideal test speaks."""
+        return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
+
+    def same(self, hidden: Hidden) -> frozenset[str]:
+        """Causes that at this noise come closer than two standard deviations to a hidden one.
+
+        Those that come near by linear reckoning are followed to their best size.
+        """
+        if not EFFECTS[hidden.name].linear or hidden.name in IN_TIME:
+            return frozenset({hidden.name})
+        small = self.directions[0]
+        faint = replace(hidden, size=_FAINT * hidden.size)
+        joined = self._beyond([(faint,), *((one,) for one in small)])
+        target, added = joined[:, 0], joined[:, 1:]
+        found = {hidden.name}
+        for one, along in zip(small, added.T, strict=True):
+            product, lengths = float(target @ along), (float(target @ target), float(along @ along))
+            if one.name in found or min(lengths) == 0 or (product < 0 and not EFFECTS[one.name].signed):
+                continue
+            size = one.size * product / lengths[1] / _FAINT
+            if hidden.name == "sign_or_unit" and one.name == "speed_scale":
+                size = wrong_factor(hidden.shape) - 1
+            elif one.name == "sign_or_unit" or product**2 < _NEAR * lengths[0] * lengths[1]:
+                continue
+            if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < _SAME**2:
+                found.add(one.name)
+        return frozenset(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Nuisances of a set and a rival cause at a size."""
+
+    shared: Floats
+    local: Floats
+    rival: Hidden | None
+
+    @property
+    def figures(self) -> Floats:
+        """Nuisances of every window, (W, 11)."""
+        figures = np.tile(self.shared, (self.local.shape[0], 1))
+        figures[:, list(LOCAL)] += self.local
+        return figures
+
+    @property
+    def hidden(self) -> tuple[Hidden, ...]:
+        """What is there beside the nuisances."""
+        return () if self.rival is None else (self.rival,)
+
+    def response(self, theory: Theory, window: int) -> Floats:
+        """Whitened responses of a window."""
+        return theory.response(window, self.hidden, self.figures[window])
+
+    def slope(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
+        """Derivative of the responses to the rival's size, if there is one."""
+        if self.rival is None:
+            return []
+        step = _SIZE_STEP * self.rival.size or _SIZE_STEP
+        moved = replace(self.rival, size=self.rival.size + step)
+        return [(theory.response(window, (moved,), self.figures[window]) - here) / step]
+
+    def moved(self, step: Floats, share: float) -> "_Point":
+        """Some way along a step."""
+        count, size = self.shared.size, self.local.size
+        rival = self.rival
+        if rival is not None:
+            rival = replace(rival, size=rival.size + share * float(step[count + size]))
+        local = self.local + share * step[count : count + size].reshape(self.local.shape)
+        return _Point(self.shared + share * step[:count], local, rival)

@@ -1,0 +1,180 @@
+"""One case's answer held against what was hidden."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
+from benchmarks.blind.effects_string import zone_middle
+from benchmarks.blind.engines import ERROR_RATE, Answer
+from benchmarks.blind.ideal import Ideal
+from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.examine import _LINEAR_SHARE
+from drillid.discrepancy.verdict import NONE, UNKNOWN
+from drillid.provenance import digest, source_hash
+
+_OF_IDEALS = ("theory", "ideal", "world", "rigs", "effects_top", "effects_sensor", "effects_string", "effects_bit")
+_UNSIZED = ("stuck_slip_regimes",)
+"""Causes whose size the simulator is not given in the catalogue's terms."""
+
+
+@dataclass(frozen=True)
+class Ideals:
+    """The ideal test on a case; NaN where it cannot be computed."""
+
+    detectability: float
+    """√λ of all that is hidden."""
+    power: float
+    """Of the test that knows the cause."""
+    family_power: float
+    """Of the test over all candidates."""
+    half_power: float
+    """That of the whole family at half the size, the least over what is hidden."""
+    candidates: float
+    same: tuple[tuple[str, ...], ...]
+    """Causes that cannot be told from each of those hidden."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A case and its answer in figures; None where a question does not arise."""
+
+    seed: int
+    windows: int
+    hidden: str
+    """Names joined by +; none where nothing is hidden."""
+    removed: bool
+    linear: bool
+    detectability: float
+    power: float
+    family_power: float
+    large: bool
+    """At least twice the size at which the family's ideal test has 50 % power."""
+    named: str
+    detected: bool
+    right: bool
+    """Every hidden cause is named as itself or a class of causes the data cannot tell from it."""
+    contains: bool
+    """Every hidden cause is a member of a verdict."""
+    family_right: bool
+    probability: float
+    sure_of_wrong_family: bool
+    still_there: bool
+    """Taken out of the catalogue, but something that cannot be told from it is left in."""
+    covered: bool | None
+    location_error: float | None
+    """Share of the string's length."""
+    gain_positive: bool | None
+    second_none: bool | None
+    """The extended model passes the screen at its share of the error rate."""
+    candidates: float
+    """Effectively distinct candidates of the ideal test."""
+    failure: str
+    """Why the engine gave no verdict."""
+
+
+def kept_ideals(case: Case) -> Ideals:
+    """The same, kept in a file named after the code that computes it and the case."""
+    texts = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py")) if path.stem in _OF_IDEALS]
+    code = source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation")
+    path = FOLDER.parent / "ideals" / f"{digest([code, texts, str(case)])}.json"
+    if path.is_file():
+        kept = json.loads(path.read_text())
+        return Ideals(**{**kept, "same": tuple(tuple(one) for one in kept["same"])})
+    found = ideals(case)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(asdict(found)))
+    return found
+
+
+def ideals(case: Case) -> Ideals:
+    """The ideal test of a case."""
+    ideal = Ideal(case)
+    noncentrality = ideal.noncentrality(case.hidden)
+    halves = [ideal.noncentrality((replace(one, size=one.size / 2),)) for one in case.hidden]
+    # a wrong sign or unit has one size, and cannot be missed
+    powers = [
+        1.0 if one.name == "sign_or_unit" else ideal.power(half, family=True)
+        for one, half in zip(case.hidden, halves, strict=True)
+    ]
+    return Ideals(
+        float(np.sqrt(noncentrality)),
+        ideal.power(noncentrality, family=False),
+        ideal.power(noncentrality, family=True),
+        float(np.min(powers)) if powers else 0.0,
+        ideal.candidates,
+        tuple(tuple(sorted(ideal.same(one))) for one in case.hidden),
+    )
+
+
+def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
+    """An answer's figures."""
+    verdicts = [one for one in answer.verdicts if one.verdict != NONE]
+    right = [_named(same, verdicts) for same in ideal.same]
+    families = {CATALOGUE[one.name].family for one in case.hidden}
+    single = case.hidden[0] if len(case.hidden) == 1 and not case.removed else None
+    true = next((one for one in verdicts if single and one.cause == single.name), None)
+    return Judgement(
+        seed=case.seed,
+        windows=len(case.stretches),
+        hidden="+".join(one.name for one in case.hidden) or NONE,
+        removed=case.removed,
+        linear=all(EFFECTS[one.name].linear for one in case.hidden),
+        detectability=ideal.detectability,
+        power=ideal.power,
+        family_power=ideal.family_power,
+        large=bool(ideal.half_power >= 0.5),
+        named="+".join(one.verdict for one in verdicts) or NONE,
+        detected=bool(verdicts),
+        right=_is_right(case, verdicts, right),
+        contains=all(any(one.name in verdict.members for verdict in verdicts) for one in case.hidden),
+        family_right={one.family for one in verdicts} == families,
+        probability=max((one.probability for one in answer.verdicts), default=0.0),
+        sure_of_wrong_family=any(
+            one.verdict != UNKNOWN and one.family not in families and one.probability > 0.9 for one in verdicts
+        ),
+        still_there=any(len(same) > 1 for same in ideal.same),
+        covered=_covered(single, true),
+        location_error=_location_error(case, single, true),
+        gain_positive=None if true is None else bool(true.gain_low > 0),
+        second_none=_second_none(answer, true),
+        candidates=ideal.candidates,
+        failure=answer.failure,
+    )
+
+
+def _is_right(case: Case, verdicts: list[Verdict], named: list[bool]) -> bool:
+    if case.removed:
+        return [one.verdict for one in verdicts] == [UNKNOWN]
+    return all(named) and len(verdicts) == len(case.hidden)
+
+
+def _named(same: tuple[str, ...], verdicts: list[Verdict]) -> bool:
+    """Whether a verdict names nothing but the cause or what cannot be told from it."""
+    return any(one.members and set(one.members) <= set(same) for one in verdicts)
+
+
+def _second_none(answer: Answer, verdict: Verdict | None) -> bool | None:
+    if verdict is None or np.isnan(answer.second_pass):
+        return None
+    return bool(answer.second_pass >= ERROR_RATE * _LINEAR_SHARE)
+
+
+def _covered(hidden: Hidden | None, verdict: Verdict | None) -> bool | None:
+    if hidden is None or verdict is None or hidden.name in _UNSIZED or not np.isfinite(verdict.size_low):
+        return None
+    return bool(verdict.size_low <= hidden.size <= verdict.size_high)
+
+
+def _location_error(case: Case, hidden: Hidden | None, verdict: Verdict | None) -> float | None:
+    if hidden is None or verdict is None or hidden.name != "local_damping_zone":
+        return None
+    length = case.stretches[0].pipe_length + float(case.equipment.collars.length)
+    return abs(verdict.location_m - zone_middle(case.context(hidden))) / length
+
+
+def as_row(judgement: Judgement) -> dict[str, object]:
+    """For a table."""
+    return asdict(judgement)

@@ -1,0 +1,121 @@
+"""Figures of merit over all cases."""
+
+import numpy as np
+import pandas as pd
+
+from drillid.discrepancy.verdict import NONE, UNKNOWN
+
+_BINS = 10
+_CONFIDENCE = 0.95
+
+TARGETS: dict[str, tuple[str, float | tuple[float, float]]] = {
+    "false_alarm": ("<=", 0.05),
+    "false_alarm_upper": ("<=", 0.08),
+    "accuracy_at_2x": (">=", 0.95),
+    "power_ratio": (">=", 0.9),
+    "unknown_share": (">=", 0.8),
+    "wrong_family_confident": ("<=", 0.03),
+    "coverage95": ("in", (0.90, 0.98)),
+    "calibration_error": ("<=", 0.05),
+    "location_within_5pct": (">=", 0.95),
+    "gain_positive": (">=", 0.95),
+    "second_pass_none": (">=", 0.95),
+}
+
+
+def scores(table: pd.DataFrame) -> dict[str, float]:
+    """Figures of merit of a table of judgements; NaN where no case asks the question.
+
+    - false_alarm: nulls with another verdict than none; false_alarm_upper: one-sided 95 % limit of Clopper and Pearson
+    - accuracy_at_2x: cause or exact class named, of single causes and pairs at twice the size where the ideal test over
+      the whole family of candidates has 50 % power
+    - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
+    - unknown_share: removed causes of that size without a stand-in in the catalogue that are called unknown
+    - wrong_family_confident: removed causes with a name of another family at a probability above 0.9
+    - coverage95, location_within_5pct, gain_positive, second_pass_none: of right names of single causes
+    """
+    nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
+    kept, removed = found[~found["removed"]], found[found["removed"]]
+    single = kept[kept["linear"] & ~kept["hidden"].str.contains("+", regex=False)]
+    large, gone = kept[kept["large"]], removed[removed["large"] & ~removed["still_there"]]
+    alarms = int(nulls["detected"].sum())
+    return {
+        "cases": len(table),
+        "false_alarm": _share(nulls["detected"]),
+        "false_alarm_upper": upper_limit(alarms, len(nulls)),
+        "accuracy_at_2x": _share(large["right"]),
+        "power_ratio": float(single["detected"].sum() / single["family_power"].sum()) if len(single) else np.nan,
+        "unknown_share": _share(gone["named"] == UNKNOWN),
+        "wrong_family_confident": _share(removed["sure_of_wrong_family"]),
+        "coverage95": _share(kept["covered"]),
+        "calibration_error": calibration_error(table),
+        "location_within_5pct": _share(kept["location_error"].dropna().astype(float) <= 0.05),
+        "gain_positive": _share(kept["gain_positive"]),
+        "second_pass_none": _share(kept["second_none"]),
+        "contains_at_2x": _share(large["contains"]),
+        "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
+        "signs_named": _share(kept[~kept["linear"]]["right"]),
+        "failures": int((table["failure"] != "").sum()),
+        "single_linear": len(single),
+        "nulls": len(nulls),
+        "removed": len(removed),
+        "at_2x": len(large),
+        "removed_at_2x": len(gone),
+        "without_ideal": int(found["detectability"].isna().sum()),
+        "covered_of": int(kept["covered"].notna().sum()),
+        "located_of": int(kept["location_error"].notna().sum()),
+    }
+
+
+def _share(column: pd.Series) -> float:
+    known = column.dropna().astype(float)
+    return float(known.mean()) if len(known) else float("nan")
+
+
+def upper_limit(count: int, cases: int) -> float:
+    """Upper limit of a share by Clopper and Pearson (1934), Biometrika 26, 404–413, one-sided."""
+    from scipy.special import betaincinv
+
+    if cases == 0 or count >= cases:
+        return 1.0
+    return float(betaincinv(count + 1, cases - count, _CONFIDENCE))
+
+
+def right_answers(table: pd.DataFrame) -> pd.Series:
+    """Whether each answer is right; that of a null is none."""
+    return table["right"].where(table["hidden"] != NONE, ~table["detected"] & (table["failure"] == "")).astype(bool)
+
+
+def calibration(table: pd.DataFrame) -> pd.DataFrame:
+    """Mean stated probability and share of right answers in bins of probability."""
+    bins = np.minimum((table["probability"].to_numpy() * _BINS).astype(int), _BINS - 1)
+    grouped = pd.DataFrame({"stated": table["probability"], "right": right_answers(table)}).groupby(bins)
+    return pd.DataFrame({"stated": grouped["stated"].mean(), "right": grouped["right"].mean(), "cases": grouped.size()})
+
+
+def calibration_error(table: pd.DataFrame) -> float:
+    """Expected calibration error: mean distance of stated probability and share of right answers, by cases."""
+    found = calibration(table)
+    weight = found["cases"] / found["cases"].sum()
+    return float((weight * (found["stated"] - found["right"]).abs()).sum())
+
+
+def confusion(table: pd.DataFrame) -> pd.DataFrame:
+    """How often each single cause, kept in the catalogue and of a size to be seen, is named what."""
+    kept = table[(table["hidden"] == NONE) | (~table["removed"] & (table["large"] | ~table["linear"]))]
+    kept = kept[~kept["hidden"].str.contains("+", regex=False)]
+    named = kept["named"].where(~kept["named"].str.contains("+", regex=False), "several")
+    short = named.where(~named.str.contains("|", regex=False), "class with it").where(
+        ~(named.str.contains("|", regex=False) & ~kept["contains"]), "class without it"
+    )
+    return pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
+
+
+def holds(name: str, value: float) -> bool | None:
+    """Whether a figure meets its target; None without one, or where no case asks."""
+    if name not in TARGETS or np.isnan(value):
+        return None
+    sign, target = TARGETS[name]
+    if isinstance(target, tuple):
+        return bool(target[0] <= value <= target[1])
+    return bool(value <= target if sign == "<=" else value >= target)

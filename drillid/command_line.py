@@ -1,0 +1,50 @@
+"""Commands of drillid: simulations that need no workflow."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drillid.errors import DrillidError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, help="Torsional dynamics of drill strings.")
+simulations = typer.Typer(no_args_is_help=True, help="Simulate a rig in time.")
+app.add_typer(simulations, name="simulate")
+
+
+@app.callback()
+def _commands() -> None:
+    """Torsional dynamics of drill strings. The workflow itself runs by `make run`."""
+
+
+@simulations.command("field")
+def simulate_field(
+    depth: Annotated[float, typer.Option(help="Depth of the bit along the hole, m.")],
+    survey: Annotated[
+        Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
+    ],
+    top_speed: Annotated[
+        Path | None, typer.Option(help="CSV with t_s and td_rpm_measured that the top drive follows.")
+    ] = None,
+    rpm: Annotated[float, typer.Option(min=0.0, help="Speed after the ramp, where no file is given.")] = 70.0,
+    ramp: Annotated[float, typer.Option(min=1.0, help="Seconds of the ramp.")] = 15.0,
+    duration: Annotated[float, typer.Option(min=5.0, max=3600.0, help="Seconds, where no file is given.")] = 60.0,
+    output: Annotated[Path, typer.Option(help="CSV that is written.")] = Path("results/field_simulated.csv"),
+) -> None:
+    """Start of rotation off bottom with the equipment and friction of the field well, at any depth of any hole.
+
+    The output has the columns t_s, td_rpm, torque_knm (of the drive, its own inertia's included), bit_rpm (as a
+    downhole record shows it, whose half-second statistics are stamped at their end) and bit_rpm_now (of the bit).
+    """
+    from drillid.field_files import ramped_speed, read_survey, read_top_speed, summary, write_start_up
+    from drillid.field_well import WELL_B, rig_at, start_up
+
+    try:
+        first_time, speed = (0.0, ramped_speed(rpm, ramp, duration)) if top_speed is None else read_top_speed(top_speed)
+        made = start_up(rig_at(depth, read_survey(survey), WELL_B), speed)
+        write_start_up(made, speed, output, first_time)
+    except DrillidError as error:
+        typer.echo(f"drillid: {error}", err=True)
+        raise typer.Exit(1) from None
+    typer.echo(summary(made, depth))
+    typer.echo(f"written to {output}")

@@ -1,0 +1,116 @@
+"""What a cause is: a small class that changes the linear model of a window, or is told by a sign in its record."""
+
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
+from drillid.physics.responses import command_mobility
+from drillid.physics.sensor import Recording
+from drillid.physics.top_drive import control
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One window as the base model sees it: the drilling system, and how the speed is recorded."""
+
+    system: DrillingSystem
+    recording: Recording
+
+    def mobility(self, s: Any) -> Any:
+        """Recorded speed per sweep torque, rad/(N m s)."""
+        return self.recording.transfer(s) * command_mobility(self.system, s)
+
+    def control(self, s: Any) -> Any:
+        """What the control takes back per recorded speed, N m s/rad."""
+        return control(self.system.top_drive.controller, s) / self.recording.transfer(s)
+
+    def with_top_drive(self, **figures: Any) -> "Setup":
+        """The same with other figures of the top drive."""
+        top_drive: TopDrive = replace(self.system.top_drive, **figures)
+        return replace(self, system=replace(self.system, top_drive=top_drive))
+
+    def with_controller(self, **figures: Any) -> "Setup":
+        """The same with other figures of the speed control."""
+        controller: Controller = replace(self.system.top_drive.controller, **figures)
+        return self.with_top_drive(controller=controller)
+
+    def with_string(self, *sections: Section) -> "Setup":
+        """The same with another string."""
+        return replace(self, system=replace(self.system, string=sections))
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What a cause may know of each window; figures of shape (window, 1)."""
+
+    speed: Any
+    """rad/s, mean of the top drive."""
+    torque: Any
+    """N m, mean at the bit, or of the command where no more is known."""
+    length: Any
+    """m, of the pipe by the logged depth."""
+
+
+WIDE = 5.0
+"""Factor by which sizes may exceed what is usual: half of the prior is so much wider."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a cause is."""
+
+    name: str
+    unit: str
+    typical: float
+    """Usual size where the cause is present; its prior is normal about zero with this deviation, or with WIDE of it."""
+    low: float
+    """Physical bounds."""
+    high: float
+
+    @property
+    def fixed(self) -> bool:
+        """Whether there is nothing to fit: the cause is present or not."""
+        return self.low == self.high
+
+
+class Cause:
+    """One cause of what a simulation gets wrong; every entry of the catalogue is a final subclass.
+
+    `shapes` are settings that are tried one by one, such as a place along the string; a cause with none has the
+    one shape 0.
+    """
+
+    name: ClassVar[str]
+    """Identifier in verdicts."""
+    family: ClassVar[str]
+    """Part of the chain that it sits in."""
+    port: ClassVar[str]
+    """Where it acts: drive, control, sensor, clock, top, string, bit or disturbance."""
+    meaning: ClassVar[str]
+    """The cause in plain words."""
+    looks_like: ClassVar[tuple[str, ...]] = ()
+    """Causes that show nearly the same."""
+    separated_by: ClassVar[str]
+    """What would tell it from those."""
+    size: ClassVar[Size]
+    shapes: ClassVar[tuple[float, ...]] = (0.0,)
+    shape_meaning: ClassVar[str] = ""
+    """What a shape is, with its unit; empty where there is one only."""
+    shape_step: ClassVar[float] = 0.0
+    """Step in which a continuous shape is refined; 0 where the shapes are all there are."""
+    is_place: ClassVar[bool] = False
+    """Whether the shape is a place along the pipe, as a share from the top."""
+    regime: ClassVar[bool] = False
+    """Whether the linear responses too go wrong where only a sign tells the cause."""
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """The window's model with the cause at a size; size 0 changes nothing.
+
+        Causes that only a sign tells leave the linear model as it is.
+        """
+        return setup
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether it changes the linear model."""
+        return type(self).extend is not Cause.extend

@@ -1,0 +1,85 @@
+"""How well a set of windows can tell causes, past all figures that are not known: before any of them is looked for.
+
+About the fitted base model every cause moves the whitened responses along a direction of its own. What of it the
+nuisance figures cannot follow is its projected information; the cosine between two projected directions says how
+much alike two causes are (Pukelsheim 2006, Optimal Design of Experiments, chapter 3).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.discrepancy.causes import Cause
+from drillid.discrepancy.set_fit import SetFit, normal_equations
+from drillid.discrepancy.set_model import SHARED, Complex, Extension, SetModel
+
+Floats = NDArray[np.float64]
+
+_LEAST_INFORMATION = 1e-30
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Scores and information of directions, past the nuisance figures."""
+
+    score: Floats
+    """(K,) derivative of the log-likelihood to each direction at zero; covariance `information` under the base."""
+    information: Floats
+    """(K, K)"""
+
+
+def candidates(catalogue: Sequence[Cause]) -> list[Extension]:
+    """Every linear cause at each of its shapes."""
+    return [Extension(cause, shape) for cause in catalogue if cause.is_linear for shape in cause.shapes]
+
+
+def columns(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
+    """Directions (W, K, rows) of further causes at size zero."""
+    if not further:
+        return np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
+    return np.stack([model.derivative(fit.point, extensions, one) for one in further], axis=1)
+
+
+def project(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Complex, without: int | None = None
+) -> Projection:
+    """Project the shared figures, the windows' own figures and the sizes of `extensions` out of directions.
+
+    Parameters
+    ----------
+    further : (W, K, rows) directions
+    without : number of the extension whose size is no nuisance, because the directions stand for it
+    """
+    normal = normal_equations(model, fit.point, extensions, further)
+    matrix, vector, _, _ = normal.eliminated()
+    count = SHARED + len(extensions)
+    nuisance = np.array([place for place in range(count) if without is None or place != SHARED + without])
+    wanted = np.arange(count, matrix.shape[0])
+    border = matrix[np.ix_(nuisance, wanted)]
+    solved = np.linalg.solve(matrix[np.ix_(nuisance, nuisance)], np.column_stack([border, vector[nuisance]]))
+    information = matrix[np.ix_(wanted, wanted)] - border.T @ solved[:, :-1]
+    score = vector[wanted] - border.T @ solved[:, -1]
+    return Projection(score, (information + information.T) / 2 + _LEAST_INFORMATION * np.eye(score.size))
+
+
+def smallest_detectable(projection: Projection, threshold: float) -> Floats:
+    """Size of each cause at which the ideal test of it alone is passed by half of all sets, (K,).
+
+    Parameters
+    ----------
+    threshold : standard deviations that the test asks for
+    """
+    return np.asarray(threshold / np.sqrt(np.diag(projection.information)), dtype=float)
+
+
+def separation(projection: Projection, sizes: Floats) -> Floats:
+    """Expected distance of causes at their sizes in standard deviations, (K, K); the second cause's size is free.
+
+    Row i: how far cause i at its size stays from the best that cause j can do.
+    """
+    information = projection.information
+    diagonal = np.diag(information)
+    unlike = np.maximum(diagonal[:, None] - information**2 / diagonal[None, :], 0.0)
+    return np.asarray(np.abs(sizes)[:, None] * np.sqrt(unlike), dtype=float)

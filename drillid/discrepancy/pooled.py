@@ -1,0 +1,97 @@
+"""Signs of all windows, taken together cause by cause."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr
+
+from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.gain import Gain
+
+_AGAINST = 30.0
+"""Most, in units of log-likelihood, that a sign may say against a cause, as its size is told roughly."""
+
+
+@dataclass(frozen=True)
+class PooledSign:
+    """What the signs of one cause say over the set."""
+
+    cause: str
+    chance: float
+    """Of so strong signs where the cause is absent: of their sum, or of the strongest."""
+    log_evidence: float
+    """Log Bayes factor of the cause that this chance stands for."""
+    size: float
+    size_error: float
+    windows: int
+
+    def evidence_for(self, size: float) -> float:
+        """Log-likelihood ratio of the signs for a size that the linear responses show, against none.
+
+        No more in favour than the chance stands for; against it by what the sizes disagree, within _AGAINST.
+        """
+        if not (np.isfinite(self.size_error) and self.size_error > 0):
+            return self.log_evidence
+        ratio = (self.size**2 - (self.size - size) ** 2) / (2 * self.size_error**2)
+        return float(np.clip(ratio, -_AGAINST, max(self.log_evidence, 0.0)))
+
+
+def pool(signs: Sequence[Sign]) -> list[PooledSign]:
+    """One entry a cause, most certain first.
+
+    A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949) and the largest
+    (Šidák 1967) are looked at, and the smaller chance is doubled.
+    """
+    pooled = []
+    for cause in sorted({sign.cause for sign in signs}):
+        own = [sign for sign in signs if sign.cause == cause and np.isfinite(sign.score)]
+        if own:
+            pooled.append(_pooled(cause, own))
+    return sorted(pooled, key=lambda one: one.chance)
+
+
+def _pooled(cause: str, own: list[Sign]) -> PooledSign:
+    score = np.array([sign.score for sign in own])
+    all_of_them = float(ndtr(-score.sum() / np.sqrt(score.size)))
+    strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
+    chance = min(1.0, 2 * min(all_of_them, strongest))
+    weight = np.array([1 / max(sign.size_error, 1e-300) ** 2 if sign.size_error > 0 else 0.0 for sign in own])
+    weight = np.where(np.isfinite(weight), weight, 0.0)
+    size = np.array([sign.size for sign in own])
+    known = weight.sum() > 0
+    mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
+    # the windows' sizes may differ by more than their errors say
+    spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0
+    error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
+    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size)
+
+
+def evidence_of_chance(chance: float) -> float:
+    """Log Bayes factor that a chance under the null can at most stand for, 1/(−e p ln p) (Sellke, Bayarri and Berger
+    2001, American Statistician 55, 62–71); 0 from 1/e on.
+    """
+    if chance >= np.exp(-1.0):
+        return 0.0
+    log = np.log(max(chance, 1e-300))
+    return float(-1.0 - log - np.log(-log))
+
+
+def sign_gain(signs: Sequence[Sign]) -> Gain:
+    """Log score of each window with the size that the other windows show, less without the cause.
+
+    About its best size the log-likelihood of a window is taken as a parabola. A single window has no other: its own
+    log-likelihood ratio less one, for the size fitted to it, stands in (Akaike 1974).
+    """
+    ratio = np.array([sign.log_ratio for sign in signs])
+    if ratio.size == 1:
+        value = float(ratio[0]) - 1.0
+        error = np.sqrt(2 * max(float(ratio[0]), 0.5))
+        return Gain(value, value - 1.96 * error, value + 1.96 * error, 0)
+    size, error = np.array([sign.size for sign in signs]), np.array([sign.size_error for sign in signs])
+    weight = np.where((error > 0) & np.isfinite(error), 1 / np.maximum(error, 1e-300) ** 2, 0.0)
+    others = (np.sum(weight * size) - weight * size) / np.maximum(np.sum(weight) - weight, 1e-300)
+    gains = ratio - 0.5 * weight * (others - size) ** 2
+    spread = float(gains.std(ddof=1) / np.sqrt(gains.size))
+    value = float(gains.mean())
+    return Gain(value, value - 1.96 * spread, value + 1.96 * spread, gains.size)

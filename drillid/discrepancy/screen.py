@@ -1,0 +1,133 @@
+"""A first look at all causes at once: linear evidence about the fitted model, and its chance where nothing is wrong."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, logsumexp
+
+from drillid.discrepancy import unknown
+from drillid.discrepancy.causes import Cause
+from drillid.discrepancy.causes.base import WIDE
+from drillid.discrepancy.distinguish import Projection, candidates, columns, project
+from drillid.discrepancy.set_fit import SetFit
+from drillid.discrepancy.set_model import Extension, SetModel
+
+Floats = NDArray[np.float64]
+
+UNKNOWN = "unknown"
+_DRAWS = 4000
+_TAIL = 0.02
+"""Share of the draws whose exponential tail continues the chance below what draws can count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Screen:
+    """Linear evidence for every cause."""
+
+    candidates: tuple[Extension, ...]
+    estimate: Floats
+    """(K,) linear estimate of each candidate's size."""
+    log_evidence: Floats
+    """(K,) log Bayes factor against the model as it is."""
+    unknown: dict[str, float]
+    """The same for a disturbance of unknown shape at each port."""
+    chance: float
+    """Of so much evidence for any of them where nothing is wrong."""
+    projection: Projection
+    """Of the candidates alone."""
+
+    def of(self, cause: str) -> float:
+        """Log Bayes factor of a cause, averaged over its shapes."""
+        own = [value for one, value in zip(self.candidates, self.log_evidence, strict=True) if one.cause.name == cause]
+        return float(logsumexp(own) - np.log(len(own)))
+
+    @property
+    def unknown_evidence(self) -> float:
+        """Log Bayes factor of an unknown disturbance, averaged over the ports."""
+        return float(logsumexp(list(self.unknown.values())) - np.log(len(self.unknown)))
+
+
+def screen(
+    model: SetModel,
+    fit: SetFit,
+    extensions: tuple[Extension, ...],
+    catalogue: Sequence[Cause],
+    generator: np.random.Generator,
+) -> Screen:
+    """Look at all linear causes and at disturbances of unknown shape beyond the model as it is.
+
+    The chance of the total evidence comes from draws of the score under the model as it is, whose covariance is
+    the projected information: the maximum over a catalogue needs no other correction.
+    """
+    chosen = [one for one in candidates(catalogue) if not one.cause.size.fixed]
+    pieces = [columns(model, fit, extensions, chosen)]
+    pieces += [unknown.directions(model, fit, extensions, port) for port in unknown.PORTS]
+    projection = project(model, fit, extensions, np.concatenate(pieces, axis=1))
+    groups = _Groups(chosen, projection.information)
+    # estimated variances make scores a little larger than the information says
+    spread = _dispersion(model)
+    each, ports, total = groups.evidence(projection.score[None] / np.sqrt(spread))
+    draws = generator.standard_normal((_DRAWS, projection.score.size)) @ _root(projection.information).T
+    chance = tail_chance(float(total[0]), groups.evidence(draws)[2])
+    count = len(chosen)
+    own = Projection(projection.score[:count], projection.information[:count, :count])
+    estimate = own.score / (np.diag(own.information) + groups.typical**-2.0)
+    return Screen(tuple(chosen), estimate, each[0], dict(zip(unknown.PORTS, ports[0], strict=True)), chance, own)
+
+
+class _Groups:
+    """Candidates and ports, and the evidence for all of them from scores."""
+
+    def __init__(self, chosen: Sequence[Extension], information: Floats) -> None:
+        self.chosen, self.information = chosen, information
+        self.typical = np.array([one.cause.size.typical for one in chosen])
+        self.one_sided = np.array([one.cause.size.low >= 0 for one in chosen])
+        names = [one.cause.name for one in chosen]
+        self.log_prior = -np.log([names.count(name) for name in names])
+
+    def evidence(self, score: Floats) -> tuple[Floats, Floats, Floats]:
+        """Log Bayes factors of candidates (..., K), of ports (..., 3) and of all together (...)."""
+        count = len(self.chosen)
+        each = gaussian_evidence(score[..., :count], np.diag(self.information)[:count], self.typical, self.one_sided)
+        size = 2 * unknown.FUNCTIONS
+        blocks = [slice(count + place * size, count + (place + 1) * size) for place in range(len(unknown.PORTS))]
+        ports = np.stack(
+            [unknown.log_evidence(score[..., block], self.information[block, block]) for block in blocks], axis=-1
+        )
+        weighted = np.concatenate([each + self.log_prior, ports - np.log(len(blocks))], axis=-1)
+        return each, ports, np.asarray(logsumexp(weighted, axis=-1), dtype=float)
+
+
+def gaussian_evidence(score: Floats, information: Floats, typical: Floats, one_sided: NDArray[np.bool_]) -> Floats:
+    """Log Bayes factor of a size with a usual or a wide normal prior, or half of one where it cannot be negative."""
+    each = []
+    for deviation in (typical, WIDE * typical):
+        precision = information + deviation**-2.0
+        whole = 0.5 * score**2 / precision - 0.5 * np.log(precision * deviation**2)
+        positive = np.log(2.0) + log_ndtr(score / np.sqrt(precision))
+        each.append(whole + np.where(one_sided, positive, 0.0))
+    return np.asarray(np.logaddexp(*each) - np.log(2.0), dtype=float)
+
+
+def tail_chance(value: float, draws: Floats) -> float:
+    """Share of draws above a value; beyond them the exponential tail that their largest show."""
+    above = int(np.count_nonzero(draws >= value))
+    largest = np.sort(draws)[-max(int(_TAIL * draws.size), 20) :]
+    if above >= largest.size:
+        return above / draws.size
+    scale = float(np.mean(largest - largest[0]))
+    return float(largest.size / draws.size * np.exp(-max(value - largest[0], 0.0) / max(scale, 1e-12)))
+
+
+def _dispersion(model: SetModel) -> float:
+    """Variance of a score per information where every weight is one over an estimated variance of ν freedoms."""
+    freedom = np.maximum(model.evidence.degrees_of_freedom[model.weight > 0], 3.0)
+    return float(np.mean((freedom - 1) / (freedom - 2)))
+
+
+def _root(information: Floats) -> Floats:
+    values, vectors = np.linalg.eigh(information)
+    root: Floats = vectors * np.sqrt(np.maximum(values, 0.0))
+    return root

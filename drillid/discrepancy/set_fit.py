@@ -1,0 +1,180 @@
+"""Fits of a set's model by Gauss and Newton, with the windows' own figures eliminated: cost is linear in windows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.discrepancy.causes.base import WIDE
+from drillid.discrepancy.set_model import (
+    DEVIATION,
+    HIGHEST,
+    LOCAL,
+    LOWEST,
+    SHARED,
+    Complex,
+    Extension,
+    Point,
+    SetModel,
+)
+
+Floats = NDArray[np.float64]
+
+_ITERATIONS = 60
+_CONVERGED = 1e-2
+"""Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
+_LOCAL_ITERATIONS = 3
+_TAIL = 3.0
+"""Degrees of freedom of the windows' deviations."""
+_LARGEST_DAMPING = 1e8
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations of a set about a point, for its shared figures and n sizes; P = 11 + n."""
+
+    each: Floats
+    """(W, P, P) of each window's rows."""
+    own: Floats
+    """(W, P) right sides."""
+    prior: Floats
+    """(P,) precision of the priors."""
+    pull: Floats
+    """(P,) right side of the priors."""
+    local_precision: Floats
+    """(W, 4) precision of the windows' deviations."""
+    local: Floats
+    """(W, 4) the deviations."""
+
+    def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
+        """The windows' own figures eliminated.
+
+        Returns
+        -------
+        matrix, vector : (P, P), (P,) of shared figures and sizes
+        own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
+        """
+        places = list(LOCAL)
+        corner = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
+        corner = corner + damping * corner * np.eye(len(places))
+        border = self.each[:, places]
+        right = self.own[:, places] - self.local_precision * self.local
+        solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
+        matrix = self.each.sum(0) + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
+        vector = self.own.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
+        return matrix, vector, solved[..., -1], solved[..., :-1]
+
+
+@dataclass(frozen=True, eq=False)
+class SetFit:
+    """Optimum of a set's model."""
+
+    point: Point
+    cost: float
+    """Half the sum of squares of residuals and prior pulls."""
+    chi2: float
+    """Sum of squared residuals of the mobilities, two for each used frequency."""
+    information: Floats
+    """(P, P), curvature of the cost in shared figures and sizes, the windows' own eliminated."""
+    pulls: float
+    """Half the sum of squared pulls of the papers on the shared figures."""
+
+    @property
+    def size_errors(self) -> Floats:
+        """Standard errors of the sizes by the curvature."""
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[SHARED:]), dtype=float)
+
+
+def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = ()) -> SetFit:
+    """Follow the cost from a start to its least value; sizes stay within their physical bounds."""
+    low, high = _bounds(extensions)
+    point = Point(
+        np.clip(start.shared, LOWEST, HIGHEST), start.local, np.clip(start.sizes, low[SHARED:], high[SHARED:])
+    )
+    cost, chi2, normal = _curvature(model, point, extensions)
+    damping = 1e-3
+    for _ in range(_ITERATIONS):
+        trial = _moved(point, normal, damping, low, high)
+        found = _curvature(model, trial, extensions)
+        fall = cost - found[0]
+        if fall > 0:
+            point, (cost, chi2, normal) = trial, found
+            damping = max(damping / 8, 1e-9)
+            if fall < _CONVERGED:
+                break
+        else:
+            damping *= 8
+            if damping > _LARGEST_DAMPING or -fall < _CONVERGED / 10:
+                break
+    pulls = 0.5 * float(np.sum(((point.shared - model.prior_mean) / model.prior_error) ** 2))
+    return SetFit(point, cost, chi2, normal.eliminated()[0], pulls)
+
+
+def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
+    """Fit the windows' own figures alone, with shared figures and sizes as they are."""
+    for _ in range(_LOCAL_ITERATIONS):
+        _, _, normal = _curvature(model, point, extensions)
+        point = Point(point.shared, point.local + normal.eliminated()[2], point.sizes)
+    return point
+
+
+def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    """Bounds of shared figures and sizes."""
+    sizes = [extension.cause.size for extension in extensions]
+    return np.append(LOWEST, [size.low for size in sizes]), np.append(HIGHEST, [size.high for size in sizes])
+
+
+def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension, ...], further: Complex) -> Normal:
+    """Normal equations about a point with further columns (W, K, rows), without priors of their own."""
+    linear = model.linearised(point, extensions)
+    prior, pull = _priors(model, point, extensions)
+    more = np.zeros(further.shape[1])
+    each, own = _products(np.concatenate([linear.jacobian, further], axis=1), linear.residual)
+    return Normal(each, own, np.append(prior, more), np.append(pull, more), _precision(point), point.local)
+
+
+def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
+    each = (jacobian @ np.conj(np.swapaxes(jacobian, -1, -2))).real
+    return each, np.einsum("wpf,wf->wp", np.conj(jacobian), residual).real
+
+
+def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    typical = np.array([WIDE * extension.cause.size.typical for extension in extensions])
+    mean = np.concatenate([model.prior_mean, np.zeros(typical.size)])
+    error = np.concatenate([model.prior_error, typical])
+    return error**-2.0, (mean - np.concatenate([point.shared, point.sizes])) / error**2
+
+
+def _precision(point: Point) -> Floats:
+    """Precision of Student's t at the deviations: a window in which the hole or the rock is another may stand apart."""
+    return np.asarray((_TAIL + 1) / (_TAIL * DEVIATION**2 + point.local**2), dtype=float)
+
+
+def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[float, float, Normal]:
+    """Cost, χ² of the mobilities and normal equations."""
+    linear = model.linearised(point, extensions)
+    prior, pull = _priors(model, point, extensions)
+    squares = (point.local / DEVIATION) ** 2
+    pulls = float(np.sum(pull**2 / prior) + np.sum((_TAIL + 1) * np.log1p(squares / _TAIL)))
+    cost = 0.5 * (float(np.sum(np.abs(linear.residual) ** 2)) + pulls)
+    normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(point), point.local)
+    return cost, linear.mobility_chi2(model.s.size), normal
+
+
+def _moved(point: Point, normal: Normal, damping: float, low: Floats, high: Floats) -> Point:
+    """The damped step; a figure that it would carry over a bound goes to the bound and the rest is solved again."""
+    matrix, vector, own, border = normal.eliminated(damping)
+    matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12))
+    now = np.append(point.shared, point.sizes)
+    held = np.zeros(vector.size, dtype=bool)
+    step = np.zeros(vector.size)
+    for _ in range(low.size):
+        free = ~held
+        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], vector[free] - matrix[np.ix_(free, held)] @ step[held])
+        over = ((now + step < low) | (now + step > high)) & free
+        if not over.any():
+            break
+        step = np.where(over, np.clip(now + step, low, high) - now, step)
+        held |= over
+    local = point.local + own - np.einsum("wlp,p->wl", border, step)
+    return Point(point.shared + step[:SHARED], local, point.sizes + step[SHARED:])

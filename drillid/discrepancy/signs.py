@@ -1,0 +1,95 @@
+"""Signs in a window's own record of causes that its linear response does not show, or shows late.
+
+Every sign is a test of what a cause would add to the record, against noise as it is there. Causes that add alike are
+told apart by taking them up one after the other: the plainest first, the others then beside it.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.signs_drive import drive_candidates
+from drillid.discrepancy.signs_dwell import backlash_score, standing_score
+from drillid.discrepancy.signs_jitter import jitter_score
+from drillid.discrepancy.signs_record import Remainder, WindowRecord
+from drillid.discrepancy.signs_score import Candidate, Score, score, whitened, without
+from drillid.discrepancy.signs_sensor import (
+    beside_neighbours,
+    quantisation_score,
+    revolution_candidate,
+    tone_score,
+)
+from drillid.discrepancy.signs_string import Motion, string_candidates
+from drillid.discrepancy.signs_time import time_candidates
+
+__all__ = ["WindowRecord", "read_signs"]
+
+Floats = NDArray[np.float64]
+
+_PLAIN = 4.0
+"""Score from which a cause is taken up before the others are judged."""
+
+
+def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
+    """Signs of all causes that this window's record can tell, at most one a cause.
+
+    A cause that the record cannot tell, as where it has no place in it, has no sign.
+
+    Parameters
+    ----------
+    window : number of the window in its set
+    """
+    remainder = Remainder(record)
+    motion = Motion(remainder)
+    candidates = [
+        *drive_candidates(remainder),
+        *time_candidates(remainder),
+        *string_candidates(remainder, motion),
+        revolution_candidate(remainder),
+    ]
+    scores = _one_after_the_other([whitened(one, remainder) for one in candidates], remainder)
+    if "once_per_revolution" in scores:
+        scores["once_per_revolution"] = beside_neighbours(remainder, scores["once_per_revolution"])
+    explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
+    left = remainder.left - remainder.without_sweep(explained)
+    alone = {
+        "aliased_tone": tone_score(remainder, left),
+        "quantisation": quantisation_score(remainder),
+        "delay_jitter": jitter_score(remainder, left),
+        "gear_backlash": backlash_score(remainder, motion),
+        "stuck_slip_regimes": standing_score(remainder, motion),
+    }
+    scores |= {cause: found for cause, found in alone.items() if found is not None}
+    return tuple(
+        Sign(cause, window, found.normal, found.size, found.size_error, found.log_ratio)
+        for cause, found in scores.items()
+    )
+
+
+def _explained(candidate: Candidate, scores: dict[str, Score]) -> Floats:
+    """Speed (samples,) that a plain cause accounts for, rad/s."""
+    found = scores.get(candidate.cause)
+    if found is None or found.normal < _PLAIN:
+        return np.zeros(candidate.columns.shape[1])
+    return np.asarray(found.amplitudes @ candidate.columns, dtype=float)
+
+
+def _one_after_the_other(candidates: list[Candidate], remainder: Remainder) -> dict[str, Score]:
+    """Scores by cause; each plain one is taken out of the record and of the others before those are judged."""
+    error, waiting = remainder.error, list(candidates)
+    scores: dict[str, Score] = {}
+    while waiting:
+        found = [(one, score(one, error, remainder)) for one in waiting]
+        told = [(one, value) for one, value in found if value is not None]
+        if not told:
+            break
+        first, best = max(told, key=lambda pair: pair[1].normal)
+        if best.normal < _PLAIN:
+            return scores | {one.cause: value for one, value in told}
+        scores[first.cause] = best
+        taken = first.columns if first.pair else first.columns[best.amplitudes != 0]
+        error = without(error[None], taken)[0]
+        waiting = [replace(one, columns=without(one.columns, taken)) for one in waiting if one is not first]
+    return scores

@@ -1,0 +1,106 @@
+"""Motion along the string, and signs of friction that weakens with speed.
+
+Speed and torque at the top drive are carried down the string by its transfer matrix (equation 5 of the paper), which
+needs no knowledge of what happens at the bit. The torque that friction would then add is moved back to the
+speed at the top by reciprocity: a torque at a depth moves the top as a torque at the top moves that depth.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, rfft
+
+from drillid.discrepancy.signs_record import Remainder
+from drillid.discrepancy.signs_score import Candidate
+from drillid.physics.bottom_end import bit_load
+from drillid.physics.line import chain_entries, input_admittance, speed_ratio
+from drillid.physics.top_drive import drive
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_LOW_PASS = (1.5, 3.0)
+"""Hz, between which motion along the string is let go: above, errors of the record grow on their way down."""
+_TOP_LOW_PASS = (3.0, 6.0)
+"""Hz, the same for the torque at the top."""
+_PLACES = (0.2, 0.4, 0.6, 0.8)
+"""Shares of the pipe's length at which wall friction is reckoned."""
+_REFERENCE_SPEED = 10.0
+"""rad/s, at which sizes of weakening friction are stated; its slope goes with the square of one over the speed."""
+
+
+class Motion:
+    """Speed and torque along the string, reckoned from the top."""
+
+    def __init__(self, remainder: Remainder) -> None:
+        self.remainder = remainder
+        self.low_pass = _passed(remainder.frequency, _LOW_PASS)
+        s, top_drive = remainder.s, remainder.system.top_drive
+        speed, command = rfft(_steady(remainder.speed)), rfft(_steady(remainder.command))
+        self.whole_torque: Complex = np.ravel(drive(top_drive, s)) * command - np.ravel(top_drive.inertia * s) * speed
+        self.speed: Complex = speed * self.low_pass
+        self.torque: Complex = self.whole_torque * self.low_pass
+        self.moved: Complex = remainder.mobility / np.ravel(drive(top_drive, s))
+
+    def string_torque(self) -> Floats:
+        """Torque into the string, N m, with its mean."""
+        mean = float(self.remainder.command.mean())
+        torque = self.whole_torque * _passed(self.remainder.frequency, _TOP_LOW_PASS)
+        return np.asarray(irfft(torque, self.remainder.samples) + mean, dtype=float)
+
+    def below(self, share: float) -> tuple[Floats, Complex]:
+        """Speed about its mean (rad/s) at a share of the pipe's length, 1 standing for the bit, and what a torque
+        there does to the speed at the top, rad/(N m s), shape (line,).
+        """
+        remainder, s = self.remainder, self.remainder.s
+        pipe, *lower = remainder.system.string
+        above = replace(pipe, length=pipe.length * share)
+        rest = () if share == 1 else (replace(pipe, length=pipe.length * (1 - share)), *lower)
+        passed = (above, *lower) if share == 1 else (above,)
+        load = bit_load(remainder.system.bit, s)
+        for section in reversed(rest):
+            load = input_admittance(section, load, s)
+        ratio: Complex = np.ones_like(s)
+        for section in reversed(passed):
+            ratio = ratio * np.ravel(speed_ratio(section, load, s))
+            load = input_admittance(section, load, s)
+        speed, torque = self.speed, self.torque
+        kept = self.low_pass > 0
+        for section in passed:
+            cosh, series, shunt, _ = (
+                np.where(kept, np.ravel(one), 0) for one in chain_entries(section, s * kept + (~kept))
+            )
+            speed, torque = cosh * speed - series * torque, cosh * torque - shunt * speed
+        moved: Complex = np.asarray(self.moved * ratio, dtype=complex)
+        return np.asarray(irfft(speed, remainder.samples), dtype=float), moved
+
+
+def _passed(frequency: Floats, band: tuple[float, float]) -> Floats:
+    """Low pass that falls from 1 to 0 over a band, (line,)."""
+    low, high = band
+    return np.asarray(np.sin(np.pi / 2 * np.clip((high - frequency) / (high - low), 0.0, 1.0)) ** 2, dtype=float)
+
+
+def _steady(series: Floats) -> Floats:
+    return np.asarray(series - series.mean(), dtype=float)
+
+
+def string_candidates(remainder: Remainder, motion: Motion) -> list[Candidate]:
+    """Friction at bit and wall that weakens with speed."""
+    speed = float(remainder.speed.mean())
+    # torque falls by size (10/Ω)² per speed, so that its second derivative is 200 size/Ω³
+    curvature = 2 * _REFERENCE_SPEED**2 / speed**3
+    pipe = remainder.system.string[0]
+    per_length = float(np.ravel(pipe.polar_moment * pipe.length)[0]) / len(_PLACES)
+    wall = np.sum([_bent(motion, share) for share in _PLACES], axis=0)
+    return [
+        Candidate("stribeck_cutting", curvature * _bent(motion, 1.0)[None], one_sided=True),
+        Candidate("coulomb_contact", curvature * per_length * wall[None], one_sided=True),
+    ]
+
+
+def _bent(motion: Motion, share: float) -> Floats:
+    """Speed at the top (rad/s) by a torque against rotation of half the square of the local speed's variation."""
+    speed, moved = motion.below(share)
+    return motion.remainder.filtered(-moved, _steady(speed**2 / 2))

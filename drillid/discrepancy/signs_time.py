@@ -1,0 +1,45 @@
+"""Signs of a response to the sweep that changes while the window lasts.
+
+The change of the response with a figure of the model, times how far that figure has moved, is looked for in what
+does not repeat with the sweep. The sweep is known, so that the noise has no part in what is looked for.
+The change is taken as its first derivative: sizes that move a mode by its own width come out too small.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, rfft
+
+from drillid.discrepancy.signs_record import Remainder
+from drillid.discrepancy.signs_score import Candidate
+from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_derivatives
+
+Floats = NDArray[np.float64]
+
+_CHANGES = np.linspace(0.15, 0.85, 15)
+"""Shares of the window at which the response is tried to jump."""
+
+_SETTLING_S = 10.0
+"""s, over which the string takes up a jump; a sudden one would have power at all frequencies."""
+
+
+def time_candidates(remainder: Remainder) -> list[Candidate]:
+    """Growth, drift and jump; none where the sweep does not repeat."""
+    if not remainder.periods:
+        return []
+    record = remainder.record
+    derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)[1]
+    spectrum = rfft(remainder.sweep - remainder.sweep.mean())
+    by_length, by_damping, by_clock = (
+        np.asarray(irfft(transfer * spectrum * (remainder.frequency > 0), remainder.samples), dtype=float)
+        for transfer in (derivatives[LENGTH], derivatives[DAMPING_BHA], -remainder.s * remainder.mobility)
+    )
+    passed = (np.arange(remainder.samples) + 0.5) / remainder.samples
+    duration = remainder.samples / record.rate
+    since = (passed - _CHANGES[:, None]) * duration
+    jumps = np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2 * by_damping
+    return [
+        Candidate("length_growth", ((passed - 0.5) * by_length)[None], one_sided=True),
+        Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None]),
+        Candidate("parameter_drift", ((passed - 0.5) * by_damping)[None]),
+        Candidate("regime_change", jumps),
+    ]

@@ -1,0 +1,124 @@
+"""What the fitted models leave unexplained, and what the engine says of it: verdicts and extended models."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.discrepancy.anomalies import flag, intervals, run_pulls, runs
+from drillid.discrepancy.leaving import change_verdict
+from drillid.discrepancy.products import examination_dataset
+from drillid.discrepancy.residuals import normality_probability, whitened_residuals, whiteness_probability
+from drillid.discrepancy.verdict import Verdict
+from drillid.discrepancy.wells import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
+from drillid.fits import known_equipment, measured_rows, stored_controller
+from drillid.schema import WINDOW_COORDINATES, Gate
+from drillid.store import Problem, WellFolders, window_place
+
+if TYPE_CHECKING:
+    from drillid.config import Settings
+    from drillid.sheets import Well
+
+Floats = NDArray[np.float64]
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """Residual tests, anomaly track, verdicts and extended models of a well."""
+    data = WellData(
+        well.rig,
+        folders.read("records", "records"),
+        folders.read("windows", "windows").load(),
+        folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load(),
+        folders.read("mobility", "mobility").load(),
+        folders.read("fits", "fits").load(),
+    )
+    error_rate, run = settings.discrepancy.error_rate, runs(well.rig, data.windows["bit_depth"].values)
+    parameters = {name: _estimate(data.fits, name) for name in ("damping_bha", "inertia_bha")}
+    pulls = {
+        track: run_pulls(*parameters[name], run)
+        for track, name in (("damping_pull", "damping_bha"), ("inertia_pull", "inertia_bha"))
+    }
+    chances = [chance for _, chance in pulls.values()]
+    dataset = _residual_tests(data).assign(
+        {name: ("window", pull) for name, (pull, _) in pulls.items()}
+        | {"flagged": ("window", flag(chances, error_rate))}
+    )
+    table = intervals(data.windows, dataset, run)
+    sets = examine_well(data, error_rate)
+    changes = [_change(row, data, dataset, run, parameters, chances) for row in table.to_dict("records")]
+    dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
+    folders.write("discrepancy", "discrepancy", dataset)
+    folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
+    table.to_csv(folders.stage("discrepancy") / "intervals.csv", index=False)
+    said = verdict_table(well.name, all_verdicts(sets, changes))
+    said.to_csv(folders.stage("discrepancy") / "verdicts.csv", index=False)
+    return _failed_tests(dataset.isel(window=data.fits["accepted"].values), error_rate)
+
+
+def _residual_tests(data: WellData) -> xr.Dataset:
+    """Whitened residuals of every window's own fit, and the chances of their tests."""
+    fits, mobility = data.fits, data.mobility
+    controller = stored_controller(fits)
+    residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
+    chances = np.full((2, residual.shape[0]), np.nan)
+    for row, measured in enumerate(measured_rows(mobility)):
+        parameters = fits["value"].values[row]
+        if np.isfinite(parameters).all():
+            known = known_equipment(data.rig, controller, float(data.windows["bit_depth"][row]))
+            white = whitened_residuals(measured, parameters, known)
+            residual[row, mobility["gate"].values[row] == Gate.USED] = white
+            chances[:, row] = normality_probability(white), whiteness_probability(white)
+    return xr.Dataset(
+        {
+            "whitened_residual": (("window", "frequency"), residual),
+            "chi2_probability": ("window", fits["fit_probability"].values),
+            "normality_probability": ("window", chances[0]),
+            "whiteness_probability": ("window", chances[1]),
+        },
+        {name: mobility[name] for name in (*WINDOW_COORDINATES, "frequency")},
+    )
+
+
+def _change(
+    row: Mapping[Hashable, Any],
+    data: WellData,
+    dataset: xr.Dataset,
+    run: NDArray[np.int64],
+    parameters: Mapping[str, tuple[Floats, Floats]],
+    chances: Sequence[Floats],
+) -> Verdict:
+    """The verdict on one flagged interval."""
+    flagged, windows = dataset["flagged"].values, data.windows
+    inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
+    usual = ~flagged & np.isin(run, run[inside]) & np.isfinite(parameters["damping_bha"][0])
+    tested = sum(int(np.isfinite(chance).sum()) for chance in chances)
+    chance = min(tested * float(np.nanmin([each[inside] for each in chances])), 1.0)
+    return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], chance, row["evidence"])
+
+
+def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
+    """Value and standard error of a parameter, NaN where the fit is not accepted."""
+    chosen = fits[["value", "standard_error"]].sel(parameter=parameter).where(fits["accepted"])
+    return chosen["value"].values, chosen["standard_error"].values
+
+
+def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
+    """A row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
+    names = {
+        "normality_probability": "are not Gaussian",
+        "whiteness_probability": "depend on their neighbours in frequency",
+    }
+    bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
+    return [
+        Problem(
+            window_place(dataset, row),
+            f"the whitened residuals {meaning} (chance {float(dataset[name][row]):.2g})",
+            "The noise or the model is not as assumed there; read its errors with care",
+        )
+        for name, meaning in names.items()
+        for row in np.flatnonzero(dataset[name].values < bound).tolist()
+    ]

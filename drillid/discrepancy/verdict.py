@@ -1,0 +1,45 @@
+"""What the engine says about a set of windows."""
+
+from dataclasses import dataclass
+
+NONE = "none"
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One verdict; a set with two causes gets two."""
+
+    verdict: str
+    """none, a cause, a class as its members joined by |, or unknown."""
+    family: str
+    """Of the most likely member; the port that localises the misfit where it is unknown."""
+    probability: float
+    """That it is right."""
+    from_m: float
+    """Hole depth at which the set begins, m."""
+    to_m: float
+    cause: str = ""
+    """The most likely member of the class."""
+    size: float = float("nan")
+    """Of the most likely member."""
+    size_low: float = float("nan")
+    """95 % interval."""
+    size_high: float = float("nan")
+    unit: str = ""
+    location_m: float = float("nan")
+    """Measured depth along the string, where the cause has a place."""
+    gain: float = float("nan")
+    """Log score of a held-out window, extended less base model."""
+    gain_low: float = float("nan")
+    """95 % interval."""
+    gain_high: float = float("nan")
+    held_out_windows: int = 0
+    what_would_separate: str = ""
+    evidence: str = ""
+    """In words: which channel shows it, and how surely."""
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Causes of the class."""
+        return () if self.verdict in (NONE, UNKNOWN) else tuple(self.verdict.split("|"))

@@ -1,0 +1,186 @@
+"""Levenberg–Marquardt within bounds on the eight parameters, compiled.
+
+A parameter at a bound is held there while the gradient pushes it outwards, so that the others converge at the same
+speed as without bounds. Damping follows Marquardt's scaling by the Hessian's diagonal and Nielsen's rule (1999).
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.fit_model import SIZE, Data, Floats, compiled, curvature
+
+Flags = NDArray[np.bool_]
+
+_FIRST_DAMPING = 1e-3
+_LEAST_DAMPING = 1e-9
+_LARGEST_DAMPING = 1e12
+_LEAST_CURVATURE = 1e-12
+LENGTH = 2
+TOLERANCE = 1e-7
+"""Fall in cost, as expected of a step, below which it is the last."""
+_FIRST_STEPS, _MORE_STEPS, _STEPS = 6, 25, 100
+_PROMISING = 30.0
+"""Cost above the best after the first steps, within which a start is followed further."""
+_AS_GOOD = 10.0
+"""Cost on the thinned data above the best, within which an optimum may be the best on all of the data."""
+_SAME_COST = 0.1
+SAME_LENGTH = 0.003
+"""Relative difference of length below which two points lead to the same optimum."""
+
+
+@compiled
+def solve_free(matrix: Floats, right: Floats, free: Flags, solution: Floats) -> bool:
+    """Solve the symmetric system (8, 8) for the free unknowns, by Cholesky's factors; the others keep their value.
+
+    What the kept unknowns contribute is taken to the right-hand side. False if the matrix is not positive.
+    """
+    factor, work = np.empty((SIZE, SIZE)), np.empty(SIZE)
+    for i in range(SIZE):
+        if not free[i]:
+            continue
+        rest = right[i]
+        for j in range(SIZE):
+            if not free[j]:
+                rest -= matrix[i, j] * solution[j]
+        for j in range(i + 1):
+            if not free[j]:
+                continue
+            total = matrix[i, j]
+            for k in range(j):
+                if free[k]:
+                    total -= factor[i, k] * factor[j, k]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[i, i] = math.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+                rest -= factor[i, j] * work[j]
+        work[i] = rest / factor[i, i]
+    for i in range(SIZE - 1, -1, -1):
+        if free[i]:
+            total = work[i]
+            for k in range(i + 1, SIZE):
+                if free[k]:
+                    total -= factor[k, i] * solution[k]
+            solution[i] = total / factor[i, i]
+    return True
+
+
+@compiled
+def bounded_step(
+    point: Floats, gradient: Floats, matrix: Floats, low: Floats, high: Floats, held: Flags, step: Floats
+) -> bool:
+    """Minimum within the bounds of a quadratic model about the point, as a step (8,); False if the model has none.
+
+    A parameter that the step would carry over a bound goes to the bound, and the step of the others is found again.
+    The held ones make the step that is given.
+    """
+    free = np.empty(SIZE, np.bool_)
+    right = np.empty(SIZE)
+    for i in range(SIZE):
+        right[i] = -gradient[i]
+        outwards = (point[i] <= low[i] and gradient[i] > 0.0) or (point[i] >= high[i] and gradient[i] < 0.0)
+        free[i] = not (held[i] or outwards)
+        if not held[i]:
+            step[i] = 0.0
+    for _ in range(SIZE):
+        if not solve_free(matrix, right, free, step):
+            return False
+        inside = True
+        for i in range(SIZE):
+            if free[i] and not low[i] <= point[i] + step[i] <= high[i]:
+                step[i] = min(max(step[i], low[i] - point[i]), high[i] - point[i])
+                free[i] = inside = False
+        if inside:
+            break
+    return True
+
+
+@compiled
+def minimise(
+    point: Floats,
+    data: Data,
+    robust: bool,
+    low: Floats,
+    high: Floats,
+    held: Flags,
+    iterations: int,
+    tolerance: float,
+    gradient: Floats,
+    hessian: Floats,
+) -> float:
+    """Move the point (8,) to the minimum of its cost, which is returned; gradient and Hessian are those at the end.
+
+    Parameters
+    ----------
+    robust : as in `curvature`
+    low, high : bounds, (8,)
+    held : parameters that keep their value, (8,)
+    tolerance : fall in cost, as expected of a step, below which it is the last
+    """
+    cost = curvature(point, data, robust, gradient, hessian)
+    damping, growth = _FIRST_DAMPING, 2.0
+    trial, step, damped = np.empty(SIZE), np.zeros(SIZE), np.empty((SIZE, SIZE))
+    trial_gradient, trial_hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    for _ in range(iterations):
+        damped[:] = hessian
+        for i in range(SIZE):
+            damped[i, i] += damping * max(hessian[i, i], _LEAST_CURVATURE)
+        step[:] = 0.0
+        solved = bounded_step(point, gradient, damped, low, high, held, step)
+        expected = 0.0
+        for i in range(SIZE):
+            trial[i] = min(max(point[i] + step[i], low[i]), high[i])
+            expected -= gradient[i] * step[i]
+            for j in range(SIZE):
+                expected -= 0.5 * step[i] * hessian[i, j] * step[j]
+        if solved and abs(expected) <= tolerance and damping < 1.0:
+            break
+        trial_cost = curvature(trial, data, robust, trial_gradient, trial_hessian) if solved else math.inf
+        if trial_cost < cost:
+            gain = min(max((cost - trial_cost) / max(expected, 1e-300), -1.0), 1.0)
+            point[:], gradient[:], hessian[:] = trial, trial_gradient, trial_hessian
+            cost = trial_cost
+            damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), _LEAST_DAMPING)
+            growth = 2.0
+        else:
+            damping *= growth
+            growth *= 2.0
+            if damping > _LARGEST_DAMPING:
+                break
+    return cost
+
+
+@compiled
+def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> int:
+    """Optima (kept, 8) of the starts (start, 8), with their costs (kept,); returns their number.
+
+    In rounds: a few steps of all starts on the thinned data, the better of them to their optimum there, and those
+    optima that lie apart and are about as good as the best to their optimum on all of the data.
+    """
+    none = np.zeros(SIZE, np.bool_)
+    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    rough = np.empty(starts.shape[0])
+    for row in range(starts.shape[0]):
+        rough[row] = minimise(starts[row], thin, False, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)
+    promising = rough.min() + _PROMISING
+    for row in range(starts.shape[0]):
+        if rough[row] < promising:
+            rough[row] = minimise(starts[row], thin, False, low, high, none, _MORE_STEPS, 1e-2, gradient, hessian)
+    order = np.argsort(rough)
+    count = 0
+    for row in order:
+        apart = rough[row] < rough[order[0]] + _AS_GOOD and count < points.shape[0]
+        for other in range(count):
+            difference = abs(starts[row, LENGTH] / points[other, LENGTH] - 1.0)
+            apart = apart and (difference > SAME_LENGTH or rough[row] > costs[other] + _SAME_COST)
+        if apart:
+            points[count], costs[count] = starts[row], rough[row]
+            count += 1
+    for row in range(count):
+        minimise(points[row], data, False, low, high, none, _MORE_STEPS, 1e-1, gradient, hessian)
+        costs[row] = minimise(points[row], data, True, low, high, none, _STEPS, TOLERANCE, gradient, hessian)
+    return count

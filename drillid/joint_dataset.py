@@ -1,0 +1,121 @@
+"""The joint fit of a well as a dataset, and its problems."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.estimation import Measured, Prior
+from drillid.joint import JointFit, joint_fit
+from drillid.joint_coordinates import SHARED, WALKING
+from drillid.joint_stream import Latest
+from drillid.physics.model import KnownEquipment
+from drillid.schema import PARAMETERS, WINDOW_COORDINATES
+from drillid.store import Problem, window_place
+
+if TYPE_CHECKING:
+    from drillid.config import FitsSettings
+
+Floats = NDArray[np.float64]
+
+_WALKING_NAMES = [list(PARAMETERS)[index] for index in WALKING]
+STATE = [*_WALKING_NAMES, *SHARED]
+"""Names of the state's coordinates."""
+_CHANGE = ("parameter", "depth", "from", "to", "probability")
+
+
+def joint_dataset(
+    measured: Sequence[Measured],
+    known: Sequence[KnownEquipment],
+    bit_depth: Floats,
+    prior: Prior,
+    fits: xr.Dataset,
+    settings: FitsSettings,
+) -> tuple[xr.Dataset, list[Problem]]:
+    """Fit the windows of a well together, starting from their own fits.
+
+    Parameters
+    ----------
+    measured, known, bit_depth : of each window
+    prior : the papers on what all windows share
+    fits : the windows' own fits
+    """
+    coordinates = {name: fits[name] for name in WINDOW_COORDINATES} | {
+        "parameter": list(PARAMETERS),
+        "shared": list(SHARED),
+        "walking": _WALKING_NAMES,
+        "state": STATE,
+        "state_": STATE,
+    }
+    starts = fits["value"].values
+    if not np.isfinite(starts).all(axis=1).any():
+        return _nothing(len(measured)).assign_coords(coordinates), []
+    share = counted_once(fits["start"].values, fits["end"].values)
+    fit = joint_fit(measured, known, bit_depth, prior, starts, settings, share)
+    return _as_dataset(fit).assign_coords(coordinates), _problems(fit, fits)
+
+
+def counted_once(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) -> Floats:
+    """Share of each window's time where time that several windows hold is split among them, shape (window,)."""
+    edges = np.unique(np.concatenate([start, end]))
+    inside = (start[:, None] <= edges[:-1]) & (edges[1:] <= end[:, None])
+    pieces = np.where(inside, np.diff(edges) / np.timedelta64(1, "s"), 0.0)
+    share: Floats = np.sum(pieces / np.maximum(inside.sum(axis=0), 1), axis=1) / pieces.sum(axis=1)
+    return share
+
+
+def _as_dataset(fit: JointFit) -> xr.Dataset:
+    latest = Latest.of(fit)
+    by_parameter = {"value": fit.value, "standard_error": fit.error, "lower": fit.lower, "upper": fit.upper}
+    figures = [
+        (list(PARAMETERS)[change.parameter], change.depth, change.depth_from, change.depth_to, change.probability)
+        for change in fit.changes
+    ]
+    columns = zip(*figures, strict=True) if figures else [()] * len(_CHANGE)
+    changes = {f"change_{name}": ("change", np.array(column)) for name, column in zip(_CHANGE, columns, strict=True)}
+    return xr.Dataset(
+        {name: (("window", "parameter"), values) for name, values in by_parameter.items()}
+        | {
+            "weight": ("window", fit.weight),
+            "agreement": ("window", fit.agreement),
+            "shared_value": ("shared", fit.shared),
+            "shared_error": ("shared", fit.shared_error),
+            "walk": ("walking", fit.walks),
+            "last_vector": ("state", latest.state.vector),
+            "last_information": (("state", "state_"), latest.state.information),
+        }
+        | changes
+    )
+
+
+def _nothing(windows: int) -> xr.Dataset:
+    """Of a well without any fit, each of which has its own problem row."""
+    sizes = {"window": windows, "parameter": len(PARAMETERS), "shared": len(SHARED), "walking": len(WALKING)}
+    sizes |= {"state": len(STATE), "state_": len(STATE), "change": 0}
+    dims: dict[str, tuple[str, ...]] = {
+        **dict.fromkeys(("value", "standard_error", "lower", "upper"), ("window", "parameter")),
+        **dict.fromkeys(("weight", "agreement"), ("window",)),
+        **dict.fromkeys(("shared_value", "shared_error"), ("shared",)),
+        **{f"change_{name}": ("change",) for name in _CHANGE},
+        "walk": ("walking",),
+        "last_vector": ("state",),
+        "last_information": ("state", "state_"),
+    }
+    return xr.Dataset({name: (dim, np.full([sizes[each] for each in dim], np.nan)) for name, dim in dims.items()})
+
+
+def _problems(fit: JointFit, fits: xr.Dataset) -> list[Problem]:
+    """A row for each window that counts less because it contradicts the others."""
+    return [
+        Problem(
+            window_place(fits, row),
+            f"contradicts the windows around it (chance {fit.agreement[row]:.1g}) or has residuals larger than its "
+            f"noise; it counts {100 * fit.weight[row]:.0f} % in the joint fit",
+            "Look at its residuals and at the log of that time",
+        )
+        for row in np.flatnonzero(fit.weight < 1).tolist()
+    ]

@@ -1,0 +1,197 @@
+"""Verdicts in plain words: what is wrong, how large, how surely, what it is worth, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.wells import read_verdicts
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from drillid.store import WellFolders
+
+ACTIONS = {
+    "drive_lag": "Tune the speed control for the lag, and ask the drive's maker for the torque loop's bandwidth.",
+    "actuator_gain": "Have the torque calibration of the drive checked: every torque limit is off by the same share.",
+    "delay_jitter": "Have the link between controller and drive checked; leave more margin in the speed control.",
+    "torque_limit": "Raise the torque limit if the string allows it, or expect more stick-slip at this limit.",
+    "torque_rate_limit": "Have the drive's ramp limit raised, or do not count on the control at high frequency.",
+    "controller_gain": "Compare the gains in the drive's settings with the rig's papers and correct the wrong one.",
+    "speed_filter": "Look for a filter on the speed in the drive's settings and write it into the rig's papers.",
+    "torque_filter": "Look for a filter on the torque in the drive's settings and write it into the rig's papers.",
+    "gear_backlash": "Have the gear of the top drive looked at; keep the mean torque well above zero.",
+    "speed_scale": "Have the speed sensor's calibration checked against a count of revolutions.",
+    "sign_or_unit": "Correct sign or unit of the channel in the rig description, then run again.",
+    "clock_offset": "Have the recorder's clocks set by one source; until then shift the speed by the offset.",
+    "recorder_filter": "Ask for the record before its filter, or write the filter into the rig's papers.",
+    "clock_drift": "Have the recorder's clocks disciplined by one source.",
+    "quantisation": "Ask for the speed in finer steps; nothing on the rig is wrong.",
+    "aliased_tone": "Have a filter put before the recorder's sampling; look for what vibrates.",
+    "once_per_revolution": "Have encoder, coupling and gear of the top drive checked for run-out.",
+    "extra_section": "Compare the string in the hole with the tally.",
+    "tapered_string": "Compare the string in the hole with the tally: a second size of pipe is likely.",
+    "local_damping_zone": "Mind this depth when tripping: ream or circulate there, and look at the cuttings.",
+    "mud_drag": "Expect more torque at higher speed; check the mud's viscosity.",
+    "hysteretic_damping": "Nothing to mend: use the extended model where damping matters.",
+    "coulomb_contact": "Turn faster or add lubricant: the wall feeds stick-slip at this speed.",
+    "wave_speed": "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's papers.",
+    "distributed_bha": "Compare the bottom-hole assembly with the tally.",
+    "motor_compliance": "Enter the motor's stiffness in the rig description.",
+    "regenerative_cutting": "Change speed or weight: the bit's blades feed vibration at this speed.",
+    "stribeck_cutting": "Turn faster or take weight off: the rock feeds stick-slip at this speed.",
+    "stuck_slip_regimes": "Turn faster or take weight off until the bit no longer stands; the figures of these windows "
+    "do not hold for smooth drilling.",
+    "length_growth": "Use shorter windows at this rate of penetration.",
+    "parameter_drift": "Look at what changed while the windows lasted: formation, weight or hole cleaning.",
+    "regime_change": "Look at what changed there: hole size, cuttings, formation or vibration; a caliper log and the "
+    "cuttings returns tell more.",
+}
+"""What a drilling supervisor can do about each cause."""
+_UNKNOWN_ACTION = "Trust the model of these depths less, and have the part of the rig that is named here looked at."
+_CLEAR, _LIKELY = 0.99, 0.9
+
+
+@dataclass(frozen=True)
+class Told:
+    """One verdict for readers."""
+
+    heading: str
+    sentences: tuple[str, ...]
+    """What it is, how large, how surely and what it is worth."""
+    action: str
+    """What to do; empty where nothing is wrong."""
+    doubt: str
+    """What speaks against it or would settle it."""
+    named: bool
+    """Something is wrong."""
+
+
+@dataclass(frozen=True)
+class SetWords:
+    """What is told of a whole set of windows."""
+
+    from_m: float
+    to_m: float
+    advice: str
+    missing: str
+    """Reading of what is missing where the cause is unknown; else empty."""
+    prediction: str
+    """How well the speed of a held-out window is predicted; empty where nothing extends the model."""
+
+
+def told(row: Mapping[Any, Any]) -> Told:
+    """Words for one row of verdicts.csv."""
+    depths = f"{row['from_m']:.0f}–{row['to_m']:.0f} m"
+    if row["verdict"] == "none":
+        sentence = f"Nothing is found that the simulation gets wrong (probability {_percent(row['probability'])})."
+        return Told(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
+    return Told(
+        heading=f"{depths}: {_title(row)}",
+        sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _worth(row)))),
+        action=ACTIONS.get(row["cause"], _UNKNOWN_ACTION),
+        doubt=_doubt(row),
+        named=True,
+    )
+
+
+def read_told(folders: WellFolders) -> tuple[tuple[Told, ...], tuple[SetWords, ...]]:
+    """The verdicts of a well in words, and what is told of its sets."""
+    rows = read_verdicts(folders.stage("discrepancy") / "verdicts.csv").to_dict("records")
+    sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
+    words = tuple(
+        SetWords(float(one["from_m"]), float(one["to_m"]), str(one["advice"].item()), _missing(one), _prediction(one))
+        for one in (sets.isel(set=number) for number in range(sets.sizes["set"]))
+    )
+    return tuple(told(row) for row in rows), words
+
+
+def _missing(one: xr.Dataset) -> str:
+    return str(one["missing_reading"].item())
+
+
+def _prediction(one: xr.Dataset) -> str:
+    """Errors of the predicted speed in a held-out window, base against extended, beside the noise."""
+    base, extended = (
+        1e3 * float(np.sqrt(np.mean((one["period_speed"] - one[name]) ** 2)))
+        for name in ("period_base", "period_extended")
+    )
+    if not np.isfinite(base) or base == extended:
+        return ""
+    noise = 1e3 * float(one["period_error"])
+    return (
+        f"In a window that the models have not seen, the speed that the sweep drives is predicted to {base:.1f} mrad/s "
+        f"without and {extended:.1f} mrad/s with the named cause, where noise is {noise:.1f} mrad/s"
+    )
+
+
+def _title(row: Mapping[Any, Any]) -> str:
+    return str(row["verdict"]).replace("|", " or ").replace("_", " ")
+
+
+def _what(row: Mapping[Any, Any]) -> str:
+    """The cause in plain words, or the members of the class."""
+    if row["verdict"] == "unknown":
+        place = row["what_would_separate"] or f"in the part called {row['family']}"
+        return f"Something is wrong that no known cause explains: {place}."
+    members: Sequence[str] = str(row["class"]).split("|")
+    if row["cause"] == "regime_change" and " up by " in row["evidence"]:
+        return f"The assembly moves in another way than in the rest of the run: {row['evidence']}."
+    words = [CATALOGUE[name].meaning for name in members]
+    if len(words) == 1:
+        return f"{words[0][0].upper()}{words[0][1:]}."
+    return f"One of these: {'; or '.join(words)}. The data cannot tell which."
+
+
+def _size(row: Mapping[Any, Any]) -> str:
+    if not np.isfinite(row["size"]) or not row["cause"]:
+        return ""
+    size = CATALOGUE[row["cause"]].size
+    unit = "" if row["unit"] == "1" else f" {row['unit']}"
+    ends = ""
+    if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
+        ends = f" (95 % interval {_figure(row['size_low'])} to {_figure(row['size_high'])}{unit})"
+    subject = size.name if "|" not in row["verdict"] else f"{size.name}, if it is {row['cause'].replace('_', ' ')}"
+    return f"{subject[0].upper()}{subject[1:]}: {_figure(row['size'])}{unit}{ends}."
+
+
+def _where(row: Mapping[Any, Any]) -> str:
+    return f"It sits {row['location_m']:.0f} m along the string." if np.isfinite(row["location_m"]) else ""
+
+
+def _surely(row: Mapping[Any, Any]) -> str:
+    word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
+    return f"{word}: the probability is {_percent(row['probability'])}."
+
+
+def _worth(row: Mapping[Any, Any]) -> str:
+    if not np.isfinite(row["gain"]):
+        return ""
+    ends = ""
+    if np.isfinite(row["gain_low"]) and np.isfinite(row["gain_high"]):
+        ends = f" (95 % interval {_figure(row['gain_low'])} to {_figure(row['gain_high'])})"
+    windows = int(row["held_out_windows"])
+    over = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
+    return f"With it the model predicts {over} better by {_figure(row['gain'])}{ends} units of log-likelihood each."
+
+
+def _doubt(row: Mapping[Any, Any]) -> str:
+    if row["verdict"] == "unknown":
+        return "Nothing in the catalogue of causes fits, so this names a place and no cause."
+    return f"What would settle it: {row['what_would_separate']}." if row["what_would_separate"] else ""
+
+
+def _percent(probability: float) -> str:
+    return "above 99 %" if probability > _CLEAR else f"{100 * probability:.0f} %"
+
+
+def _figure(value: float) -> str:
+    """Three digits, and no more than a whole number needs."""
+    if abs(value) >= 100:
+        return f"{value:,.0f}".replace(",", "\u202f").replace("-", "−")
+    return f"{value:.3g}".replace("-", "−")

@@ -1,0 +1,95 @@
+"""Verdicts on the motor bench and the field start: their names, and what their gains do and do not show."""
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks import field, motor
+from benchmarks.discoveries_field import Misses, log_odds
+from benchmarks.discoveries_field_rows import CONTACT, REST, SOLID, STIFFER, field_rows, parts, simulated
+from benchmarks.discoveries_figures import draw_field, draw_motor
+from benchmarks.discoveries_motor import MotorExamined, examine_motor, read_record
+from benchmarks.discoveries_motor_rows import motor_rows
+from benchmarks.discoveries_rows import Discovery
+from drillid.field_log import FieldLog, read_field_log
+
+
+@pytest.fixture(scope="module")
+def examined() -> MotorExamined:
+    if not motor.DATA.is_file():
+        pytest.skip(f"the motor's record is not at {motor.DATA}")
+    return examine_motor(read_record())
+
+
+@pytest.fixture(scope="module")
+def log() -> FieldLog:
+    if not field.DATA.is_file():
+        pytest.skip(f"the field log is not at {field.DATA}")
+    return read_field_log(field.DATA)
+
+
+@pytest.fixture(scope="module")
+def found(log: FieldLog) -> dict[str, Misses]:
+    return simulated(log)
+
+
+@pytest.fixture(scope="module")
+def rows(log: FieldLog, found: dict[str, Misses]) -> tuple[Discovery, ...]:
+    return field_rows(found, log)
+
+
+def test_speed_leaves_a_class_that_the_angle_separates(examined: MotorExamined) -> None:
+    speed, angle, rest = motor_rows(examined)
+    assert speed.verdict == "drive_lag|recorder_filter"
+    assert speed.gain[1] > 0
+    assert angle.verdict == "recorder_filter"
+    assert angle.size[0] == pytest.approx(7.8e-3, rel=0.01)
+    assert angle.gain[1] > 0.99
+    assert examined.by_angle.evidence["drive_lag"] < 0
+    assert rest.verdict == "unknown"
+
+
+def test_the_coupling_softens_alike_in_both_balances(examined: MotorExamined) -> None:
+    load, shaft = (examined.balances[f"softening, {side}"] for side in ("load", "motor"))
+    assert load.relative < -3 * load.error
+    assert shaft.relative == pytest.approx(load.relative, abs=3 * load.error)
+    assert load.after < load.before
+
+
+def test_friction_gains_on_held_out_time_only_beside_a_lighter_assembly(
+    rows: tuple[Discovery, ...], found: dict[str, Misses]
+) -> None:
+    named = [one for one in rows if one.verdict == "coulomb_contact"]
+    lighter = [one for one in rows if "inertia" in one.data]
+    assert len(named) == len(lighter) == 2
+    assert all(one.gain[1] > 0 for one in (*named, *lighter))
+    for series in ("torque", "bit speed"):
+        assert found[SOLID].rms(series, 45, 60) > 0.95 * next(iter(found.values())).rms(series, 45, 60)
+
+
+def test_a_stiffer_pipe_does_not_stand_in_for_the_lighter_assembly(found: dict[str, Misses]) -> None:
+    assert log_odds(found[STIFFER], found[CONTACT]) > 5
+    assert log_odds(found[SOLID], found[STIFFER]) < log_odds(found[SOLID], found[CONTACT])
+
+
+def test_friction_of_rest_is_not_said_to_gain_where_held_out_time_does_not_show_it(
+    rows: tuple[Discovery, ...], found: dict[str, Misses]
+) -> None:
+    rest = [one for one in rows if "friction of rest" in one.data]
+    assert all(one.verdict == "unknown" and one.gain[1] < 0 for one in rest)
+    assert all("not sure to be one" in one.evidence for one in rest)
+    table = parts(found)
+    assert (table.loc[REST] < table.loc[CONTACT]).sum() >= 5
+
+
+def test_intervals_hold_their_value_and_the_inertia_is_told(rows: tuple[Discovery, ...]) -> None:
+    assert all(one.size[1] < one.size[0] < one.size[2] for one in rows)
+    assert all(one.size[2] < 1 for one in rows if "inertia" in one.data)
+
+
+def test_the_figures_are_drawn(
+    examined: MotorExamined, log: FieldLog, found: dict[str, Misses], tmp_path: Path
+) -> None:
+    draw_motor(examined, tmp_path / "motor.png")
+    draw_field(log, found, tmp_path / "field.png")
+    assert all((tmp_path / name).stat().st_size > 20_000 for name in ("motor.png", "field.png"))

@@ -1,0 +1,81 @@
+"""The discovery engine on sealed cases: obvious causes, hidden in simulated logs, and rigs in which nothing is wrong.
+
+The full proof is `make blind`. Seeds are fixed here; the engine sees logs and papers alone.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.blind import cases
+from benchmarks.blind.cases import Case, evidence_of, plain_case
+from benchmarks.blind.draw import obvious
+from benchmarks.blind.engines import ERROR_RATE, Answer
+from benchmarks.blind.judge import ideals, judge
+from drillid.discrepancy import CATALOGUE, Verdict, examine
+
+HIDDEN = {
+    "drive_lag": 1,
+    "actuator_gain": 1,
+    "controller_gain": 1,
+    "torque_filter": 1,
+    "clock_offset": 1,
+    "quantisation": 1,
+    "once_per_revolution": 1,
+    "tapered_string": 1,
+    "parameter_drift": 1,
+}
+"""Causes and the windows that are logged of each."""
+NULLS = {2100: 1, 2101: 1, 2102: 2}
+"""Seeds and windows."""
+_DETECTABILITY = 25.0
+_SEEDS = {name: 2000 + list(cases.EFFECTS).index(name) for name in HIDDEN}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cases, "FOLDER", Path(tmp_path_factory.mktemp("sealed")))
+        yield
+
+
+def hidden_case(name: str) -> Case:
+    return obvious(_SEEDS[name], name, HIDDEN[name], _DETECTABILITY)
+
+
+def asked(case: Case) -> Answer:
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    return Answer(found.verdicts, found.after.chance)
+
+
+def always(name: str) -> Answer:
+    family = CATALOGUE[name].family if name in CATALOGUE else ""
+    return Answer((Verdict(name, family, 1.0, 0.0, 1.0, cause=name),), float("nan"))
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_an_obvious_cause_is_named_as_itself_or_its_exact_class(name: str) -> None:
+    case = hidden_case(name)
+    answer = asked(case)
+    found = judge(case, answer, ideals(case))
+    assert found.right, [(one.verdict, one.probability, one.evidence) for one in answer.verdicts]
+    assert found.family_right
+
+
+@pytest.mark.parametrize("seed", NULLS)
+def test_nothing_is_found_where_nothing_is_wrong(seed: int) -> None:
+    case, _ = plain_case(seed, NULLS[seed])
+    answer = asked(case)
+    assert not judge(case, answer, ideals(case)).detected, [(one.verdict, one.evidence) for one in answer.verdicts]
+
+
+def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:
+    hidden = [hidden_case(name) for name in HIDDEN]
+    known = [ideals(case) for case in hidden]
+    right: Counter[str] = Counter()
+    for name in ["none", "unknown", *HIDDEN]:
+        right[name] = sum(judge(case, always(name), ideal).right for case, ideal in zip(hidden, known, strict=True))
+    assert right["none"] == right["unknown"] == 0
+    assert all(right[name] == 1 for name in HIDDEN)

@@ -1,0 +1,87 @@
+"""The ideal test of the sealed proof: its theory is what the simulator does, and it knows exact equivalences."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.blind import cases
+from benchmarks.blind.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
+from benchmarks.blind.draw import draw, sized
+from benchmarks.blind.ideal import Ideal
+from benchmarks.blind.scores import upper_limit
+from benchmarks.blind.theory import Theory
+from drillid.discrepancy import CATALOGUE
+from drillid.physics.responses import command_mobility, laplace
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return replace(plain_case(7, 2)[0], command_logged=True)
+
+
+@pytest.fixture(scope="module")
+def ideal(case: Case) -> Ideal:
+    return Ideal(case)
+
+
+def test_every_cause_of_the_catalogue_is_hidden() -> None:
+    assert set(EFFECTS) == set(CATALOGUE)
+
+
+@pytest.mark.parametrize("name", ["hysteretic_damping", "local_damping_zone", "recorder_filter"])
+def test_response_and_noise_are_those_of_the_simulator(
+    case: Case, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cases, "FOLDER", tmp_path)
+    low, high = EFFECTS[name].range(case.world(0), case.context(Hidden(name, 0.0, 0.5)))
+    loaded = replace(case, hidden=(Hidden(name, float(np.sqrt(low * high)), 0.5),), stretches=case.stretches[:1])
+    evidence = evidence_of(loaded)
+    world, used, s = loaded.world(0), evidence.used[0], laplace(evidence.frequency)
+    expected = command_mobility(world.linear(0.5), s) * world.recording(0.5, 600.0).transfer(s)
+    square = np.abs(evidence.mobility[0] - expected)[used] ** 2 / evidence.variance[0, used]
+    assert 0.85 < square.mean() < 1.25
+    theory = Theory(replace(loaded, hidden=()))
+    frequency = np.abs(theory.s) / (2 * np.pi)
+    variance = 4 / theory.weights[0] ** 2
+    ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / variance
+    assert 0.85 < np.median(ratio) < 1.15
+
+
+def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> None:
+    generator = np.random.default_rng(0)
+    filtered = sized(case, "torque_filter", generator, (25.0, 25.0))
+    assert ideal.same(filtered) == {"torque_filter", "speed_filter"}
+    assert ideal.same(sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
+
+
+def test_the_drawn_size_has_the_wanted_detectability(case: Case, ideal: Ideal) -> None:
+    hidden = sized(case, "drive_lag", np.random.default_rng(0), (10.0, 10.0))
+    assert np.sqrt(ideal.noncentrality((hidden,))) == pytest.approx(10.0, rel=0.06)
+
+
+def test_nuisances_take_up_what_they_can(case: Case, ideal: Ideal) -> None:
+    slower = Hidden("wave_speed", 0.5 * case.equipment.length_relative, 0.5)
+    assert ideal.noncentrality((slower,)) == pytest.approx(0.25, rel=0.2)
+
+
+def test_power_is_half_at_the_threshold(ideal: Ideal) -> None:
+    for family in (False, True):
+        threshold = ideal.threshold(family=family)
+        assert ideal.power(threshold**2, family=family) == pytest.approx(0.5)
+    assert ideal.threshold(family=False) == pytest.approx(1.645, abs=1e-3)
+    assert 10 < ideal.candidates < 45
+
+
+def test_the_same_seed_gives_the_same_case_and_half_of_them_hide_nothing() -> None:
+    assert str(draw(38)) == str(draw(38))
+    drawn = [draw(seed) for seed in range(40)]
+    assert 10 < sum(not case.hidden for case in drawn) < 30
+    assert {len(case.hidden) for case in drawn} <= {0, 1, 2}
+
+
+def test_the_limit_of_a_share_is_clopper_and_pearsons() -> None:
+    assert upper_limit(0, 300) == pytest.approx(1 - 0.05 ** (1 / 300))
+    assert upper_limit(15, 300) == pytest.approx(0.0759, abs=5e-4)
+    assert upper_limit(3, 3) == 1.0

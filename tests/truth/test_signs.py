@@ -1,0 +1,280 @@
+"""Signs in records of the time-domain simulator: standard normal without their cause, plain and of the right size with.
+
+The rig is small and its noise changes in level, as drilling noise does.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import binom
+
+from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.signs import WindowRecord, read_signs
+from drillid.discrepancy.signs_drive import rate_limited
+from drillid.discrepancy.signs_sensor import lattice_step
+from drillid.errors import EstimationError
+from drillid.excitation import SWEEP_PERIOD, coloured_noise, exponential_sweeps
+from drillid.physics.nonlinear import Course, Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, Weakening
+from drillid.recorder import Recorder, Tone
+from drillid.simulate import SAMPLE_INTERVAL, simulate
+from tests.simulated import LEAD_IN_S, RATE, SHALLOW, WINDOW_S, Truth
+
+Floats = NDArray[np.float64]
+
+STEP = 0.005
+SENSOR_NOISE = 0.002
+SPEED = 10.5
+RIG = NonlinearRig(SHALLOW.system)
+LIGHT = replace(SHALLOW, pipe=replace(SHALLOW.pipe, kappa=20.0), collars=replace(SHALLOW.collars, kappa=20.0))
+NULL_RUNS, NULL_WINDOWS = 5, 12
+ALWAYS = (
+    "length_growth",
+    "clock_drift",
+    "parameter_drift",
+    "regime_change",
+    "stribeck_cutting",
+    "coulomb_contact",
+    "once_per_revolution",
+    "delay_jitter",
+)
+"""Causes that every window of steady drilling can show."""
+
+
+def records(
+    rig: NonlinearRig | Course,
+    seed: int,
+    windows: int = 1,
+    truth: Truth = SHALLOW,
+    bit_torque: float | None = None,
+    weight: float = 0.0,
+    speed: float = SPEED,
+) -> list[WindowRecord]:
+    """Successive windows under bit noise whose level wanders by 30 %."""
+    steps = round((LEAD_IN_S + windows * WINDOW_S) / STEP)
+    generator = np.random.default_rng(seed)
+    level = np.exp(coloured_noise(generator, steps, STEP, 0.3, 0.02))
+    noise = level * coloured_noise(generator, steps, STEP, truth.bit_noise, 2.0)
+    mean = truth.bit_torque if bit_torque is None else bit_torque
+    result = simulate(
+        rig,
+        exponential_sweeps(np.arange(steps) * STEP, truth.sweep_amplitude),
+        np.full(steps, speed),
+        mean + noise,
+        mean_bit_torque=mean,
+        weight_on_bit=weight,
+        time_step=STEP,
+    )
+    reading = result.speed_reading + SENSOR_NOISE * generator.standard_normal(result.time.size)
+    sweep = exponential_sweeps(result.time, truth.sweep_amplitude)
+    return [
+        WindowRecord(
+            *(values[first : first + round(WINDOW_S * RATE)] for values in (sweep, reading, result.torque_command)),
+            RATE,
+            SWEEP_PERIOD,
+            truth.parameters,
+            truth.known,
+        )
+        for first in (round((LEAD_IN_S + number * WINDOW_S) * RATE) for number in range(windows))
+    ]
+
+
+def course(change: Callable[[float], NonlinearRig]) -> Course:
+    """A rig that changes with the share of the one window that has passed."""
+    return lambda time: change(min(max((time - LEAD_IN_S) / WINDOW_S, 0.0), 1.0))
+
+
+def recorded(record: WindowRecord, recorder: Recorder) -> WindowRecord:
+    """The same with the speed recorded otherwise."""
+    return replace(record, speed=recorder.record(record.speed, SAMPLE_INTERVAL))
+
+
+def signs_of(record: WindowRecord) -> dict[str, Sign]:
+    return {sign.cause: sign for sign in read_signs(record)}
+
+
+@pytest.fixture(scope="session")
+def null_records() -> list[WindowRecord]:
+    return [record for seed in range(NULL_RUNS) for record in records(RIG, seed, NULL_WINDOWS)]
+
+
+@pytest.fixture(scope="session")
+def null_signs(null_records: list[WindowRecord]) -> list[dict[str, Sign]]:
+    return [signs_of(record) for record in null_records]
+
+
+@pytest.mark.parametrize("cause", ALWAYS)
+def test_scores_are_standard_normal_without_causes(null_signs: list[dict[str, Sign]], cause: str) -> None:
+    scores = np.array([signs[cause].score for signs in null_signs])
+    # three standard errors of mean and deviation; a test may be careful, but not bold
+    assert -0.6 < scores.mean() < 3 / np.sqrt(scores.size)
+    assert 0.6 < scores.std() < 1 + 3 / np.sqrt(2 * scores.size)
+
+
+def test_no_more_signs_than_the_error_rate_allows(null_signs: list[dict[str, Sign]]) -> None:
+    scores = np.array([sign.score for signs in null_signs for sign in signs.values()])
+    assert np.count_nonzero(scores > 2.326) <= binom.ppf(0.999, scores.size, 0.01)
+    assert np.count_nonzero(scores > 3.719) <= 1
+
+
+def test_windows_without_the_causes_place_have_no_such_sign(null_signs: list[dict[str, Sign]]) -> None:
+    for signs in null_signs:
+        assert not {"quantisation", "stuck_slip_regimes", "gear_backlash"} & set(signs)
+
+
+def _plain(record: WindowRecord, cause: str) -> Sign:
+    """The sign of a cause that stands out, and more than any other."""
+    signs = signs_of(record)
+    assert signs[cause].score > 5
+    assert signs[cause].score == max(sign.score for sign in signs.values()), signs
+    return signs[cause]
+
+
+def _has_size(sign: Sign, size: float) -> bool:
+    return abs(sign.size - size) < 3 * sign.size_error
+
+
+def test_torque_limit() -> None:
+    rig = replace(RIG, limits=DriveLimits(torque=1950.0))
+    assert _has_size(_plain(records(rig, 50)[0], "torque_limit"), 1950.0)
+
+
+def test_torque_limit_without_logged_command() -> None:
+    record = records(replace(RIG, limits=DriveLimits(torque=1900.0)), 50)[0]
+    sign = signs_of(replace(record, command=np.full_like(record.command, np.nan)))["torque_limit"]
+    assert np.isnan(sign.size)
+
+
+def test_torque_rate_limit() -> None:
+    rig = replace(RIG, limits=DriveLimits(rate=1500.0))
+    assert _has_size(_plain(records(rig, 52)[0], "torque_rate_limit"), 1500.0)
+
+
+def test_delay_jitter() -> None:
+    top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
+    rig = replace(RIG, system=replace(SHALLOW.system, top_drive=top_drive))
+    assert _has_size(_plain(records(rig, 60)[0], "delay_jitter"), 0.014**2)
+
+
+def test_once_per_revolution() -> None:
+    rig = replace(RIG, sensor=SpeedSensor(ripple=0.003))
+    assert _has_size(_plain(records(rig, 53)[0], "once_per_revolution"), 0.003)
+
+
+@pytest.mark.parametrize(
+    ("cause", "size", "recorder"),
+    [
+        ("clock_drift", 4e-5, Recorder(SAMPLE_INTERVAL, clock_drift=4e-5, clock_offset=-0.012)),
+        ("clock_drift", -4e-5, Recorder(SAMPLE_INTERVAL, clock_drift=-4e-5, clock_offset=0.012)),
+        ("aliased_tone", 0.01, Recorder(SAMPLE_INTERVAL, tones=(Tone(0.9137, 0.01),))),
+        ("aliased_tone", 0.002, Recorder(SAMPLE_INTERVAL, tones=(Tone(8.3137, 0.002),))),
+        ("quantisation", 0.05, Recorder(SAMPLE_INTERVAL, resolution=0.05)),
+    ],
+)
+def test_what_the_recorder_does(null_records: list[WindowRecord], cause: str, size: float, recorder: Recorder) -> None:
+    assert _has_size(_plain(recorded(null_records[0], recorder), cause), size)
+
+
+@pytest.mark.parametrize(
+    "recorder",
+    [
+        Recorder(SAMPLE_INTERVAL, clock_offset=0.05),
+        Recorder(SAMPLE_INTERVAL, filter_frequency=3.0),
+        Recorder(SAMPLE_INTERVAL, scale=1.1),
+        Recorder(SAMPLE_INTERVAL, resolution=1e-4),
+    ],
+    ids=["clock offset", "filter", "scale", "fine steps"],
+)
+def test_linear_defects_of_the_record_give_no_sign(null_records: list[WindowRecord], recorder: Recorder) -> None:
+    assert max(sign.score for sign in read_signs(recorded(null_records[0], recorder))) < 3.719
+
+
+def test_a_wrong_linear_model_gives_no_sign(null_records: list[WindowRecord]) -> None:
+    wrong = SHALLOW.parameters * np.array([2.0, 2.0, 1.1, 0.8, 1.3, 1.1, 3.0, 1.5])
+    for record in null_records[:4]:
+        assert max(sign.score for sign in read_signs(replace(record, fitted=wrong))) < 3.719
+
+
+def test_length_growth() -> None:
+    def grown(share: float) -> NonlinearRig:
+        pipe = replace(SHALLOW.pipe, length=SHALLOW.pipe.length + 60.0 * (share - 0.5))
+        return replace(RIG, system=replace(SHALLOW.system, string=(pipe, SHALLOW.collars)))
+
+    truth = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0)
+    assert _has_size(_plain(records(course(grown), 54, truth=truth)[0], "length_growth"), 60.0)
+
+
+def _with_damping(damping: float) -> NonlinearRig:
+    bit = replace(SHALLOW.bit, damping=damping)
+    return replace(RIG, system=replace(SHALLOW.system, bit=bit))
+
+
+QUIET = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0, bit=replace(SHALLOW.bit, damping=60.0))
+
+
+def test_parameter_drift() -> None:
+    drifting = course(lambda share: _with_damping(60.0 + 60.0 * (share - 0.5)))
+    sign = _plain(records(drifting, 55, truth=QUIET)[0], "parameter_drift")
+    assert sign.size == pytest.approx(60.0, rel=0.3)  # a first derivative reaches no further
+
+
+def test_regime_change() -> None:
+    jumping = course(lambda share: _with_damping(35.0 if share < 0.5 else 85.0))
+    sign = _plain(records(jumping, 56, truth=QUIET)[0], "regime_change")
+    assert sign.size == pytest.approx(50.0, rel=0.3)
+
+
+def test_a_bit_that_sticks_and_slips() -> None:
+    weight, threshold = 1e5, 3.0
+    steepness = 0.6 * float(SHALLOW.pipe.characteristic_admittance)
+    dynamic = 0.5 * SHALLOW.bit_torque / weight
+    static = dynamic + steepness * threshold * np.exp(6.5 / threshold) / weight
+    rig = replace(RIG, cutting=Cutting(static, dynamic, Weakening(threshold)))
+    sign = _plain(records(rig, 63, bit_torque=0.0, weight=weight, speed=6.5)[0], "stuck_slip_regimes")
+    assert sign.size > 1
+
+
+def test_torque_that_falls_with_speed() -> None:
+    weight, threshold, size = 1e5, 5.25, 18.0
+    fall = size * (10 / SPEED) ** 2 * threshold * np.exp(SPEED / threshold)
+    dynamic = 0.3 * SHALLOW.bit_torque / weight
+    cutting = Cutting(dynamic + fall / weight, dynamic, Weakening(threshold))
+    rest = SHALLOW.bit_torque - cutting.torque(weight, SPEED)
+    truth = replace(SHALLOW, bit_noise=120.0)
+    signs = signs_of(records(replace(RIG, cutting=cutting), 62, truth=truth, bit_torque=rest, weight=weight)[0])
+    assert max(signs["stribeck_cutting"].score, signs["coulomb_contact"].score) > 5
+
+
+def test_play_of_the_gear() -> None:
+    gear = Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0)
+    rig = NonlinearRig(LIGHT.system, gear=gear)
+    assert _plain(records(rig, 64, truth=LIGHT, bit_torque=-130.0)[0], "gear_backlash").size > 0
+
+
+def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
+    found = [signs_of(one)["gear_backlash"] for one in records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)]
+    assert max(sign.score for sign in found) < 3
+
+
+def test_rate_limit_of_a_step() -> None:
+    series = np.array([0.0, 1.0, 1.0, 1.0, 0.0])
+    slow, fast = rate_limited(series, np.array([0.4, 2.0]))
+    assert slow == pytest.approx([0.0, 0.4, 0.8, 1.0, 0.6])
+    assert fast == pytest.approx(series)
+
+
+def test_lattice_is_found_among_interpolated_rows() -> None:
+    generator = np.random.default_rng(1)
+    values = 0.03 * np.rint((10 + 0.3 * generator.standard_normal(5000)) / 0.03)
+    values[::10] = (values[1::10] + values[2::10] + generator.uniform(0, 0.03, 500)) / 2
+    assert lattice_step(values) == pytest.approx(0.03, rel=1e-6)
+    assert lattice_step(generator.standard_normal(5000)) is None
+
+
+def test_channels_of_different_length_are_refused(null_records: list[WindowRecord]) -> None:
+    with pytest.raises(EstimationError, match="differ in length"):
+        replace(null_records[0], sweep=null_records[0].sweep[:-1])
+    with pytest.raises(EstimationError, match="not finite"):
+        replace(null_records[0], fitted=np.full(8, np.nan))

@@ -1,0 +1,84 @@
+"""The command line: what it writes, and what it says where it cannot."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from drillid.command_line import app
+from drillid.field_files import COLUMNS, ramped_speed
+from drillid.field_well import RPM
+
+SURVEY = "depth_m,inclination_deg\n0,0\n300,0\n700,40\n2700,45\n"
+
+
+@pytest.fixture
+def survey(tmp_path: Path) -> Path:
+    path = tmp_path / "survey.csv"
+    path.write_text(SURVEY)
+    return path
+
+
+def call(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, ["simulate", "field", *map(str, arguments)])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_ramp_is_simulated_and_written(survey: Path, tmp_path: Path) -> None:
+    output = tmp_path / "deep" / "out.csv"
+    code, said, _ = call("--depth", 900, "--survey", survey, "--duration", 20, "--rpm", 60, "--output", output)
+    assert code == 0
+    assert "900 m" in said
+    assert str(output) in said
+    table = pd.read_csv(output)
+    assert tuple(table.columns) == COLUMNS
+    np.testing.assert_allclose(np.diff(table["t_s"]), 0.01, atol=1e-6)
+    np.testing.assert_allclose(table["td_rpm"], ramped_speed(60, 15, 20)[: len(table)] / RPM, atol=1e-3)
+    assert table["torque_knm"].max() > 1.0
+    assert f"{table['torque_knm'].max():.1f} kN m" in said
+    np.testing.assert_allclose(table["bit_rpm"][25:], table["bit_rpm_now"][:-25], atol=1e-3)
+
+
+def test_a_given_speed_is_followed_and_its_times_are_kept(survey: Path, tmp_path: Path) -> None:
+    speed, output = tmp_path / "speed.csv", tmp_path / "out.csv"
+    time = np.arange(0, 12, 0.02)
+    pd.DataFrame({"t_s": 100 + time, "td_rpm_measured": np.clip((time - 2) * 8, 0, 50)}).to_csv(speed, index=False)
+    code, _, _ = call("--depth", 900, "--survey", survey, "--top-speed", speed, "--output", output)
+    assert code == 0
+    table = pd.read_csv(output)
+    assert table["t_s"].iloc[0] == 100.0
+    assert table["t_s"].iloc[1] == pytest.approx(100.01)
+    assert table["td_rpm"].iloc[-1] == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("t_s,rpm\n0,0\n", "td_rpm_measured"),
+        ("t_s,td_rpm_measured\n0,0\n1,0\n", "0.1 s"),
+        ("t_s,td_rpm_measured\n0,0\n0.01,\n", "missing"),
+        ("t_s,td_rpm_measured\n0,60\n0.01,60\n", "60.0 rpm"),
+        ("t_s,td_rpm_measured\n0,0\n0.01,fast\n", "not numbers"),
+    ],
+)
+def test_a_speed_that_cannot_be_followed_is_refused(content: str, said: str, survey: Path, tmp_path: Path) -> None:
+    speed = tmp_path / "speed.csv"
+    speed.write_text(content)
+    code, _, told = call("--depth", 900, "--survey", survey, "--top-speed", speed)
+    assert code == 1
+    assert str(speed) in told
+    assert said in told
+
+
+def test_depths_and_files_that_cannot_be_are_refused(survey: Path, tmp_path: Path) -> None:
+    assert call("--depth", 100, "--survey", survey)[0] == 1
+    code, _, told = call("--depth", 5000, "--survey", survey)
+    assert code == 1
+    assert "survey" in told
+    code, _, told = call("--depth", 900, "--survey", tmp_path / "none.csv")
+    assert code == 1
+    assert "none.csv" in told
+    assert call("--survey", survey)[0] == 2

@@ -1,0 +1,108 @@
+"""Rows, gains in time and absent data of `make discoveries`."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks import discoveries, discoveries_field_rows, discoveries_motor_rows, discoveries_wells
+from benchmarks.discoveries_field import CYCLE_S, Misses, gain, log_odds
+from benchmarks.discoveries_rows import COLUMNS, Discovery, printed, table
+from drillid.discrepancy import Verdict
+from drillid.discrepancy.wells import verdict_table
+from drillid.field_well import RATE, Friction
+
+
+def misses(torque: float, bit: float, figures: int, seed: int = 0) -> Misses:
+    """A minute of cycles with so large rms misses, that vary a little."""
+    time = np.arange(round(60 * RATE)) / RATE
+    generator = np.random.default_rng(seed)
+    size = 1 + 0.1 * generator.standard_normal(20)[(time / CYCLE_S).astype(int)]
+    wave = np.sqrt(2) * size * np.sin(2 * np.pi * time / CYCLE_S)
+    names = tuple("abcdefghij"[:figures])
+    return Misses(
+        Friction(0.1), names, {"torque": np.tile(torque * wave, (3, 1)), "bit speed": np.tile(bit * wave, (3, 1))}
+    )
+
+
+def test_the_gain_in_time_is_the_fall_of_the_rms_with_the_spread_of_the_cycles() -> None:
+    value, low, high = gain(misses(4.0, 40.0, 1), misses(2.0, 41.0, 2, seed=1), "torque")
+    assert value == pytest.approx(2.0, abs=0.4)
+    assert 0 < low < value < high
+    value, low, high = gain(misses(4.0, 40.0, 1), misses(2.0, 41.0, 2, seed=1), "bit speed")
+    assert value < 0
+    same = misses(4.0, 40.0, 1)
+    assert gain(same, same, "torque") == (0.0, 0.0, 0.0)
+
+
+def test_further_figures_must_pay_their_price() -> None:
+    base = misses(4.0, 40.0, 1)
+    assert log_odds(base, misses(3.9, 39.0, 4)) < 0
+    assert log_odds(base, misses(1.0, 10.0, 4)) > 5
+
+
+def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None:
+    said = [
+        Verdict("none", "", 0.7, 1000.0, 1100.0, evidence="chance 0.5"),
+        Verdict(
+            verdict="clock_offset|drive_lag",
+            family="drive",
+            probability=0.99,
+            from_m=1100.0,
+            to_m=1200.0,
+            cause="drive_lag",
+            size=0.05,
+            size_low=0.04,
+            size_high=0.06,
+            unit="s",
+            gain=3.0,
+            gain_low=2.0,
+            gain_high=4.0,
+            held_out_windows=6,
+            what_would_separate="the command",
+            evidence="linear",
+        ),
+    ]
+    verdict_table("W1", said).to_csv(tmp_path / "verdicts.csv", index=False)
+    part = discoveries_wells.discover(tmp_path, tmp_path)
+    assert [one.verdict for one in part.rows] == ["none", "clock_offset|drive_lag"]
+    rows = table(part.rows)
+    assert tuple(rows.columns) == COLUMNS
+    assert rows["class"].tolist() == ["", "clock_offset|drive_lag"]
+    assert rows.loc[1, ["size", "size_low", "gain_high", "gain_unit", "held_out"]].tolist() == [
+        *(0.05, 0.04, 4.0),
+        *("log score a window", "6 windows in turn"),
+    ]
+    assert rows.loc[0, "gain_unit"] == ""
+    assert (tmp_path / "wells.png").stat().st_size > 5_000
+    text = printed(part.rows)
+    assert "0.05 (0.04 to 0.06) s" in text
+    assert "To separate: the command." in text
+
+
+def test_absent_data_are_said_and_the_table_is_written_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nowhere = tmp_path / "nowhere"
+    for module in (discoveries_motor_rows, discoveries_field_rows):
+        monkeypatch.setattr(module, "DATA", nowhere)
+    monkeypatch.setattr(discoveries_wells, "LOGS", nowhere)
+    monkeypatch.setattr("sys.argv", ["discoveries", "--wells", str(nowhere), "--results", str(tmp_path)])
+    discoveries.main()
+    said = capsys.readouterr().out
+    for absent in ("the wells' logs are not at", "the motor's record is not at", "the field log is not at"):
+        assert f"absent: {absent}" in said
+    written = pd.read_csv(tmp_path / "discoveries.csv")
+    assert tuple(written.columns) == COLUMNS
+    assert written.empty
+
+
+def test_wells_that_were_not_run_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(discoveries_wells, "LOGS", tmp_path)
+    assert "make rigs" in discoveries_wells.discover(tmp_path, tmp_path / "none").absent
+
+
+def test_a_row_without_size_and_gain_shows_none() -> None:
+    text = printed([Discovery("here", "none", 0.5, "quiet")])
+    assert "nan" not in text

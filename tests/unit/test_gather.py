@@ -1,0 +1,77 @@
+"""Evidence from time series and from a well's datasets is the same, and holds what the papers say."""
+
+import numpy as np
+import pytest
+
+from drillid.config import Settings
+from drillid.discrepancy.evidence import Conditions, Evidence
+from drillid.discrepancy.gather import gather_well, prior, rig_knowledge
+from drillid.discrepancy.series import Series, gather
+from drillid.errors import EstimationError
+from drillid.physics.equipment import Controller
+from drillid.physics.model import DELAY, INERTIA_TD, LENGTH
+from drillid.rig import Rig
+from tests.simulated import RATE, RIG, SHALLOW, Processed
+
+
+@pytest.fixture(scope="module")
+def of_well(healthy: Processed) -> Evidence:
+    names = (("records", "records"), ("windows", "windows"), ("spectra", "spectra"), ("mobility", "mobility"))
+    datasets = [healthy.dataset(*name) for name in (*names, ("fits", "fits"))]
+    return gather_well(RIG, *datasets)
+
+
+def test_a_well_gives_what_its_time_series_give(healthy: Processed, of_well: Evidence) -> None:
+    records, windows = healthy.dataset("records", "records"), healthy.dataset("windows", "windows")
+    first, samples = windows["first_sample"].values, windows["samples"].values
+    spans = [slice(begin, begin + count) for begin, count in zip(first, samples, strict=True)]
+    channels = ("torque_sweep", "speed", "torque_command")
+    series = [Series(*(records[name].values[span] for name in channels)) for span in spans]
+    own = gather(series, RATE, of_well.conditions, of_well.knowledge, Settings())
+    assert own.windows == of_well.windows == 4
+    np.testing.assert_array_equal(own.used, of_well.used)
+    assert own.control is not None
+    assert of_well.control is not None
+    # stages keep single precision
+    used = own.used
+    assert np.all(np.abs(own.mobility - of_well.mobility)[used] < 0.01 * np.sqrt(own.variance[used]))
+    assert np.all(np.abs(own.control / of_well.control - 1)[used] < 0.01)
+    np.testing.assert_allclose(own.fitted[:, LENGTH], of_well.fitted[:, LENGTH], rtol=1e-3)
+    assert {(sign.cause, sign.window) for sign in own.signs} == {(sign.cause, sign.window) for sign in of_well.signs}
+
+
+def test_the_control_response_is_the_papers_controller(of_well: Evidence) -> None:
+    assert of_well.control is not None
+    gains = SHALLOW.top_drive.controller
+    expected = gains.proportional + gains.integral / (2j * np.pi * of_well.frequency)
+    error = np.abs(of_well.control / expected - 1)[of_well.used]
+    assert np.median(error) < 1e-3
+
+
+def test_silent_papers_leave_the_prior_open() -> None:
+    known = rig_knowledge(RIG, Controller(350.0, 180.0), 960.0)
+    assert np.isinf(known.inertia_td_error)
+    assert np.isnan(prior(known, 960.0).value).all()
+    assert known.collar_length == 60.0
+
+
+def test_papers_are_taken_with_their_tolerances() -> None:
+    papers = RIG.model_dump(exclude_none=True) | {
+        "drive_delay": {"value": "40 ms", "tolerance": "4 ms"},
+        "top_drive_inertia": {"value": "1000 kg m^2", "relative": "2 %"},
+        "pipe": {"outer_diameter": "5.5 in", "inner_diameter": "4.778 in", "length_relative": "3 %"},
+    }
+    known = rig_knowledge(Rig.checked(papers, "rig"), Controller(350.0), 1060.0)
+    found = prior(known, 1060.0)
+    assert (found.value[DELAY], found.error[DELAY]) == pytest.approx((0.04, 0.004))
+    assert (found.value[INERTIA_TD], found.error[INERTIA_TD]) == pytest.approx((1000.0, 20.0))
+    assert (found.value[LENGTH], found.error[LENGTH]) == pytest.approx((1000.0, 30.0))
+
+
+def test_windows_without_their_conditions_are_refused(of_well: Evidence) -> None:
+    nothing = np.zeros(1000)
+    with pytest.raises(EstimationError, match="Give one for each window"):
+        gather([Series(nothing, nothing, nothing)], RATE, of_well.conditions, of_well.knowledge, Settings())
+    none = Conditions(*(values[:0] for values in vars(of_well.conditions).values()))
+    with pytest.raises(EstimationError, match="Give one for each window"):
+        gather([], RATE, none, of_well.knowledge, Settings())

@@ -1,0 +1,88 @@
+"""Verdicts in words: every cause has something to do, and figures and doubts are told as they are."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.wells import verdict_table
+from drillid.report_verdicts import ACTIONS, told
+
+LAG = Verdict(
+    "drive_lag",
+    "drive",
+    0.997,
+    1800.0,
+    1950.0,
+    cause="drive_lag",
+    size=0.0494,
+    size_low=0.0489,
+    size_high=0.0499,
+    unit="s",
+    gain=339.2,
+    gain_low=309.6,
+    gain_high=368.2,
+    held_out_windows=12,
+    what_would_separate="a sweep to higher frequency",
+)
+
+
+def row(verdict: Verdict) -> dict[Any, Any]:
+    """As verdicts.csv holds it."""
+    return verdict_table("W1", [verdict]).to_dict("records")[0]
+
+
+def test_every_cause_has_something_to_do() -> None:
+    assert ACTIONS.keys() == CATALOGUE.keys()
+
+
+@pytest.mark.parametrize("name", list(CATALOGUE))
+def test_every_cause_can_be_told(name: str) -> None:
+    cause = CATALOGUE[name]
+    words = told(row(replace(LAG, verdict=name, cause=name, family=cause.family, unit=cause.size.unit)))
+    assert words.named
+    assert words.heading == f"1800–1950 m: {name.replace('_', ' ')}"
+    text = " ".join(words.sentences)
+    assert cause.meaning[1:] in text
+    assert cause.size.name[1:] in text
+    assert "nan" not in text
+    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in words.sentences)
+
+
+def test_figures_are_told_with_their_intervals() -> None:
+    text = " ".join(told(row(LAG)).sentences)
+    assert "Time constant: 0.0494 s (95 % interval 0.0489 to 0.0499 s)." in text
+    assert "Clear: the probability is above 99 %." in text
+    assert "12 windows that it was not fitted to better by 339 (95 % interval 310 to 368)" in text
+
+
+def test_doubt_is_told() -> None:
+    doubtful = told(row(replace(LAG, probability=0.62)))
+    assert "Doubtful: the probability is 62 %." in doubtful.sentences
+    assert doubtful.doubt == "What would settle it: a sweep to higher frequency."
+
+
+def test_a_class_tells_all_members() -> None:
+    words = told(row(replace(LAG, verdict="speed_filter|torque_filter", cause="torque_filter")))
+    assert words.heading.endswith("speed filter or torque filter")
+    text = " ".join(words.sentences)
+    assert all(CATALOGUE[name].meaning in text for name in ("speed_filter", "torque_filter"))
+    assert "if it is torque filter" in text
+
+
+def test_a_place_is_told() -> None:
+    words = told(row(replace(LAG, verdict="local_damping_zone", cause="local_damping_zone", location_m=1988.9)))
+    assert "It sits 1989 m along the string." in words.sentences
+
+
+def test_nothing_and_something_unknown() -> None:
+    nothing = told(row(Verdict("none", "", 0.93, 1000.0, 1100.0)))
+    assert (nothing.named, nothing.action) == (False, "")
+    assert "(probability 93 %)" in nothing.sentences[0]
+    unknown = Verdict("unknown", "bit", 0.99, 1000.0, 1100.0, what_would_separate="it acts at the bit")
+    words = told(row(unknown))
+    assert words.named
+    assert not re.search("None|nan", " ".join([*words.sentences, words.action, words.doubt]))
+    assert "it acts at the bit" in words.sentences[0]
