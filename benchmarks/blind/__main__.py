@@ -2,52 +2,21 @@
 
 import json
 import os
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import pandas as pd
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from benchmarks.blind.document import write_document
-from benchmarks.blind.draw import draw
-from benchmarks.blind.engines import at_random, discovery
 from benchmarks.blind.figures import calibration_plot, confusion_plot, efficiency
-from benchmarks.blind.judge import as_row, judge, kept_ideals
+from benchmarks.blind.run import run
 from benchmarks.blind.scores import TARGETS, confusion, holds, scores
 
 FOLDER = Path("results/blind")
 RESULT = Path("results/blind.json")
-PROCESSES = 2
-Row = dict[str, object]
-
-
-def one_case(seed: int) -> tuple[Row, Row]:
-    """Judgements of the engine and of the random one about a case."""
-    case = draw(seed)
-    try:
-        ideal = kept_ideals(case)
-        found, guessed = (as_row(judge(case, engine(case), ideal)) for engine in (discovery, at_random))
-    except Exception as error:
-        error.add_note(f"in the sealed case of seed {seed}")
-        raise
-    return found, guessed
-
-
-def run(cases: int, first: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tables of judgements about successive seeds, of the engine and of the random one."""
-    rows: list[tuple[Row, Row]] = []
-    with ProcessPoolExecutor(PROCESSES) as pool, Progress() as progress:
-        task = progress.add_task("Sealed cases", total=cases)
-        for row in pool.map(one_case, range(first, first + cases)):
-            rows.append(row)
-            progress.advance(task)
-    found, guessed = zip(*rows, strict=True)
-    return pd.DataFrame(found), pd.DataFrame(guessed)
 
 
 def told(found: dict[str, float], guessed: dict[str, float]) -> Table:

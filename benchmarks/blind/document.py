@@ -29,8 +29,10 @@ ideal test over the family has 50 % power or more. Sizes are drawn so that √λ
 as far as physical sizes allow. {without_ideal} cases hide what is not linear (limits, play, steps, regimes); they have
 no such test and are left out of `power_ratio`.
 
-An answer is right where every verdict is the hidden cause, or a class of causes none of which is two standard
-deviations away from it at its true size.
+An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
+test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.
+A stated probability is true where the verdict is: one of its members is there, or nothing is, or nothing that the
+catalogue holds.
 
 ## What it reaches
 

@@ -37,16 +37,17 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
 
 
 def calibration_plot(table: pd.DataFrame, path: Path) -> None:
-    """Share of right answers against the probability stated."""
+    """Share of true verdicts against the probability stated."""
     found = calibration(table)
     figure, axes = plt.subplots(figsize=(5, 4.5), layout="constrained")
-    error = np.sqrt(np.maximum(found["right"] * (1 - found["right"]), 0.25 / found["cases"]) / found["cases"])
+    count = found["verdicts"]
+    error = np.sqrt(np.maximum(found["right"] * (1 - found["right"]), 0.25 / count) / count)
     axes.plot([0, 1], [0, 1], "k:", label="calibrated")
     axes.errorbar(found["stated"], found["right"], error, marker="o", capsize=3, label="engine")
-    for stated, right, cases in found.itertuples(index=False):
-        axes.annotate(str(int(cases)), (stated, right), xytext=(5, -12), textcoords="offset points", fontsize=8)
-    axes.set(xlabel="stated probability", ylabel="share of right answers", xlim=(0, 1.03), ylim=(0, 1.03))
-    axes.set_title("Calibration, with numbers of cases")
+    for stated, right, verdicts in found.itertuples(index=False):
+        axes.annotate(str(int(verdicts)), (stated, right), xytext=(5, -12), textcoords="offset points", fontsize=8)
+    axes.set(xlabel="stated probability", ylabel="share of true verdicts", xlim=(0, 1.03), ylim=(0, 1.03))
+    axes.set_title("Calibration, with numbers of verdicts")
     axes.grid(alpha=0.3)
     axes.legend()
     _save(figure, path)

@@ -24,8 +24,10 @@ ADDITIVE = ("aliased_tone", "once_per_revolution")
 _PARTS = 5
 _ROUNDS = 5
 _SIZE_STEP = 1e-4
-_SAME = 2.0
-"""Standard deviations below which two causes count as the same."""
+TOLD_APART = 0.95
+"""Share of sets in which the ideal test between two causes must be right, for them to count as told apart."""
+_SAME = float(2 * ndtri(TOLD_APART))
+"""Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 _FAINT = 0.05
 """Share of a cause's size at which its direction is compared with others."""
 _NEAR = 0.3
@@ -205,7 +207,7 @@ class Ideal:
         return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
 
     def same(self, hidden: Hidden) -> frozenset[str]:
-        """Causes that at this noise come closer than two standard deviations to a hidden one.
+        """Causes that at this noise come too close to a hidden one to be told from it.
 
         Those that come near by linear reckoning are followed to their best size.
         """

@@ -11,6 +11,7 @@ from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.ideal import Ideal
 from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.calibration import kind
 from drillid.discrepancy.examine import _LINEAR_SHARE
 from drillid.discrepancy.verdict import NONE, UNKNOWN
 from drillid.provenance import digest, source_hash
@@ -59,7 +60,8 @@ class Judgement:
     contains: bool
     """Every hidden cause is a member of a verdict."""
     family_right: bool
-    probability: float
+    claims: tuple[tuple[str, float, bool], ...]
+    """Of every verdict, its kind, its probability and whether it is true."""
     sure_of_wrong_family: bool
     still_there: bool
     """Taken out of the catalogue, but something that cannot be told from it is left in."""
@@ -131,7 +133,7 @@ def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
         right=_is_right(case, verdicts, right),
         contains=all(any(one.name in verdict.members for verdict in verdicts) for one in case.hidden),
         family_right={one.family for one in verdicts} == families,
-        probability=max((one.probability for one in answer.verdicts), default=0.0),
+        claims=tuple((kind(one), one.probability, is_true(case, one, ideal.same)) for one in answer.verdicts),
         sure_of_wrong_family=any(
             one.verdict != UNKNOWN and one.family not in families and one.probability > 0.9 for one in verdicts
         ),
@@ -143,6 +145,16 @@ def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
         candidates=ideal.candidates,
         failure=answer.failure,
     )
+
+
+def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> bool:
+    """Whether what a verdict says of itself is so: that one of its members is there, or nothing, or something else."""
+    if verdict.verdict == NONE:
+        return not case.hidden
+    if verdict.verdict == UNKNOWN:
+        return case.removed
+    members = set(verdict.members)
+    return any(one.name in members or members <= set(alike) for one, alike in zip(case.hidden, same, strict=True))
 
 
 def _is_right(case: Case, verdicts: list[Verdict], named: list[bool]) -> bool:

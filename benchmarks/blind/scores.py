@@ -81,22 +81,25 @@ def upper_limit(count: int, cases: int) -> float:
     return float(betaincinv(count + 1, cases - count, _CONFIDENCE))
 
 
-def right_answers(table: pd.DataFrame) -> pd.Series:
-    """Whether each answer is right; that of a null is none."""
-    return table["right"].where(table["hidden"] != NONE, ~table["detected"] & (table["failure"] == "")).astype(bool)
+def claims(table: pd.DataFrame) -> pd.DataFrame:
+    """All verdicts: their kind, the probability stated, and whether they are true."""
+    found = [claim for row in table["claims"] for claim in row]
+    return pd.DataFrame(found, columns=["kind", "stated", "right"]).astype({"stated": float, "right": float})
 
 
 def calibration(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean stated probability and share of right answers in bins of probability."""
-    bins = np.minimum((table["probability"].to_numpy() * _BINS).astype(int), _BINS - 1)
-    grouped = pd.DataFrame({"stated": table["probability"], "right": right_answers(table)}).groupby(bins)
-    return pd.DataFrame({"stated": grouped["stated"].mean(), "right": grouped["right"].mean(), "cases": grouped.size()})
+    """Mean stated probability and share of true verdicts in bins of probability."""
+    found = claims(table)
+    grouped = found.groupby(np.minimum((found["stated"].to_numpy() * _BINS).astype(int), _BINS - 1))
+    return pd.DataFrame(
+        {"stated": grouped["stated"].mean(), "right": grouped["right"].mean(), "verdicts": grouped.size()}
+    )
 
 
 def calibration_error(table: pd.DataFrame) -> float:
-    """Expected calibration error: mean distance of stated probability and share of right answers, by cases."""
+    """Expected calibration error: mean distance of stated probability and share of true verdicts, by verdicts."""
     found = calibration(table)
-    weight = found["cases"] / found["cases"].sum()
+    weight = found["verdicts"] / found["verdicts"].sum()
     return float((weight * (found["stated"] - found["right"]).abs()).sum())
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import expit, logsumexp
 
+from drillid.discrepancy.calibration import calibrated
 from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gain import Gain, held_out_gain
@@ -79,7 +80,8 @@ def examine(
     if before.chance < error_rate * _LINEAR_SHARE or _is_hopeless(model, base):
         examination = _explained(examination, causes, generator)
     found = [one for one in signs if one.chance < error_rate * (1 - _LINEAR_SHARE) / len(signs)]
-    return _with_signs(examination, found, error_rate)
+    result = _with_signs(examination, found, error_rate)
+    return replace(result, verdicts=tuple(calibrated(one) for one in result.verdicts))
 
 
 def _explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
@@ -103,10 +105,12 @@ def _explained(examination: Examination, causes: list[Cause], generator: np.rand
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))
-    kept = tuple(one for one in verdicts if one.gain > 0)
-    if not kept:
-        return examination if total < _WITHOUT_GAIN else _unknown(examination, before.unknown_evidence)
-    return replace(result, verdicts=kept)
+    kept = tuple(one for one in verdicts if one.gain_low > 0)
+    if kept:
+        return replace(result, verdicts=kept)
+    if total < _WITHOUT_GAIN and all(one.gain <= 0 for one in verdicts):
+        return examination
+    return _unknown(examination, before.unknown_evidence, verdicts)
 
 
 def _is_hopeless(model: SetModel, base: SetFit) -> bool:
@@ -214,8 +218,8 @@ def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Ga
     return held_out_gain(result.model, (start, without), (point, result.extensions))
 
 
-def _unknown(examination: Examination, log_evidence: float) -> Examination:
-    """Something is wrong and nothing in the catalogue explains it."""
+def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
+    """Something is wrong, and nothing in the catalogue explains it in a way that held-out data bear out."""
     port = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
     conditions = examination.model.evidence.conditions
     verdict = Verdict(
@@ -224,10 +228,16 @@ def _unknown(examination: Examination, log_evidence: float) -> Examination:
         probability=_surely(log_evidence),
         from_m=float(conditions.hole_depth.min()),
         to_m=float(conditions.hole_depth.max()),
-        evidence=f"linear responses, chance {examination.before.chance:.2g} where nothing is wrong",
+        evidence=f"linear responses, chance {examination.before.chance:.2g} where nothing is wrong{_doubt(unproved)}",
         what_would_separate="the unknown disturbance acts as one " + _AT[port],
     )
     return replace(examination, verdicts=(verdict,))
+
+
+def _doubt(unproved: tuple[Verdict, ...]) -> str:
+    """Names that were in sight, in words."""
+    names = ", ".join(one.verdict for one in unproved)
+    return f"; {names} would fit, without a sure gain on held-out data" if names else ""
 
 
 _AT = {
@@ -264,8 +274,15 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
     plain = max((one.log_evidence for one in chosen), default=0.0)
     chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
     shown = [_sign_verdict(examination, one, found) for one in chosen]
-    verdicts = (*linear, *(one for one in shown if one.gain > 0))
-    return replace(examination, verdicts=verdicts or (_none(examination),))
+    verdicts = (*linear, *(one for one in shown if one.gain_low > 0))
+    doubtful = [_nameless(one) for one in shown if one.gain > 0]
+    return replace(examination, verdicts=verdicts or tuple(doubtful[:1]) or (_none(examination),))
+
+
+def _nameless(one: Verdict) -> Verdict:
+    """What is left of a name whose gain is not sure."""
+    said = f"{one.evidence}{_doubt((one,))}"
+    return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)
 
 
 def _alike(one: str, other: str) -> bool:
