@@ -8,8 +8,12 @@ order in ΔT. So for each trial of length and lower end the three follow in clos
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drillid.fit_model import Complex, Floats, compiled, falling, inverse, root
+
+Singles = NDArray[np.float32]
+"""Numbers of the search, which only ranks trials: the processor does twice as many at once."""
 
 COST, LENGTH, INERTIA, POLAR, DELAY_CHANGE, SHAPE = range(6)
 """Columns of the trials."""
@@ -72,7 +76,9 @@ def coarse_delay(s: Complex, inverted: Complex, weight: Floats, largest: float) 
 
 
 @compiled
-def _prepare(s: Complex, shunt: Complex, series: Complex, end: Floats, step: float, work: Floats, first: float) -> None:
+def _prepare(
+    s: Complex, shunt: Complex, series: Complex, end: Floats, step: float, work: Singles, first: float
+) -> None:
     """Characteristic admittance, load sum and difference and both exponentials of all frequencies, per polar moment.
 
     Rows of `work` (10, frequency) are real and imaginary parts of Y₀, Y_L + Y₀, Y_L − Y₀, the decay to the first
@@ -92,20 +98,24 @@ def _prepare(s: Complex, shunt: Complex, series: Complex, end: Floats, step: flo
 
 
 @compiled
-def _products(s: Complex, target: Complex, slope: Complex, weight: Floats, work: Floats, sums: Floats) -> None:
-    """Sums over frequency of |y|², and of y times s, target and delay's slope; then moves on to the next length."""
-    yy = ys = yt = yd = 0.0
-    for k in range(s.size):
+def _products(given: Singles, work: Singles, sums: Floats) -> None:
+    """Sums over frequency of |y|², and of y times s, target and delay's slope; then moves on to the next length.
+
+    Rows of `given` (6, frequency) are the weight, s, and real and imaginary parts of target and slope.
+    """
+    one = np.float32(1.0)
+    yy = ys = yt = yd = np.float32(0.0)
+    for k in range(given.shape[1]):
         ar, ai, br, bi = work[2, k], work[3, k], work[4, k], work[5, k]
         nr, ni, dr, di = ar + br, ai + bi, ar - br, ai - bi
-        scale = 1.0 / (dr * dr + di * di)
+        scale = one / (dr * dr + di * di)
         qr, qi = (nr * dr + ni * di) * scale, (ni * dr - nr * di) * scale
         yr, yi = work[0, k] * qr - work[1, k] * qi, work[0, k] * qi + work[1, k] * qr
-        w = weight[k]
+        w = given[0, k]
         yy += w * (yr * yr + yi * yi)
-        ys += w * yi * s[k].imag
-        yt += w * (yr * target[k].real + yi * target[k].imag)
-        yd += w * (yr * slope[k].real + yi * slope[k].imag)
+        ys += w * yi * given[1, k]
+        yt += w * (yr * given[2, k] + yi * given[3, k])
+        yd += w * (yr * given[4, k] + yi * given[5, k])
         work[4, k], work[5, k] = br * work[6, k] - bi * work[7, k], br * work[7, k] + bi * work[6, k]
     sums[0], sums[1], sums[2], sums[3] = yy, ys, yt, yd
 
@@ -141,12 +151,15 @@ def search(
         st += weight[k] * s[k].imag * target[k].imag
         dt += weight[k] * (slope[k].real * target[k].real + slope[k].imag * target[k].imag)
         tt += weight[k] * (target[k].real ** 2 + target[k].imag ** 2)
-    work, sums, found = np.empty((8, s.size)), np.empty(4), np.empty((lengths.size, 4))
+    given, work = np.empty((6, s.size), np.float32), np.empty((8, s.size), np.float32)
+    given[0], given[1] = weight, s.imag
+    given[2], given[3], given[4], given[5] = target.real, target.imag, slope.real, slope.imag
+    sums, found = np.empty(4), np.empty((lengths.size, 4))
     count = 0
     for shape in range(ends.shape[0]):
         _prepare(s, shunt, series, ends[shape], lengths[1] - lengths[0], work, lengths[0])
         for i in range(lengths.size):
-            _products(s, target, slope, weight, work, sums)
+            _products(given, work, sums)
             _solve_three(ss, sd, dd, st, dt, tt, sums, bounds, found[i])
         for i in range(lengths.size):
             before = found[i - 1, 0] if i > 0 else math.inf

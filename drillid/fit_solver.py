@@ -20,11 +20,16 @@ _LEAST_CURVATURE = 1e-12
 LENGTH = 2
 TOLERANCE = 1e-7
 """Fall in cost, as expected of a step, below which it is the last."""
-_FIRST_STEPS, _MORE_STEPS, _STEPS = 6, 25, 100
+_FIRST_STEPS, _MORE_STEPS, _STEPS = 4, 25, 100
 _PROMISING = 30.0
 """Cost above the best after the first steps, within which a start is followed further."""
 _AS_GOOD = 10.0
 """Cost on the thinned data above the best, within which an optimum may be the best on all of the data."""
+_LIKELY = 5.0
+"""Cost on all of the data above the best, within which an optimum is followed to its end."""
+SHIFTS = (-0.04, -0.015, 0.015, 0.04)
+"""Relative changes of the best length that are tried as well."""
+_HELD_STEPS, _FREE_STEPS = 2, 6
 _SAME_COST = 0.1
 SAME_LENGTH = 0.003
 """Relative difference of length below which two points lead to the same optimum."""
@@ -155,32 +160,55 @@ def minimise(
 
 
 @compiled
+def _neighbours(best: Floats, thin: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> None:
+    """Points (SHIFTS, 8) a few steps from strings a little shorter and longer than the best, with their costs.
+
+    Where the sweep reaches few modes, strings whose resonances fall together explain a window nearly as well.
+    """
+    held, none = np.zeros(SIZE, np.bool_), np.zeros(SIZE, np.bool_)
+    held[LENGTH] = True
+    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    for row in range(len(SHIFTS)):
+        points[row] = best
+        points[row, LENGTH] = min(max(best[LENGTH] * (1.0 + SHIFTS[row]), low[LENGTH]), high[LENGTH])
+        minimise(points[row], thin, False, low, high, held, _HELD_STEPS, 1e-1, gradient, hessian)
+        costs[row] = minimise(points[row], thin, False, low, high, none, _FREE_STEPS, 1e-2, gradient, hessian)
+
+
+@compiled
 def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> int:
     """Optima (kept, 8) of the starts (start, 8), with their costs (kept,); returns their number.
 
-    In rounds: a few steps of all starts on the thinned data, the better of them to their optimum there, and those
-    optima that lie apart and are about as good as the best to their optimum on all of the data.
+    In rounds: a few steps of all starts on the thinned data; the better of them, and strings a little shorter and
+    longer than the best, to their optimum there; and those optima that lie apart and are about as good as the best
+    on all of the data, to their optimum where that may be the best.
     """
     none = np.zeros(SIZE, np.bool_)
     gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
-    rough = np.empty(starts.shape[0])
-    for row in range(starts.shape[0]):
-        rough[row] = minimise(starts[row], thin, False, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)
-    promising = rough.min() + _PROMISING
-    for row in range(starts.shape[0]):
+    first = starts.shape[0]
+    every, rough = np.empty((first + len(SHIFTS), SIZE)), np.empty(first + len(SHIFTS))
+    every[:first] = starts
+    for row in range(first):
+        rough[row] = minimise(every[row], thin, False, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)
+    promising = rough[:first].min() + _PROMISING
+    for row in range(first):
         if rough[row] < promising:
-            rough[row] = minimise(starts[row], thin, False, low, high, none, _MORE_STEPS, 1e-2, gradient, hessian)
+            rough[row] = minimise(every[row], thin, False, low, high, none, _MORE_STEPS, 1e-2, gradient, hessian)
+    _neighbours(every[rough[:first].argmin()], thin, low, high, every[first:], rough[first:])
     order = np.argsort(rough)
     count = 0
     for row in order:
         apart = rough[row] < rough[order[0]] + _AS_GOOD and count < points.shape[0]
         for other in range(count):
-            difference = abs(starts[row, LENGTH] / points[other, LENGTH] - 1.0)
+            difference = abs(every[row, LENGTH] / points[other, LENGTH] - 1.0)
             apart = apart and (difference > SAME_LENGTH or rough[row] > costs[other] + _SAME_COST)
         if apart:
-            points[count], costs[count] = starts[row], rough[row]
+            points[count], costs[count] = every[row], rough[row]
             count += 1
     for row in range(count):
-        minimise(points[row], data, False, low, high, none, _MORE_STEPS, 1e-1, gradient, hessian)
-        costs[row] = minimise(points[row], data, True, low, high, none, _STEPS, TOLERANCE, gradient, hessian)
+        costs[row] = minimise(points[row], data, True, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)
+    likely = costs[:count].min() + _LIKELY
+    for row in range(count):
+        if costs[row] < likely:
+            costs[row] = minimise(points[row], data, True, low, high, none, _STEPS, TOLERANCE, gradient, hessian)
     return count

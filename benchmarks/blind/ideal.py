@@ -159,21 +159,19 @@ class Ideal:
         deviations = np.concatenate([self.priors.shared, np.tile(self.priors.local, len(factors))])
         return np.concatenate([*blocks, np.diag(1 / deviations)]), np.concatenate([one[:, count:] for one in factors])
 
-    @cached_property
-    def directions(self) -> tuple[list[Hidden], Floats]:
-        """Small causes of every linear kind and shape, and what each adds beyond the nuisances, (rows, causes)."""
+    def small(self, in_time: bool) -> list[Hidden]:
+        """Small causes of every linear kind and shape, that change within a window or do not."""
         small = []
         for name, effect in EFFECTS.items():
-            if effect.linear and name not in IN_TIME:
+            if effect.linear and (name in IN_TIME) == in_time:
                 for shape in _SHAPES.get(name, (0.5,)):
                     probe = Hidden(name, 0.0, shape)
                     low, _ = effect.range(self.case.world(0, hidden=()), self.case.context(probe))
                     small.append(Hidden(name, low, shape))
-        return small, self._beyond([(one,) for one in small])
+        return small
 
-    def _beyond(self, sets: list[tuple[Hidden, ...]]) -> Floats:
-        """What sets of steady causes add to the whitened responses beyond the nuisances, (rows, sets)."""
-        theory = self.steady
+    def _beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
+        """What sets of causes add to the whitened responses beyond the nuisances, (rows, sets)."""
         factors = []
         for number in range(theory.windows):
             plain = theory.response(number)
@@ -190,7 +188,7 @@ class Ideal:
         Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
         as one and fractions as they are.
         """
-        _, added = self.directions
+        added = self._beyond(self.steady, [(one,) for one in self.small(in_time=False)])
         size = np.linalg.norm(added, axis=0)
         unit = added[:, size > 0] / size[size > 0]
         values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
@@ -211,11 +209,11 @@ class Ideal:
 
         Those that come near by linear reckoning are followed to their best size.
         """
-        if not EFFECTS[hidden.name].linear or hidden.name in IN_TIME:
+        if not EFFECTS[hidden.name].linear:
             return frozenset({hidden.name})
-        small = self.directions[0]
+        small = self.small(hidden.name in IN_TIME)
         faint = replace(hidden, size=_FAINT * hidden.size)
-        joined = self._beyond([(faint,), *((one,) for one in small)])
+        joined = self._beyond(self.theory(frozenset({hidden.name})), [(faint,), *((one,) for one in small)])
         target, added = joined[:, 0], joined[:, 1:]
         found = {hidden.name}
         for one, along in zip(small, added.T, strict=True):

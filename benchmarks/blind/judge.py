@@ -19,6 +19,8 @@ from drillid.provenance import digest, source_hash
 _OF_IDEALS = ("theory", "ideal", "world", "rigs", "effects_top", "effects_sensor", "effects_string", "effects_bit")
 _UNSIZED = ("stuck_slip_regimes",)
 """Causes whose size the simulator is not given in the catalogue's terms."""
+_TOGETHER = frozenset({"actuator_gain", "controller_gain", "speed_scale"})
+"""Each of these is exactly the other two together: a record times g, the gains over g with the torque times g."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Judgement:
     """Of every verdict, its kind, its probability and whether it is true."""
     sure_of_wrong_family: bool
     still_there: bool
-    """Taken out of the catalogue, but something that cannot be told from it is left in."""
+    """Where it is taken out of the catalogue: what cannot be told from it is left in, one cause or two together."""
     covered: bool | None
     location_error: float | None
     """Share of the string's length."""
@@ -137,7 +139,7 @@ def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
         sure_of_wrong_family=any(
             one.verdict != UNKNOWN and one.family not in families and one.probability > 0.9 for one in verdicts
         ),
-        still_there=any(len(same) > 1 for same in ideal.same),
+        still_there=any(len(same) > 1 for same in ideal.same) or case.answer <= _TOGETHER,
         covered=_covered(single, true),
         location_error=_location_error(case, single, true),
         gain_positive=None if true is None else bool(true.gain_low > 0),

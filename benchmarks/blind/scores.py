@@ -31,7 +31,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
       the whole family of candidates has 50 % power
     - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
     - unknown_share: removed causes of that size without a stand-in in the catalogue that are called unknown
-    - wrong_family_confident: removed causes with a name of another family at a probability above 0.9
+    - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
     - coverage95, location_within_5pct, gain_positive, second_pass_none: of right names of single causes
     """
     nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
@@ -46,7 +46,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "accuracy_at_2x": _share(large["right"]),
         "power_ratio": float(single["detected"].sum() / single["family_power"].sum()) if len(single) else np.nan,
         "unknown_share": _share(gone["named"] == UNKNOWN),
-        "wrong_family_confident": _share(removed["sure_of_wrong_family"]),
+        "wrong_family_confident": _share(removed[~removed["still_there"]]["sure_of_wrong_family"]),
         "coverage95": _share(kept["covered"]),
         "calibration_error": calibration_error(table),
         "location_within_5pct": _share(kept["location_error"].dropna().astype(float) <= 0.05),
