@@ -36,6 +36,10 @@ RATE = 1 / SAMPLE_INTERVAL
 SETTINGS = Settings()
 _LEVEL_MEMORY = 100.0
 """s, over which the level of the bit's noise changes."""
+_STANDING = 0.05
+"""Share of its mean speed below which the bit stands."""
+_STANDS = 0.01
+"""Share of the time from which a bit that stands counts."""
 _SEAL = 20260
 """Begins the seeds of all cases."""
 
@@ -106,6 +110,8 @@ class Records:
     speed: Floats
     command: Floats
     """NaN where it is not logged."""
+    standing: Floats
+    """Share of the time in which the bit stands, (W,); it is not logged."""
 
 
 def plain_case(seed: int, windows: int | None = None) -> tuple[Case, np.random.Generator]:
@@ -121,7 +127,7 @@ def simulate_case(case: Case) -> Records:
     """Its records, kept in a file between runs."""
     if case.path.is_file():
         with np.load(case.path) as stored:
-            series = {name: stored[name].astype(float) for name in ("sweep", "speed", "command")}
+            series = {name: stored[name].astype(float) for name in ("sweep", "speed", "command", "standing")}
     else:
         windows = [_simulated(case, number) for number in range(len(case.stretches))]
         series = {name: np.stack([one[name] for one in windows]) for name in windows[0]}
@@ -132,6 +138,12 @@ def simulate_case(case: Case) -> Records:
     if not case.command_logged:
         series["command"] = np.full_like(series["speed"], np.nan)
     return Records(**series)
+
+
+def bit_stands(case: Case) -> bool:
+    """Whether the bit of a simulated case stands for some of the time in any of its windows."""
+    with np.load(case.path) as stored:
+        return bool(stored["standing"].max() > _STANDS)
 
 
 def _simulated(case: Case, window: int) -> dict[str, Floats]:
@@ -159,7 +171,9 @@ def _simulated(case: Case, window: int) -> dict[str, Floats]:
     speed = recorder.record(result.speed_reading, _FINE, generator)[first:]
     command = result.torque_command[::every][first:]
     sweep = exponential_sweeps(np.arange(speed.size) / RATE, equipment.sweep_amplitude)
-    return {"sweep": sweep, "speed": speed, "command": command}
+    bit = np.abs(result.bit_speed[first:])
+    standing = np.mean(bit < _STANDING * bit.mean())
+    return {"sweep": sweep, "speed": speed, "command": command, "standing": np.array(standing)}
 
 
 def _course(world: World) -> Course:

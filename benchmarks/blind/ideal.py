@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
+from scipy.special import chndtr, ndtr, ndtri
 
 from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
 from benchmarks.blind.effects_sensor import tone_frequency, wrong_factor
@@ -33,6 +33,8 @@ _FAINT = 0.05
 _NEAR = 0.3
 """Square of the correlation from which another cause is looked at closely."""
 _SHRINKS = (1.0, 0.3, 0.1)
+_GROWTH = (0.25, 0.5, 0.75, 1.0)
+"""Shares of a cause's size at which it is followed."""
 _SHAPES = {
     "extra_section": (0.1, 0.5, 0.9),
     "tapered_string": (0.0, 0.25, 0.5, 0.75, 1.0),
@@ -94,10 +96,24 @@ class Ideal:
         return total
 
     def _least_distance(self, hidden: tuple[Hidden, ...], rival: Hidden | None = None) -> float:
-        """Squared distance at the best nuisances, and the best size of a rival cause, which Gauss and Newton find."""
+        """Squared distance at the best nuisances, and the best size of a rival cause, which Gauss and Newton find.
+
+        They follow the cause as it grows, since at its whole size they may start too far off.
+        """
         theory = self.theory(frozenset(one.name for one in hidden))
-        target = [theory.response(number, hidden) for number in range(theory.windows)]
         point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rival)
+        least, before = np.inf, 0.0
+        for share in (1.0,) if any(one.name == "sign_or_unit" for one in hidden) else _GROWTH:
+            grown = tuple(replace(one, size=share * one.size) for one in hidden)
+            target = [theory.response(number, grown) for number in range(theory.windows)]
+            if before > 0:
+                point = self._within(point.scaled(share / before))
+            least, point = self._settled(theory, target, point)
+            before = share
+        return least
+
+    def _settled(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[float, "_Point"]:
+        """Least squared distance from a target and where it is reached."""
         least = self._cost(theory, target, point)
         for _ in range(_ROUNDS):
             step = self._step(theory, target, point)
@@ -113,7 +129,7 @@ class Ideal:
             point = trial
             if gained < 0.01 * least + 0.01:
                 break
-        return least
+        return least, point
 
     def _within(self, point: "_Point") -> "_Point":
         return point if point.rival is None else replace(point, rival=self._bounded(point.rival))
@@ -200,9 +216,26 @@ class Ideal:
         chance = 1 - (1 - FALSE_ALARM) ** (1 / self.candidates) if family else FALSE_ALARM
         return float(ndtri(1 - chance))
 
-    def power(self, noncentrality: float, *, family: bool) -> float:
-        """Chance that the ideal test speaks."""
-        return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
+    def power(self, noncentrality: float, *, family: bool, tones: float = 0.0) -> float:
+        """Chance that the ideal test speaks.
+
+        Parameters
+        ----------
+        tones : frequencies, if what is looked for is a tone of unknown phase at any of them; 0 where it is not
+        """
+        if not tones:
+            return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
+        # the power of a line is χ² of two degrees of freedom
+        chance = ndtr(-self.threshold(family=family)) / (tones if family else 1.0)
+        return float(1 - chndtr(-2 * np.log(chance), 2, noncentrality))
+
+    @staticmethod
+    def tones(hidden: tuple[Hidden, ...]) -> float:
+        """Frequencies at which a tone may be: any line of a window, or the one of the shaft; 0 where none is hidden."""
+        if len(hidden) != 1 or hidden[0].name not in ADDITIVE:
+            return 0.0
+        low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
+        return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
 
     def same(self, hidden: Hidden) -> frozenset[str]:
         """Causes that at this noise come too close to a hidden one to be told from it.
@@ -261,6 +294,10 @@ class _Point:
         step = _SIZE_STEP * self.rival.size or _SIZE_STEP
         moved = replace(self.rival, size=self.rival.size + step)
         return [(theory.response(window, (moved,), self.figures[window]) - here) / step]
+
+    def scaled(self, factor: float) -> "_Point":
+        """All of it times a factor; the rival's size only where it is one that can be."""
+        return _Point(factor * self.shared, factor * self.local, self.rival)
 
     def moved(self, step: Floats, share: float) -> "_Point":
         """Some way along a step."""

@@ -96,25 +96,34 @@ def kept_ideals(case: Case) -> Ideals:
 def ideals(case: Case) -> Ideals:
     """The ideal test of a case."""
     ideal = Ideal(case)
-    noncentrality = ideal.noncentrality(case.hidden)
+    noncentrality, tones = ideal.noncentrality(case.hidden), ideal.tones(case.hidden)
     halves = [ideal.noncentrality((replace(one, size=one.size / 2),)) for one in case.hidden]
     # a wrong sign or unit has one size, and cannot be missed
     powers = [
-        1.0 if one.name == "sign_or_unit" else ideal.power(half, family=True)
+        1.0 if one.name == "sign_or_unit" else ideal.power(half, family=True, tones=ideal.tones((one,)))
         for one, half in zip(case.hidden, halves, strict=True)
     ]
     return Ideals(
         float(np.sqrt(noncentrality)),
-        ideal.power(noncentrality, family=False),
-        ideal.power(noncentrality, family=True),
+        ideal.power(noncentrality, family=False, tones=tones),
+        ideal.power(noncentrality, family=True, tones=tones),
         float(np.min(powers)) if powers else 0.0,
         ideal.candidates,
         tuple(tuple(sorted(ideal.same(one))) for one in case.hidden),
     )
 
 
-def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
-    """An answer's figures."""
+def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) -> Judgement:
+    """An answer's figures.
+
+    Parameters
+    ----------
+    stands : whether the bit stands for some of the time, so that its regimes are there to be named too, and no linear
+        test holds
+    """
+    if stands:
+        same = tuple((*one, "stuck_slip_regimes") for one in ideal.same)
+        ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, same)
     verdicts = [one for one in answer.verdicts if one.verdict != NONE]
     right = [_named(same, verdicts) for same in ideal.same]
     families = {CATALOGUE[one.name].family for one in case.hidden}
@@ -125,7 +134,7 @@ def judge(case: Case, answer: Answer, ideal: Ideals) -> Judgement:
         windows=len(case.stretches),
         hidden="+".join(one.name for one in case.hidden) or NONE,
         removed=case.removed,
-        linear=all(EFFECTS[one.name].linear for one in case.hidden),
+        linear=not stands and all(EFFECTS[one.name].linear for one in case.hidden),
         detectability=ideal.detectability,
         power=ideal.power,
         family_power=ideal.family_power,

@@ -5,6 +5,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pandas as pd
 from rich.progress import Progress
 
+from benchmarks.blind.cases import bit_stands
 from benchmarks.blind.draw import draw
 from benchmarks.blind.engines import at_random, discovery
 from benchmarks.blind.judge import as_row, judge, kept_ideals
@@ -18,7 +19,8 @@ def one_case(seed: int) -> tuple[Row, Row]:
     case = draw(seed)
     try:
         ideal = kept_ideals(case)
-        found, guessed = (as_row(judge(case, engine(case), ideal)) for engine in (discovery, at_random))
+        answers = [engine(case) for engine in (discovery, at_random)]
+        found, guessed = (as_row(judge(case, answer, ideal, stands=bit_stands(case))) for answer in answers)
     except Exception as error:
         error.add_note(f"in the sealed case of seed {seed}")
         raise
