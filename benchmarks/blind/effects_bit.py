@@ -103,7 +103,7 @@ def _regime_change(world: World, size: float, context: Context) -> World:
 
 EFFECTS = (
     Effect("distributed_bha", _distributed_bha, (5.0, 200.0)),
-    Effect("motor_compliance", _motor_compliance, (3e-6, 9e-4)),
+    Effect("motor_compliance", _motor_compliance, (3e-6, 2.5e-4)),
     Effect("regenerative_cutting", _regenerative_cutting, _regenerative_range),
     Effect("stribeck_cutting", _stribeck_cutting, _stribeck_range),
     Effect("stuck_slip_regimes", _stuck_slip_regimes, (0.3, 1.5), linear=False),

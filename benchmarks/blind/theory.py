@@ -64,7 +64,8 @@ class Theory:
         samples = round(SWEEP_PERIOD * RATE)
         sweep = exponential_sweeps(np.arange(samples) / RATE, case.equipment.sweep_amplitude)
         self.line = np.abs(np.fft.rfft(sweep)[harmonics]) * 2 / samples
-        worlds = [case.world(number, hidden=()) for number in range(self.windows)]
+        # the noise is that of the rig as it is, with what is hidden in it
+        worlds = [case.world(number) for number in range(self.windows)]
         self.weights = [self._weight(world, number) for number, world in enumerate(worlds)]
         self.control_weights = [self._control_weight(world) for world in worlds]
 

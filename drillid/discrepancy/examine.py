@@ -14,7 +14,7 @@ from drillid.discrepancy.naming import Posterior, class_name, posterior, separat
 from drillid.discrepancy.pooled import PooledSign, pool, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
-from drillid.discrepancy.set_fit import SetFit, fit_set
+from drillid.discrepancy.set_fit import SetFit, fit_set, with_own_deviation
 from drillid.discrepancy.set_model import Extension, SetModel
 from drillid.discrepancy.track import stretch
 from drillid.discrepancy.verdict import NONE, UNKNOWN, Verdict
@@ -72,6 +72,7 @@ def examine(
     causes = list(CATALOGUE.values()) if catalogue is None else list(catalogue)
     model = SetModel(evidence)
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda one: one.cost)
+    model, base = with_own_deviation(model, base)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
     names = {cause.name for cause in causes}
@@ -87,7 +88,7 @@ def examine(
 def _explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
     """Name what the linear responses show: one cause, two, or unknown."""
     model, base, before = examination.model, examination.base, examination.before
-    refined = refine(model, base, (), before, causes, plain=_is_hopeless(model, base))
+    refined = refine(model, base, (), before, causes, every=True, hopeless=_is_hopeless(model, base))
     if not refined:
         return _unknown(examination, before.unknown_evidence)
     first = posterior(_with_own_signs(refined, examination.signs), before.unknown_evidence)
@@ -96,9 +97,9 @@ def _explained(examination: Examination, causes: list[Cause], generator: np.rand
     left = _evidence_left(after)
     chosen: list[tuple[Posterior, Refined]] = [(first, best)]
     if after.chance < _CLOSURE_RATE:
-        pair = _pair(examination, first, causes, generator)
-        if pair is not None:
-            chosen, after, left = pair
+        other = _other(examination, first, causes, generator)
+        if other is not None:
+            chosen, after, left = other
     total = sum(one.log_evidence for _, one in chosen)
     if before.unknown_evidence > total or (after.chance < _CLOSURE_RATE and left > max(_LEFT, _LEFT_SHARE * total)):
         return _unknown(examination, before.unknown_evidence)
@@ -150,25 +151,28 @@ def _evidence_left(after: Screen) -> float:
     return max(float(logsumexp(values) - np.log(len(values))), 0.0)
 
 
-def _pair(
+def _other(
     examination: Examination, first: Posterior, causes: list[Cause], generator: np.random.Generator
 ) -> tuple[list[tuple[Posterior, Refined]], Screen, float] | None:
-    """The best second cause beside one of the likely firsts, where it is worth its price."""
+    """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes."""
     model = examination.model
     best: tuple[float, list[tuple[Posterior, Refined]], Screen, float] | None = None
     firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
     for one in firsts:
         seen = screen(model, one.fit, (one.extension,), causes, generator)
-        seconds = refine(model, one.fit, (one.extension,), seen, causes)
-        if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
-            continue
-        second = posterior(seconds, seen.unknown_evidence)
-        total = one.log_evidence + second.best.log_evidence
-        if best is None or total > best[0]:
-            both = (one.extension, second.best.extension)
-            after = screen(model, second.best.fit, both, causes, generator)
-            own = replace_best(first, one)
-            best = (total, [(own, one), (second, second.best)], after, _evidence_left(after))
+        own = replace_best(first, one)
+        if seen.chance >= _CLOSURE_RATE:
+            option = (one.log_evidence, [(own, one)], seen, _evidence_left(seen))
+        else:
+            seconds = refine(model, one.fit, (one.extension,), seen, causes)
+            if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
+                continue
+            second = posterior(seconds, seen.unknown_evidence)
+            after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
+            total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
+            option = (total, [(own, one), (second, second.best)], after, _evidence_left(after))
+        if best is None or option[0] > best[0]:
+            best = option
     return None if best is None else best[1:]
 
 
@@ -259,9 +263,9 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
             chosen.append(one)
     # a bit whose speed swings by less than its mean does not stand
     chosen = [one for one in chosen if one.cause != _STUCK or one.size + 1.96 * one.size_error >= 1.0]
-    stuck = [one for one in chosen if one.cause == _STUCK]
-    # a bit that sticks leaves every other sign as well
-    chosen = stuck or chosen
+    if any(one.cause == _STUCK for one in chosen):
+        # a bit that sticks leaves every other sign of the rig as well
+        chosen = [one for one in chosen if one.cause == _STUCK or CATALOGUE[one.cause].family == "sensor"]
     regimes = [one for one in chosen if CATALOGUE[one.cause].regime]
     if linear and regimes:
         # a rig that changes or saturates within a window bends the linear responses too
@@ -274,8 +278,15 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
     plain = max((one.log_evidence for one in chosen), default=0.0)
     chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
     shown = [_sign_verdict(examination, one, found) for one in chosen]
-    verdicts = (*linear, *(one for one in shown if one.gain_low > 0))
-    doubtful = [_nameless(one) for one in shown if one.gain > 0]
+    named = [one for one in shown if one.gain_low > 0]
+    if any(CATALOGUE[one.cause].is_linear for one in named) and all(one.verdict == UNKNOWN for one in linear):
+        linear = ()
+    verdicts = (*linear, *named)
+    doubtful = [
+        _nameless(one)
+        for one, sign in zip(shown, chosen, strict=True)
+        if one.gain > 0 or sign.log_evidence > _WITHOUT_GAIN
+    ]
     return replace(examination, verdicts=verdicts or tuple(doubtful[:1]) or (_none(examination),))
 
 

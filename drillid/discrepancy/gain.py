@@ -61,7 +61,7 @@ def _residuals(
 ) -> NDArray[np.complex128]:
     """Whitened errors of predicting the held-out rows; zero elsewhere, (W, rows)."""
     evidence = model.evidence
-    training = SetModel(replace(evidence, used=evidence.used & ~held))
+    training = SetModel(replace(evidence, used=evidence.used & ~held), model.deviation)
     trained = fit_set(training, start, extensions).point
     if held.all(axis=1).any():
         trained = fit_local(model, trained, extensions)

@@ -48,7 +48,7 @@ def held_out_predictions(found: Examination) -> tuple[int, Prediction, Predictio
     row = int(np.argsort(evidence.conditions.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
     held[row, :: 2 if evidence.windows == 1 else 1] = True
-    training = SetModel(replace(evidence, used=evidence.used & ~held))
+    training = SetModel(replace(evidence, used=evidence.used & ~held), found.model.deviation)
 
     def predicted(start: Point, extensions: tuple[Extension, ...]) -> Prediction:
         point = fit_set(training, start, extensions).point

@@ -80,18 +80,23 @@ def evidence_of_chance(chance: float) -> float:
 def sign_gain(signs: Sequence[Sign]) -> Gain:
     """Log score of each window with the size that the other windows show, less without the cause.
 
-    About its best size the log-likelihood of a window is taken as a parabola. A single window has no other: its own
-    log-likelihood ratio less one, for the size fitted to it, stands in (Akaike 1974).
+    About its best size the log-likelihood of a window is taken as a parabola. A window without another that tells the
+    size has its own log-likelihood ratio less one, for the size fitted to it (Akaike 1974).
     """
-    ratio = np.array([sign.log_ratio for sign in signs])
-    if ratio.size == 1:
-        value = float(ratio[0]) - 1.0
-        error = np.sqrt(2 * max(float(ratio[0]), 0.5))
-        return Gain(value, value - 1.96 * error, value + 1.96 * error, 0)
+    ratio = np.maximum([sign.log_ratio for sign in signs], 0.0)
     size, error = np.array([sign.size for sign in signs]), np.array([sign.size_error for sign in signs])
-    weight = np.where((error > 0) & np.isfinite(error), 1 / np.maximum(error, 1e-300) ** 2, 0.0)
-    others = (np.sum(weight * size) - weight * size) / np.maximum(np.sum(weight) - weight, 1e-300)
-    gains = ratio - 0.5 * weight * (others - size) ** 2
-    spread = float(gains.std(ddof=1) / np.sqrt(gains.size))
+    told = np.isfinite(size) & np.isfinite(error) & (error > 0)
+    weight = np.where(told, 1 / np.where(told, error, 1.0) ** 2, 0.0)
+    size = np.where(told, size, 0.0)
+    mean = float(np.sum(weight * size)) / max(float(np.sum(weight)), 1e-300)
+    # windows whose sizes differ by more than their errors have larger errors
+    spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(np.count_nonzero(told) - 1, 1), 1.0)
+    rest = np.sum(weight) - weight
+    others = (np.sum(weight * size) - weight * size) / np.maximum(rest, 1e-300)
+    missed = np.where(rest > 1e-9 * weight, 0.5 * weight * (others - size) ** 2 / spread, 1.0)
+    gains = ratio - missed
+    # a log-likelihood ratio has twice its mean as variance
+    error_of_mean = float(np.sqrt(np.sum(2 * np.maximum(ratio, 0.5)))) / ratio.size
     value = float(gains.mean())
-    return Gain(value, value - 1.96 * spread, value + 1.96 * spread, gains.size)
+    held_out = ratio.size if ratio.size > 1 else 0
+    return Gain(value, value - 1.96 * error_of_mean, value + 1.96 * error_of_mean, held_out)

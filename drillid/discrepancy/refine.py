@@ -1,7 +1,7 @@
 """Causes one by one at their best: non-linear fits, and their evidence by Laplace's approximation."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from drillid.discrepancy.set_model import Extension, Point, SetModel
 Floats = NDArray[np.float64]
 
 _WITHIN = 8.0
-"""Causes whose linear evidence is so far from the best, in units of log-likelihood, are still refined."""
+"""Causes whose evidence is so far from the best, in units of log-likelihood, are still followed."""
 _OBVIOUS = 15.0
 """Where linear evidence is so large, the linear order of the causes is not to be trusted: all are refined."""
 _CONTENDER = 0.5
@@ -48,35 +48,106 @@ def refine(
     screened: Screen,
     catalogue: Sequence[Cause],
     *,
-    plain: bool = False,
+    every: bool = False,
+    hopeless: bool = False,
 ) -> list[Refined]:
-    """Fit every cause that may explain what is seen; best evidence first.
+    """Fit the causes that may explain what is seen; best evidence first.
 
-    Where the misfit is `plain`, or the linear evidence says so, every cause is tried from several sizes.
+    The linear evidence orders them well where causes are small. Where the misfit is obvious, or `every` cause is asked
+    for, all are fitted at their likeliest shape, as a large cause may show by what is not linear in it; those that
+    come near the best are then fitted at more shapes. Where the base model is `hopeless`, or the misfit obvious, they
+    start from the papers as well.
     """
     linear = {cause.name: screened.of(cause.name) for cause in {one.cause for one in screened.candidates}}
     best = max(linear.values(), default=-np.inf)
-    plain = plain or best > _OBVIOUS
+    obvious = hopeless or best > _OBVIOUS
+    every = every or obvious
     taken = {one.cause.name for one in extensions}
-    names = [name for name, value in linear.items() if name not in taken and (plain or value >= best - _WITHIN)]
-    found = [_best_shape(model, base, extensions, _shapes(screened, name, _MOST_SHAPES), False) for name in names]
-    if plain:
+    names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
+    search = _Search(model, base, extensions, sizes=every, papers=False)
+    found = [search.best(_shapes(screened, name, 1)) for name in names]
+    if obvious:
+        search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
-        found += [
-            _best_shape(model, base, extensions, _fixed_shapes(model, base, extensions, one), True) for one in fixed
-        ]
-        bound = _CONTENDER * max(one.log_evidence for one in found)
-        found = [
-            one
-            if one.log_evidence < bound or one.extension.cause.size.fixed
-            else max(
-                one,
-                _best_shape(model, base, extensions, _shapes(screened, one.name, None), True),
-                key=lambda entry: entry.log_evidence,
-            )
-            for one in found
-        ]
+        found += [search.best(search.nearest(one)) for one in fixed]
+    top = max((one.log_evidence for one in found), default=-np.inf)
+    near = min(top - _WITHIN, _CONTENDER * top)
+    most = None if obvious else _MOST_SHAPES
+    found = [
+        one if one.log_evidence < near or one.extension.cause.size.fixed else search.settled(one, screened, most)
+        for one in found
+    ]
     return sorted(found, key=lambda one: -one.log_evidence)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Fits of the model with one more cause."""
+
+    model: SetModel
+    base: SetFit
+    extensions: tuple[Extension, ...]
+    sizes: bool
+    """Whether they start from several sizes, or from none."""
+    papers: bool
+    """Whether they start from the papers as well."""
+
+    def best(self, shapes: Iterable[Extension]) -> Refined:
+        """The best of some shapes."""
+        return max((self._fitted(one) for one in shapes), key=lambda one: one.log_evidence)
+
+    def settled(self, found: Refined, screened: Screen, most: int | None) -> Refined:
+        """The best of the likeliest shapes, and a continuous shape followed step by step from there."""
+        shapes = _shapes(screened, found.name, most)
+        best = max(found, self.best(shapes), key=lambda one: one.log_evidence)
+        step, places = best.extension.cause.shape_step, best.extension.cause.shapes
+        while step > 0:
+            near = [
+                self._near(best, place)
+                for place in (best.extension.shape - step, best.extension.shape + step)
+                if min(places) <= place <= max(places)
+            ]
+            top = max(near, key=lambda one: one.log_evidence, default=best)
+            if top.log_evidence <= best.log_evidence:
+                break
+            best = top
+        return best
+
+    def nearest(self, cause: Cause) -> list[Extension]:
+        """The shapes of a cause without a size that come nearest as the papers and the base fit have the rest."""
+        own = [Extension(cause, shape) for shape in cause.shapes]
+        sizes = np.append(self.base.point.sizes, cause.size.high)
+        origins = (self.base.point, self.model.expected())
+        misfit = {
+            one: min(
+                self.model.misfit(Point(origin.shared, origin.local, sizes), (*self.extensions, one))
+                for origin in origins
+            )
+            for one in own
+        }
+        return sorted(own, key=lambda one: misfit[one])[:_MOST_FIXED]
+
+    def _fitted(self, further: Extension) -> Refined:
+        size = further.cause.size
+        # a large size may not be reached from a usual one
+        large = np.sqrt(size.typical * size.high)
+        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.sizes else (0.0,)
+        sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
+        origins = [self.base.point, self.model.expected()] if self.papers else [self.base.point]
+        sized = [
+            Point(origin.shared, origin.local, np.append(self.base.point.sizes, one))
+            for origin in origins
+            for one in sizes
+        ]
+        return self._from(further, sized)
+
+    def _near(self, found: Refined, shape: float) -> Refined:
+        return self._from(Extension(found.extension.cause, shape), [found.fit.point])
+
+    def _from(self, further: Extension, points: Iterable[Point]) -> Refined:
+        every = (*self.extensions, further)
+        fit = min((fit_set(self.model, point, every) for point in points), key=lambda one: one.cost)
+        return Refined(further, fit, _evidence(self.base, fit, further.cause))
 
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
@@ -88,54 +159,6 @@ def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
     ]
     own.sort(key=lambda entry: -entry[0])
     return [one for value, one in own[:most] if most is None or value >= own[0][0] - _SHAPES_WITHIN]
-
-
-def _fixed_shapes(model: SetModel, base: SetFit, extensions: tuple[Extension, ...], cause: Cause) -> list[Extension]:
-    """The shapes of a cause without a size that come nearest as the papers and the base fit have the rest."""
-    own = [Extension(cause, shape) for shape in cause.shapes]
-    sizes = np.append(base.point.sizes, cause.size.high)
-    origins = (base.point, model.expected())
-    misfit = {
-        one: min(model.misfit(Point(origin.shared, origin.local, sizes), (*extensions, one)) for origin in origins)
-        for one in own
-    }
-    return sorted(own, key=lambda one: misfit[one])[:_MOST_FIXED]
-
-
-def _best_shape(
-    model: SetModel, base: SetFit, extensions: tuple[Extension, ...], shapes: Iterable[Extension], obvious: bool
-) -> Refined:
-    found = [with_cause(model, base, extensions, one, obvious) for one in shapes]
-    best = max(found, key=lambda one: one.log_evidence)
-    step = best.extension.cause.shape_step
-    places = best.extension.cause.shapes
-    while step > 0:
-        near = [
-            with_cause(model, base, extensions, Extension(best.extension.cause, place), obvious)
-            for place in (best.extension.shape - step, best.extension.shape + step)
-            if min(places) <= place <= max(places)
-        ]
-        top = max(near, key=lambda one: one.log_evidence, default=best)
-        if top.log_evidence <= best.log_evidence:
-            break
-        best = top
-    return best
-
-
-def with_cause(
-    model: SetModel, base: SetFit, extensions: tuple[Extension, ...], further: Extension, obvious: bool = True
-) -> Refined:
-    """The model with a further cause; where the misfit is obvious, from several sizes and from the papers as well."""
-    size = further.cause.size
-    starts = (size.typical, -size.typical) if obvious else (0.0,)
-    sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-    origins = [base.point, model.expected()] if obvious else [base.point]
-    every = (*extensions, further)
-    points = [
-        Point(origin.shared, origin.local, np.append(base.point.sizes, one)) for origin in origins for one in sizes
-    ]
-    fit = min((fit_set(model, point, every) for point in points), key=lambda one: one.cost)
-    return Refined(further, fit, _evidence(base, fit, further.cause))
 
 
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:

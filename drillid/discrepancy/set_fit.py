@@ -27,6 +27,8 @@ _LOCAL_ITERATIONS = 3
 _TAIL = 3.0
 """Degrees of freedom of the windows' deviations."""
 _LARGEST_DAMPING = 1e8
+_LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
+"""Windows from which a set tells its own deviation, what the usual one counts for, and rounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +120,27 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
     return point
 
 
+def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
+    """The model with the deviation of windows that the set itself shows, and its fit.
+
+    Expectation and maximisation under Student's t (Dempster, Laird and Rubin 1977, Journal of the Royal Statistical
+    Society B 39, 1-38), with the usual deviation as if it had been seen in _USUAL_WINDOWS windows.
+    """
+    if model.evidence.windows < _LEAST_WINDOWS:
+        return model, fit
+    for _ in range(_ROUNDS):
+        normal = _curvature(model, fit.point, ())[2]
+        places = list(LOCAL)
+        corner = normal.each[:, places][:, :, places] + normal.local_precision[:, :, None] * np.eye(len(places))
+        unsure = np.diagonal(np.linalg.inv(corner), axis1=1, axis2=2)
+        weight = normal.local_precision * model.deviation**2
+        seen = np.sum(weight * (fit.point.local**2 + unsure), axis=0)
+        deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + seen) / (_USUAL_WINDOWS + model.evidence.windows))
+        model = SetModel(model.evidence, np.minimum(deviation, DEVIATION))
+        fit = fit_set(model, fit.point)
+    return model, fit
+
+
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
     """Bounds of shared figures and sizes."""
     sizes = [extension.cause.size for extension in extensions]
@@ -130,7 +153,7 @@ def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension,
     prior, pull = _priors(model, point, extensions)
     more = np.zeros(further.shape[1])
     each, own = _products(np.concatenate([linear.jacobian, further], axis=1), linear.residual)
-    return Normal(each, own, np.append(prior, more), np.append(pull, more), _precision(point), point.local)
+    return Normal(each, own, np.append(prior, more), np.append(pull, more), _precision(model, point), point.local)
 
 
 def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
@@ -145,19 +168,19 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
     return error**-2.0, (mean - np.concatenate([point.shared, point.sizes])) / error**2
 
 
-def _precision(point: Point) -> Floats:
+def _precision(model: SetModel, point: Point) -> Floats:
     """Precision of Student's t at the deviations: a window in which the hole or the rock is another may stand apart."""
-    return np.asarray((_TAIL + 1) / (_TAIL * DEVIATION**2 + point.local**2), dtype=float)
+    return np.asarray((_TAIL + 1) / (_TAIL * model.deviation**2 + point.local**2), dtype=float)
 
 
 def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[float, float, Normal]:
     """Cost, χ² of the mobilities and normal equations."""
     linear = model.linearised(point, extensions)
     prior, pull = _priors(model, point, extensions)
-    squares = (point.local / DEVIATION) ** 2
+    squares = (point.local / model.deviation) ** 2
     pulls = float(np.sum(pull**2 / prior) + np.sum((_TAIL + 1) * np.log1p(squares / _TAIL)))
     cost = 0.5 * (float(np.sum(np.abs(linear.residual) ** 2)) + pulls)
-    normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(point), point.local)
+    normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(model, point), point.local)
     return cost, linear.mobility_chi2(model.s.size), normal
 
 

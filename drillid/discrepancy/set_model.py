@@ -44,7 +44,7 @@ LOCAL = (0, 1, 6, 7)
 """Places of the figures that deviate from window to window."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
-"""Usual deviation of a window from the set, scaled."""
+"""Usual deviation of a window from the set, scaled, as far as the set itself does not tell."""
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
 """Bounds of the shared figures, scaled: wider than any rig, and the model is defined within."""
@@ -98,10 +98,16 @@ class Linearised:
 
 
 class SetModel:
-    """The base model of a set of windows, to which causes can be added."""
+    """The base model of a set of windows, to which causes can be added.
 
-    def __init__(self, evidence: Evidence) -> None:
+    Parameters
+    ----------
+    deviation : how far windows deviate from the set, scaled, (4,)
+    """
+
+    def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
         self.evidence = evidence
+        self.deviation = deviation
         self.s = laplace(evidence.frequency)
         knowledge, fitted = evidence.knowledge, evidence.fitted
         length = (evidence.conditions.bit_depth - knowledge.collar_length)[:, None]

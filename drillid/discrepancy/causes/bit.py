@@ -37,7 +37,7 @@ class MotorCompliance(Cause):
     meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
     looks_like = ("distributed_bha", "regenerative_cutting")
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
-    size = Size("compliance", "rad/(N m)", 2e-5, 0.0, 1e-3)
+    size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
 
     def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
         """A spring between housing and bit."""
