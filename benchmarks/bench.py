@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import comparison, fits, joint, peers, spectra, throughput
-from benchmarks.accuracy import LEVEL, Accuracy
+from benchmarks.accuracy import LEVEL, WINDOWS, Accuracy
 from benchmarks.bound import Noise
 from benchmarks.windows import SimulatedWindow, simulated_windows
 from drillid.display import QUANTITIES
@@ -53,9 +53,9 @@ class Figure:
         return bool(self.least <= self.value <= self.most)
 
 
-def single_windows(console: Console, windows: Sequence[SimulatedWindow]) -> list[Figure]:
+def single_windows(console: Console, _: Sequence[SimulatedWindow]) -> list[Figure]:
     """Residuals of the true model, spread and coverage."""
-    accuracy = Accuracy.of(windows)
+    accuracy = Accuracy.of(simulated_windows(WINDOWS))
     residuals, spread = accuracy.residuals, accuracy.spread
     console.print(
         f"Whitened residuals of the true model, refused at the {100 * LEVEL:g} % level: as not normal "

@@ -90,7 +90,7 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     size = np.where(told, size, 0.0)
     mean = float(np.sum(weight * size)) / max(float(np.sum(weight)), 1e-300)
     # windows whose sizes differ by more than their errors have larger errors
-    spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(np.count_nonzero(told) - 1, 1), 1.0)
+    spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(int(told.sum()) - 1, 1), 1.0)
     rest = np.sum(weight) - weight
     others = (np.sum(weight * size) - weight * size) / np.maximum(rest, 1e-300)
     missed = np.where(rest > 1e-9 * weight, 0.5 * weight * (others - size) ** 2 / spread, 1.0)
