@@ -118,12 +118,11 @@ def stream(name: str) -> None:
 
 def _spectra(records: xr.Dataset, rows: list[tuple[int, int]], rate: float) -> xr.Dataset:
     """Cross spectra of some windows, the sweep's period found anew in each."""
-    settings, found = SETTINGS.spectra, []
+    settings, found, begin = SETTINGS.spectra, [], rows[0][0]
+    names, whole = ("torque_sweep", "speed", "torque_command"), slice(begin, sum(rows[-1]))
+    channels = np.stack([np.asarray(records[name][whole].values, dtype=float) for name in names])
     for first, samples in rows:
-        sweep, speed, command = (
-            np.asarray(records[name][first : first + samples].values, dtype=float)
-            for name in ("torque_sweep", "speed", "torque_command")
-        )
+        sweep, speed, command = channels[:, first - begin : first - begin + samples]
         period = sweep_period(sweep, rate, settings.frequency_minimum_hz)
         frequency = frequency_grid(period, settings, rate)
         found.append(line_spectra(sweep, speed, command, rate, period, frequency, settings.noise_lines))

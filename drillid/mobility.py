@@ -107,7 +107,9 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
 
     frequency = spectra["frequency"].values
     bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
-    shape = coherence.shape
+    shape, squared = coherence.shape, coherence.values
+    signal = squared / np.maximum(1 - squared, 1e-12)
+    numbers, freedoms = spectra["averages"].values, spectra["degrees_of_freedom"].values
     least, largest, gates = np.empty(shape), np.empty(shape), np.zeros(shape, dtype=np.int8)
     power = spectra["sweep_power"].values
     inside = power >= _SWEEP_FLOOR * np.median(power, axis=1, keepdims=True)
@@ -116,18 +118,17 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
             member = bands == band
             usable = member & inside[row]
             count = max(int(usable.sum()), 1)
-            averages = float(spectra["averages"].values[row, member].mean())
-            freedom = spectra["degrees_of_freedom"].values[row, member].mean()
-            ratio = (averages - 1) * coherence.values[row] / np.maximum(1 - coherence.values[row], 1e-12)
+            averages, freedom = float(numbers[row, member].mean()), freedoms[row, member].mean()
+            ratio = (averages - 1) * signal[row, usable]
             noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
             bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
-            best = _best_neighbours(ratio[usable] / power[row, usable]) if usable.any() else 0.0
+            best = _best_neighbours(ratio / power[row, usable]) if usable.any() else 0.0
             top = _largest_ratio(2 * best * power[row, member], freedom, settings.error_rate / count)
             least[row, member] = bound / (bound + averages - 1)
             largest[row, member] = top / (top + averages - 1)
-            if usable.any() and ratio[usable].mean() < bound:
+            if usable.any() and ratio.mean() < bound:
                 gates[row, member] = Gate.TOO_INCOHERENT
-    gates[(gates == Gate.USED) & (coherence.values > largest)] = Gate.TOO_COHERENT
+    gates[(gates == Gate.USED) & (squared > largest)] = Gate.TOO_COHERENT
     gates[~inside] = Gate.OUTSIDE_SWEEP
     dims = coherence.dims
     return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})

@@ -184,7 +184,8 @@ def _at_harmonics(
     course = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
     at_line, left = [], []
     for channel in outputs:
-        noise = np.where(around < 0, np.conj(channel[np.abs(around)]), channel[np.abs(around)])
+        noise = channel[np.abs(around)]
+        np.conj(noise, out=noise, where=around < 0)
         coefficients = noise @ projector.T
         at_line.append(channel[harmonics] - coefficients[:, 0])
         left.append((noise - coefficients @ powers.T) * course)

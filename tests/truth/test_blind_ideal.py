@@ -51,6 +51,8 @@ def test_response_and_noise_are_those_of_the_simulator(
 
 def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> None:
     generator = np.random.default_rng(0)
+    drifting = sized(case, "parameter_drift", generator, (4.0, 4.0))
+    assert ideal.same(drifting) == {"parameter_drift", "regime_change"}
     filtered = sized(case, "torque_filter", generator, (25.0, 25.0))
     assert ideal.same(filtered) == {"torque_filter", "speed_filter"}
     assert ideal.same(sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
@@ -61,9 +63,22 @@ def test_the_drawn_size_has_the_wanted_detectability(case: Case, ideal: Ideal) -
     assert np.sqrt(ideal.noncentrality((hidden,))) == pytest.approx(10.0, rel=0.06)
 
 
-def test_nuisances_take_up_what_they_can(case: Case, ideal: Ideal) -> None:
-    slower = Hidden("wave_speed", 0.5 * case.equipment.length_relative, 0.5)
-    assert ideal.noncentrality((slower,)) == pytest.approx(0.25, rel=0.2)
+@pytest.mark.parametrize("deviations", [0.5, 8.0])
+def test_nuisances_take_up_what_they_can(case: Case, ideal: Ideal, deviations: float) -> None:
+    """All but what the papers say of the length, also where the phase turns by more than a right angle."""
+    slower = Hidden("wave_speed", deviations * case.equipment.length_relative, 0.5)
+    assert ideal.noncentrality((slower,)) == pytest.approx(deviations**2, rel=0.2)
+
+
+def test_a_tone_of_unknown_frequency_is_harder_to_see_than_a_line() -> None:
+    """Of a line, the power over the noise is exponential where there is no tone."""
+    ideal, hidden = Ideal(plain_case(7, 1)[0]), (Hidden("aliased_tone", 1e-3, 0.5),)
+    assert ideal.tones(hidden) == pytest.approx(4560.0)
+    assert ideal.tones((Hidden("drive_lag", 0.01, 0.5),)) == 0.0
+    chance = 1 - 0.95 ** (1 / ideal.candidates)
+    assert ideal.power(0.0, family=True, tones=1.0) == pytest.approx(chance)
+    assert ideal.power(0.0, family=True, tones=4560.0) == pytest.approx(chance / 4560)
+    assert ideal.power(25.0, family=True, tones=4560.0) < ideal.power(25.0, family=True, tones=1.0)
 
 
 def test_power_is_half_at_the_threshold(ideal: Ideal) -> None:

@@ -1,0 +1,55 @@
+"""Stated probabilities, and what signs are worth on held-out windows."""
+
+import numpy as np
+import pytest
+from scipy.special import expit
+
+from benchmarks.blind.calibrate import line
+from drillid.discrepancy import Verdict
+from drillid.discrepancy.calibration import LINES, Line, calibrated, kind, log_odds
+from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.pooled import sign_gain
+
+
+def test_a_line_is_found_again_from_verdicts_that_follow_it() -> None:
+    random = np.random.default_rng(5)
+    posterior = random.uniform(-6, 10, 20000)
+    right = (random.random(posterior.size) < expit(-0.7 + 0.4 * posterior)).astype(float)
+    found = line(posterior, right)
+    assert found.intercept == pytest.approx(-0.7, abs=0.1)
+    assert found.slope == pytest.approx(0.4, abs=0.03)
+
+
+def test_a_few_verdicts_leave_the_line_near_the_posterior() -> None:
+    found = line(np.array([2.0]), np.array([1.0]))
+    assert 0.5 < found.slope < 2
+
+
+@pytest.mark.parametrize("name", ["none", "unknown", "drive_lag|recorder_filter"])
+def test_more_sure_stays_more_sure_and_a_probability_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = [Verdict(name, "", probability, 0.0, 1.0) for probability in (0.0, 0.2, 0.6, 0.99, 1.0)]
+    monkeypatch.setitem(LINES, kind(said[0]), Line(-0.5, 0.6))
+    found = [calibrated(one).probability for one in said]
+    assert 0 < found[0] < found[1] < found[2] < found[3] < found[4] < 1
+    assert found[2] == pytest.approx(expit(-0.5 + 0.6 * log_odds(0.6)))
+
+
+def signs(*told: tuple[float, float, float]) -> list[Sign]:
+    return [Sign("torque_limit", row, 1.0, size, error, ratio) for row, (size, error, ratio) in enumerate(told)]
+
+
+def test_windows_that_agree_gain_all_of_their_likelihood() -> None:
+    found = sign_gain(signs((5.0, 0.1, 20.0), (5.0, 0.1, 30.0)))
+    assert found.value == pytest.approx(25.0)
+    assert found.low == pytest.approx(25.0 - 1.96 * np.sqrt(100.0) / 2)
+    assert found.windows == 2
+
+
+def test_a_window_that_alone_tells_the_size_keeps_its_likelihood_less_one() -> None:
+    found = sign_gain(signs((7000.0, 40.0, 24.0), (6900.0, np.inf, 0.1), (np.nan, np.inf, 0.0)))
+    assert found.value == pytest.approx((24.0 - 1 + 0.1) / 3)
+
+
+def test_windows_that_contradict_each_other_lose() -> None:
+    apart = sign_gain(signs((5.0, 0.1, 2.0), (-5.0, 0.1, 2.0), (5.0, 0.1, 2.0), (-5.0, 0.1, 2.0)))
+    assert apart.value < 2.0
