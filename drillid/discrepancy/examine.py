@@ -26,13 +26,13 @@ _CLOSURE_RATE = 0.01
 _FIRSTS = 3
 """Causes with which a second one is tried."""
 _FIRST_WITHIN = 12.0
-_PAIR_PRICE = np.log(20.0)
-"""Log odds against a second cause beside a first."""
+_PAIR_PRICE = np.log(250.0)
+"""Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
 _WITHOUT_GAIN = 10.0
 """Evidence, in units of log-likelihood, of which a set without a name keeps the verdict that something is wrong."""
-_STUCK = "stuck_slip_regimes"
+_STUCK, _ROUNDED = "stuck_slip_regimes", "quantisation"
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 _LEFT_SHARE, _LEFT = 0.02, 4.0
@@ -100,7 +100,7 @@ def _explained(examination: Examination, causes: list[Cause], generator: np.rand
         other = _other(examination, first, causes, generator)
         if other is not None:
             chosen, after, left = other
-    total = sum(one.log_evidence for _, one in chosen)
+    total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
     if before.unknown_evidence > total or (after.chance < _CLOSURE_RATE and left > max(_LEFT, _LEFT_SHARE * total)):
         return _unknown(examination, before.unknown_evidence)
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
@@ -257,15 +257,11 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
     """Verdicts from signs beside, or in place of, those from the linear responses."""
     linear = examination.verdicts
     told = {name for one in linear for name in one.members}
-    chosen: list[PooledSign] = []
-    for one in sorted((sign for sign in found if sign.cause not in told), key=lambda sign: -sign.log_evidence):
-        if not any(_alike(one.cause, other.cause) for other in chosen):
-            chosen.append(one)
-    # a bit whose speed swings by less than its mean does not stand
-    chosen = [one for one in chosen if one.cause != _STUCK or one.size + 1.96 * one.size_error >= 1.0]
+    chosen = [one for one in found if one.cause not in told and _may_be(one)]
     if any(one.cause == _STUCK for one in chosen):
         # a bit that sticks leaves every other sign of the rig as well
         chosen = [one for one in chosen if one.cause == _STUCK or CATALOGUE[one.cause].family == "sensor"]
+    chosen = _plainest(chosen)
     regimes = [one for one in chosen if CATALOGUE[one.cause].regime]
     if linear and regimes:
         # a rig that changes or saturates within a window bends the linear responses too
@@ -279,7 +275,7 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
     chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
     shown = [_sign_verdict(examination, one, found) for one in chosen]
     named = [one for one in shown if one.gain_low > 0]
-    if any(CATALOGUE[one.cause].is_linear for one in named) and all(one.verdict == UNKNOWN for one in linear):
+    if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     verdicts = (*linear, *named)
     doubtful = [
@@ -288,6 +284,25 @@ def _with_signs(examination: Examination, found: list[PooledSign], error_rate: f
         if one.gain > 0 or sign.log_evidence > _WITHOUT_GAIN
     ]
     return replace(examination, verdicts=verdicts or tuple(doubtful[:1]) or (_none(examination),))
+
+
+def _bends(cause: str) -> bool:
+    """Whether a cause that is told by its sign may be what linear responses show as unknown."""
+    return CATALOGUE[cause].is_linear or cause == _ROUNDED
+
+
+def _may_be(one: PooledSign) -> bool:
+    """Whether a sign's size is one that it may have: a bit whose speed swings by less than its mean does not stand."""
+    return one.cause != _STUCK or one.size + 1.96 * one.size_error >= 1.0
+
+
+def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
+    """Of signs that look alike the plainest, most certain first."""
+    chosen: list[PooledSign] = []
+    for one in sorted(signs, key=lambda sign: -sign.log_evidence):
+        if not any(_alike(one.cause, other.cause) for other in chosen):
+            chosen.append(one)
+    return chosen
 
 
 def _nameless(one: Verdict) -> Verdict:
@@ -302,7 +317,9 @@ def _alike(one: str, other: str) -> bool:
 
 def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledSign]) -> Verdict:
     cause, evidence = CATALOGUE[one.cause], examination.model.evidence
-    rivals = [other for other in found if other is one or _alike(one.cause, other.cause)]
+    rivals = (
+        [one] if one.cause == _STUCK else [other for other in found if other is one or _alike(one.cause, other.cause)]
+    )
     logs = np.array([other.log_evidence for other in rivals])
     shares = np.exp(logs - logsumexp(logs))
     members = [other.cause for other, share in zip(rivals, shares, strict=True) if share > 1 - 0.9]

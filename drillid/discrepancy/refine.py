@@ -54,7 +54,7 @@ def refine(
     """Fit the causes that may explain what is seen; best evidence first.
 
     The linear evidence orders them well where causes are small. Where the misfit is obvious, or `every` cause is asked
-    for, all are fitted at their likeliest shape, as a large cause may show by what is not linear in it; those that
+    for, all are fitted at their likeliest shapes, as a large cause may show by what is not linear in it; those that
     come near the best are then fitted at more shapes. Where the base model is `hopeless`, or the misfit obvious, they
     start from the papers as well.
     """
@@ -65,7 +65,7 @@ def refine(
     taken = {one.cause.name for one in extensions}
     names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
     search = _Search(model, base, extensions, sizes=every, papers=False)
-    found = [search.best(_shapes(screened, name, 1)) for name in names]
+    found = [search.best(_first_shapes(screened, name)) for name in names]
     if obvious:
         search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
@@ -148,6 +148,12 @@ class _Search:
         every = (*self.extensions, further)
         fit = min((fit_set(self.model, point, every) for point in points), key=lambda one: one.cost)
         return Refined(further, fit, _evidence(self.base, fit, further.cause))
+
+
+def _first_shapes(screened: Screen, name: str) -> list[Extension]:
+    """The likeliest of a continuous shape, or each of a few."""
+    own = [one for one in screened.candidates if one.cause.name == name]
+    return own if own[0].cause.shape_step == 0 else _shapes(screened, name, 1)
 
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
