@@ -165,6 +165,8 @@ def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> 
     if verdict.verdict == UNKNOWN:
         return case.removed
     members = set(verdict.members)
+    if case.removed and members | case.answer <= _TOGETHER:
+        return True
     return any(one.name in members or members <= set(alike) for one, alike in zip(case.hidden, same, strict=True))
 
 

@@ -20,8 +20,8 @@ class Line(NamedTuple):
     slope: float
 
 
-LINES = {"none": Line(0.0, 1.0), "named": Line(0.0, 1.0), "unknown": Line(0.0, 1.0)}
-"""By kind of verdict, as `python -m benchmarks.blind.calibrate` prints them."""
+LINES = {"none": Line(0.47, 1.61), "named": Line(-0.33, 0.34), "unknown": Line(-3.26, 0.33)}
+"""By kind of verdict, as `python -m benchmarks.blind.calibrate` printed them for 172 cases."""
 _SUREST = 12.0
 """Largest log odds that are told apart."""
 
