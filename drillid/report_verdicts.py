@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.verdict import UNPROVED
 from drillid.discrepancy.wells import read_verdicts
 
 if TYPE_CHECKING:
@@ -54,7 +55,8 @@ ACTIONS = {
 }
 """What a drilling supervisor can do about each cause."""
 _UNKNOWN_ACTION = "Trust the model of these depths less, and have the part of the rig that is named here looked at."
-_CLEAR, _LIKELY = 0.99, 0.9
+_CLEAR, _LIKELY = 0.95, 0.8
+_NEARLY_ONE = 0.99
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,10 @@ def _what(row: Mapping[Any, Any]) -> str:
     """The cause in plain words, or the members of the class."""
     if row["verdict"] == "unknown":
         place = row["what_would_separate"] or f"in the part called {row['family']}"
-        return f"Something is wrong that no known cause explains: {place}."
+        open_to = (
+            "that no known cause explains" if UNPROVED not in row["evidence"] else "of which no cause is proved yet"
+        )
+        return f"Something is wrong {open_to}: {place}."
     members: Sequence[str] = str(row["class"]).split("|")
     if row["cause"] == "regime_change" and " up by " in row["evidence"]:
         return f"The assembly moves in another way than in the rest of the run: {row['evidence']}."
@@ -165,6 +170,9 @@ def _where(row: Mapping[Any, Any]) -> str:
 
 
 def _surely(row: Mapping[Any, Any]) -> str:
+    if row["verdict"] == "unknown":
+        evidence = f"{row['evidence'][:1].upper()}{row['evidence'][1:].replace('_', ' ')}. " if row["evidence"] else ""
+        return f"{evidence}That no known cause is behind it has a probability of {_percent(row['probability'])}."
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
     return f"{word}: the probability is {_percent(row['probability'])}."
 
@@ -182,12 +190,12 @@ def _worth(row: Mapping[Any, Any]) -> str:
 
 def _doubt(row: Mapping[Any, Any]) -> str:
     if row["verdict"] == "unknown":
-        return "Nothing in the catalogue of causes fits, so this names a place and no cause."
+        return "This names a place and no cause: more windows, or the measurement advised below, may settle it."
     return f"What would settle it: {row['what_would_separate']}." if row["what_would_separate"] else ""
 
 
 def _percent(probability: float) -> str:
-    return "above 99 %" if probability > _CLEAR else f"{100 * probability:.0f} %"
+    return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
 def _figure(value: float) -> str:

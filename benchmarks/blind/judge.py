@@ -12,7 +12,7 @@ from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.ideal import Ideal
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.calibration import kind
-from drillid.discrepancy.examine import _LINEAR_SHARE
+from drillid.discrepancy.examine import LINEAR_SHARE
 from drillid.discrepancy.verdict import NONE, UNKNOWN
 from drillid.provenance import digest, source_hash
 
@@ -184,7 +184,7 @@ def _named(same: tuple[str, ...], verdicts: list[Verdict]) -> bool:
 def _second_none(answer: Answer, verdict: Verdict | None) -> bool | None:
     if verdict is None or np.isnan(answer.second_pass):
         return None
-    return bool(answer.second_pass >= ERROR_RATE * _LINEAR_SHARE)
+    return bool(answer.second_pass >= ERROR_RATE * LINEAR_SHARE)
 
 
 def _covered(hidden: Hidden | None, verdict: Verdict | None) -> bool | None:

@@ -3,7 +3,8 @@
 from drillid.discrepancy.anomalies import EVIDENCE, flag, intervals, run_pulls, runs
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge, Sign
-from drillid.discrepancy.examine import Examination, examine
+from drillid.discrepancy.examination import Examination
+from drillid.discrepancy.examine import examine
 from drillid.discrepancy.residuals import normality_probability, whitened_residuals, whiteness_probability
 from drillid.discrepancy.stage import process
 from drillid.discrepancy.verdict import Verdict

@@ -22,7 +22,7 @@ from drillid.physics.responses import string_admittance
 
 if TYPE_CHECKING:
     from drillid.discrepancy.causes import Setup
-    from drillid.discrepancy.examine import Examination
+    from drillid.discrepancy.examination import Examination
     from drillid.discrepancy.screen import Screen
     from drillid.discrepancy.set_fit import SetFit
 

@@ -14,7 +14,7 @@ from drillid.discrepancy.set_model import Extension, Point, SetModel
 from drillid.physics.responses import laplace
 
 if TYPE_CHECKING:
-    from drillid.discrepancy.examine import Examination
+    from drillid.discrepancy.examination import Examination
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -10,7 +10,7 @@ from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.refine import Refined
 from drillid.discrepancy.verdict import UNKNOWN
 
-_CLASS_MASS = 0.9
+CLASS_MASS = 0.9
 """Posterior that the members of a class hold together."""
 
 
@@ -38,7 +38,7 @@ class Posterior:
         for name, share in named:
             members.append(name)
             held += share
-            if held >= _CLASS_MASS * total:
+            if held >= CLASS_MASS * total:
                 break
         return tuple(members)
 

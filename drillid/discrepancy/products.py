@@ -13,7 +13,7 @@ from drillid.discrepancy import unknown
 from drillid.discrepancy.advice import DETECTED, advice_text, best_shapes, identified_figures
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.distinguish import columns, project, separation, smallest_detectable
-from drillid.discrepancy.examine import Examination
+from drillid.discrepancy.examination import Examination
 from drillid.discrepancy.extended import FIGURES, extension_variables, parameters
 from drillid.discrepancy.held_out import PHASES, driven, held_out_predictions, in_band, mean_period
 from drillid.discrepancy.immittance import missing_immittance

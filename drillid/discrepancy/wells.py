@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.anomalies import runs
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.examine import Examination, examine
+from drillid.discrepancy.examination import Examination
+from drillid.discrepancy.examine import examine
 from drillid.discrepancy.gather import gather_well
 from drillid.discrepancy.verdict import NONE, Verdict
 

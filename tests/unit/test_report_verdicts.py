@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.verdict import UNPROVED
 from drillid.discrepancy.wells import verdict_table
 from drillid.report_verdicts import ACTIONS, told
 
@@ -86,3 +87,11 @@ def test_nothing_and_something_unknown() -> None:
     assert words.named
     assert not re.search("None|nan", " ".join([*words.sentences, words.action, words.doubt]))
     assert "it acts at the bit" in words.sentences[0]
+
+
+def test_an_unknown_tells_what_would_fit_and_how_surely_it_is_new() -> None:
+    evidence = f"linear responses, chance 1e-05 where nothing is wrong; drive_lag {UNPROVED}"
+    words = told(row(Verdict("unknown", "drive", 0.12, 1000.0, 1100.0, evidence=evidence)))
+    assert "of which no cause is proved yet: in the part called drive" in words.sentences[0]
+    assert "Linear responses, chance 1e-05 where nothing is wrong; drive lag would fit" in words.sentences[1]
+    assert words.sentences[1].endswith("That no known cause is behind it has a probability of 12 %.")

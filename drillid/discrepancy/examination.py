@@ -1,0 +1,54 @@
+"""What the engine has found out about a set of windows, and what it weighs it by."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import expit, logsumexp
+
+from drillid.discrepancy.causes import CATALOGUE
+from drillid.discrepancy.naming import Posterior
+from drillid.discrepancy.pooled import PooledSign
+from drillid.discrepancy.screen import Screen
+from drillid.discrepancy.set_fit import SetFit
+from drillid.discrepancy.set_model import Extension, SetModel
+from drillid.discrepancy.verdict import UNPROVED, Verdict
+
+CLOSURE_RATE = 0.01
+"""Chance below which an extended model has not passed the tests that the base model failed."""
+WITHOUT_GAIN = 10.0
+"""Evidence, in units of log-likelihood, of which a set without a name keeps the verdict that something is wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """Verdicts of a set with what they are made of."""
+
+    verdicts: tuple[Verdict, ...]
+    model: SetModel
+    base: SetFit
+    extended: SetFit
+    extensions: tuple[Extension, ...]
+    """Causes that stay in the model."""
+    before: Screen
+    after: Screen
+    """The screen of the extended model; that of the base model where nothing was named."""
+    posterior: Posterior | None
+    signs: tuple[PooledSign, ...]
+
+
+def evidence_left(after: Screen) -> float:
+    """Log Bayes factor of all that may still be wrong, averaged over causes."""
+    names = {one.cause.name for one in after.candidates}
+    values = [*(after.of(name) for name in names), after.unknown_evidence]
+    return max(float(logsumexp(values) - np.log(len(values))), 0.0)
+
+
+def surely(log_evidence: float) -> float:
+    """Posterior that a cause is there, of as many as the catalogue holds and even odds that there is one."""
+    return float(expit(log_evidence - np.log(len(CATALOGUE))))
+
+
+def doubt(unproved: tuple[Verdict, ...]) -> str:
+    """Names that were in sight, in words."""
+    names = ", ".join(one.verdict for one in unproved)
+    return f"; {names} {UNPROVED}" if names else ""

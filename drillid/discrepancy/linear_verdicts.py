@@ -1,0 +1,182 @@
+"""Verdicts from the linear responses: one cause, two, or unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from drillid.discrepancy.causes import Cause
+from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, doubt, evidence_left, surely
+from drillid.discrepancy.gain import Gain, held_out_gain
+from drillid.discrepancy.naming import Posterior, class_name, posterior, separator
+from drillid.discrepancy.pooled import PooledSign
+from drillid.discrepancy.refine import Refined, refine
+from drillid.discrepancy.screen import Screen, screen
+from drillid.discrepancy.set_fit import SetFit, fit_set
+from drillid.discrepancy.set_model import Extension, SetModel
+from drillid.discrepancy.track import stretch
+from drillid.discrepancy.verdict import UNKNOWN, Verdict
+
+_FIRSTS = 3
+"""Causes with which a second one is tried."""
+_FIRST_WITHIN = 12.0
+_PAIR_PRICE = np.log(250.0)
+"""Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
+_HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
+"""Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
+_LEFT_SHARE, _LEFT = 0.02, 4.0
+"""Of the evidence for a cause, what may be left unexplained beside it before its name is withdrawn; and in units of
+log-likelihood at least."""
+
+
+def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
+    """Name what the linear responses show: one cause, two, or unknown."""
+    model, base, before = examination.model, examination.base, examination.before
+    refined = refine(model, base, (), before, causes, every=True, hopeless=is_hopeless(model, base))
+    if not refined:
+        return _unknown(examination, before.unknown_evidence)
+    first = posterior(_with_own_signs(refined, examination.signs), before.unknown_evidence)
+    best = first.best
+    after = screen(model, best.fit, (best.extension,), causes, generator)
+    left = evidence_left(after)
+    chosen: list[tuple[Posterior, Refined]] = [(first, best)]
+    if after.chance < CLOSURE_RATE:
+        other = _other(examination, first, causes, generator)
+        if other is not None:
+            chosen, after, left = other
+    total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
+    if before.unknown_evidence > total or (after.chance < CLOSURE_RATE and left > max(_LEFT, _LEFT_SHARE * total)):
+        return _unknown(examination, before.unknown_evidence)
+    extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
+    result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
+    verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))
+    kept = tuple(one for one in verdicts if one.gain_low > 0)
+    if kept:
+        return replace(result, verdicts=kept)
+    if total < WITHOUT_GAIN and all(one.gain <= 0 for one in verdicts):
+        return examination
+    return _unknown(examination, before.unknown_evidence, verdicts)
+
+
+def is_hopeless(model: SetModel, base: SetFit) -> bool:
+    """Whether the base model is so far off that nothing linear about it can be trusted."""
+    rows = 2 * int(np.count_nonzero(model.weight))
+    return base.pulls > _HOPELESS_PULLS or base.chi2 > _HOPELESS_CHI2 * rows
+
+
+def _with_own_signs(refined: list[Refined], signs: tuple[PooledSign, ...]) -> list[Refined]:
+    """Causes that also have a sign of their own carry its evidence as well, for or against."""
+    own = {one.cause: one for one in signs}
+    return [
+        replace(one, log_evidence=one.log_evidence + own[one.name].evidence_for(float(one.fit.point.sizes[-1])))
+        if one.name in own
+        else one
+        for one in refined
+    ]
+
+
+def _bounded_in_depth(
+    model: SetModel, extensions: tuple[Extension, ...], fit: SetFit
+) -> tuple[tuple[Extension, ...], SetFit]:
+    """The extensions with the windows in which each is present, where it begins or ends within the set."""
+    for place in range(len(extensions)):
+        rows = stretch(model, fit, extensions, place, CLOSURE_RATE)
+        if rows is not None:
+            bounded = replace(extensions[place], windows=rows)
+            extensions = (*extensions[:place], bounded, *extensions[place + 1 :])
+            fit = fit_set(model, fit.point, extensions)
+    return extensions, fit
+
+
+def _other(
+    examination: Examination, first: Posterior, causes: list[Cause], generator: np.random.Generator
+) -> tuple[list[tuple[Posterior, Refined]], Screen, float] | None:
+    """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes."""
+    model = examination.model
+    best: tuple[float, list[tuple[Posterior, Refined]], Screen, float] | None = None
+    firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
+    for one in firsts:
+        seen = screen(model, one.fit, (one.extension,), causes, generator)
+        own = _with_first(first, one)
+        if seen.chance >= CLOSURE_RATE:
+            option = (one.log_evidence, [(own, one)], seen, evidence_left(seen))
+        else:
+            seconds = refine(model, one.fit, (one.extension,), seen, causes)
+            if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
+                continue
+            second = posterior(seconds, seen.unknown_evidence)
+            after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
+            total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
+            option = (total, [(own, one), (second, second.best)], after, evidence_left(after))
+        if best is None or option[0] > best[0]:
+            best = option
+    return None if best is None else best[1:]
+
+
+def _with_first(found: Posterior, chosen: Refined) -> Posterior:
+    """The posterior with another cause first, as one beside which a second was found."""
+    rest = tuple(one for one in found.refined if one is not chosen)
+    share = dict(found.share)
+    share[found.best.name], share[chosen.name] = share[chosen.name], share[found.best.name]
+    return Posterior((chosen, *rest), share)
+
+
+def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refined) -> Verdict:
+    evidence = result.model.evidence
+    size, error = float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
+    limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
+    depth = evidence.conditions.hole_depth if rows is None else evidence.conditions.hole_depth[list(rows)]
+    without = tuple(other for number, other in enumerate(result.extensions) if number != place)
+    gain = _gain(result, place, without)
+    location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
+    return Verdict(
+        verdict=class_name(found.members),
+        family=cause.family,
+        probability=found.mass * surely(one.log_evidence),
+        from_m=float(depth.min()),
+        to_m=float(depth.max()),
+        cause=cause.name,
+        size=size,
+        size_low=max(size - 1.96 * error, limits.low),
+        size_high=min(size + 1.96 * error, limits.high),
+        unit=limits.unit,
+        location_m=location,
+        gain=gain.value,
+        gain_low=gain.low,
+        gain_high=gain.high,
+        held_out_windows=gain.windows,
+        what_would_separate=separator(found.members),
+        evidence=f"linear responses, log Bayes factor {one.log_evidence:.1f}",
+    )
+
+
+def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Gain:
+    """What one extension adds to the others on held-out data."""
+    point = result.extended.point
+    lesser = replace(point, sizes=np.delete(point.sizes, place))
+    start = result.base.point if not without else lesser
+    return held_out_gain(result.model, (start, without), (point, result.extensions))
+
+
+def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
+    """Something is wrong, and nothing in the catalogue explains it in a way that held-out data bear out."""
+    port = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
+    conditions = examination.model.evidence.conditions
+    verdict = Verdict(
+        verdict=UNKNOWN,
+        family=port,
+        probability=surely(log_evidence),
+        from_m=float(conditions.hole_depth.min()),
+        to_m=float(conditions.hole_depth.max()),
+        evidence=f"linear responses, chance {examination.before.chance:.2g} where nothing is wrong{doubt(unproved)}",
+        what_would_separate="the unknown disturbance acts as one " + _AT[port],
+    )
+    return replace(examination, verdicts=(verdict,))
+
+
+_AT = {
+    "record": "in drive, sensors or recorder",
+    "top": "at the top of the string",
+    "upper string": "in the upper half of the string",
+    "lower string": "in the lower half of the string",
+    "bit": "at the bottom-hole assembly",
+}

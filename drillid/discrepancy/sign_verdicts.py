@@ -1,0 +1,107 @@
+"""Verdicts from signs in the record, beside or in place of those from the linear responses."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from drillid.discrepancy.causes import CATALOGUE
+from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, doubt, evidence_left, surely
+from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
+from drillid.discrepancy.pooled import PooledSign, sign_gain
+from drillid.discrepancy.verdict import UNKNOWN, Verdict
+
+_STUCK, _ROUNDED = "stuck_slip_regimes", "quantisation"
+_SHADOW = 0.1
+"""Evidence for a second sign, per that of the plainest, below which it is not told."""
+
+
+def with_signs(examination: Examination, found: list[PooledSign], error_rate: float) -> Examination:
+    """Verdicts from signs beside, or in place of, those from the linear responses; perhaps none at all."""
+    linear = examination.verdicts
+    told = {name for one in linear for name in one.members}
+    chosen = [one for one in found if one.cause not in told and _may_be(one)]
+    if any(one.cause == _STUCK for one in chosen):
+        # a bit that sticks leaves every other sign of the rig as well
+        chosen = [one for one in chosen if one.cause == _STUCK or CATALOGUE[one.cause].family == "sensor"]
+    chosen = _plainest(chosen)
+    regimes = [one for one in chosen if CATALOGUE[one.cause].regime]
+    if linear and regimes:
+        # a rig that changes or saturates within a window bends the linear responses too
+        nothing_named = all(one.verdict == UNKNOWN for one in linear)
+        if nothing_named or sum(one.log_evidence for one in regimes) > evidence_left(examination.before):
+            examination, linear = replace(examination, extended=examination.base, extensions=()), ()
+    if linear:
+        chosen = [one for one in chosen if one.chance < error_rate * CLOSURE_RATE / len(examination.signs)]
+    # beside a cause that is plain a faint sign is more likely its shadow than a second cause
+    plain = max((one.log_evidence for one in chosen), default=0.0)
+    chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
+    shown = [_sign_verdict(examination, one, found) for one in chosen]
+    named = [one for one in shown if one.gain_low > 0]
+    if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
+        linear = ()
+    verdicts = (*linear, *named)
+    doubtful = [
+        _nameless(one)
+        for one, sign in zip(shown, chosen, strict=True)
+        if one.gain > 0 or sign.log_evidence > WITHOUT_GAIN
+    ]
+    return replace(examination, verdicts=verdicts or tuple(doubtful[:1]))
+
+
+def _bends(cause: str) -> bool:
+    """Whether a cause that is told by its sign may be what linear responses show as unknown."""
+    return CATALOGUE[cause].is_linear or cause == _ROUNDED
+
+
+def _may_be(one: PooledSign) -> bool:
+    """Whether a sign's size is one that it may have: a bit whose speed swings by less than its mean does not stand."""
+    return one.cause != _STUCK or one.size + 1.96 * one.size_error >= 1.0
+
+
+def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
+    """Of signs that look alike the plainest, most certain first."""
+    chosen: list[PooledSign] = []
+    for one in sorted(signs, key=lambda sign: -sign.log_evidence):
+        if not any(_alike(one.cause, other.cause) for other in chosen):
+            chosen.append(one)
+    return chosen
+
+
+def _nameless(one: Verdict) -> Verdict:
+    """What is left of a name whose gain is not sure."""
+    said = f"{one.evidence}{doubt((one,))}"
+    return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)
+
+
+def _alike(one: str, other: str) -> bool:
+    return other in CATALOGUE[one].looks_like or one in CATALOGUE[other].looks_like
+
+
+def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledSign]) -> Verdict:
+    cause, evidence = CATALOGUE[one.cause], examination.model.evidence
+    rivals = (
+        [one] if one.cause == _STUCK else [other for other in found if other is one or _alike(one.cause, other.cause)]
+    )
+    logs = np.array([other.log_evidence for other in rivals])
+    shares = np.exp(logs - logsumexp(logs))
+    members = [other.cause for other, share in zip(rivals, shares, strict=True) if share > 1 - CLASS_MASS]
+    gain = sign_gain([sign for sign in evidence.signs if sign.cause == one.cause])
+    return Verdict(
+        verdict=class_name(members),
+        family=cause.family,
+        probability=surely(one.log_evidence) * float(sum(share for share in shares if share > 1 - CLASS_MASS)),
+        from_m=float(evidence.conditions.hole_depth.min()),
+        to_m=float(evidence.conditions.hole_depth.max()),
+        cause=one.cause,
+        size=one.size,
+        size_low=one.size - 1.96 * one.size_error,
+        size_high=one.size + 1.96 * one.size_error,
+        unit=cause.size.unit,
+        gain=gain.value,
+        gain_low=gain.low,
+        gain_high=gain.high,
+        held_out_windows=gain.windows,
+        what_would_separate=separator(members),
+        evidence=f"a sign of its own in the record, chance {one.chance:.2g} where it is absent",
+    )
