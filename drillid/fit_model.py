@@ -24,7 +24,7 @@ SIZE = 8
 """Parameters, in the order of `drillid.schema.PARAMETERS`."""
 _DELTA = 1
 _TURN = 2 * math.pi
-BLOCK = 64
+BLOCK = 104
 """Frequencies whose derivatives are held at a time, few enough for the processor's nearest memory."""
 WIDTH = 2 * (SIZE + 1)
 """Numbers a frequency: real and imaginary part of the mobility and of each derivative."""
