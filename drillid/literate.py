@@ -10,6 +10,7 @@ import re
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -122,3 +123,32 @@ def _drawing_without_a_screen() -> Iterator[None]:
             yield
         finally:
             pyplot.close("all")
+
+
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+_WITHIN = 0.02
+"""Relative difference that another processor's rounding may make at the end of a fit."""
+
+
+def differences(page: str, other: str) -> list[tuple[str, str]]:
+    """Lines of two pages that differ by more than the last printed digits of a number.
+
+    Parameters
+    ----------
+    page, other : whole texts
+    """
+    pairs = zip_longest(page.splitlines(), other.splitlines(), fillvalue="")
+    return [pair for pair in pairs if not _same(*pair)]
+
+
+def _same(line: str, other: str) -> bool:
+    if _NUMBER.sub("", line).split() != _NUMBER.sub("", other).split():
+        return False
+    pairs = list(zip_longest(_NUMBER.findall(line), _NUMBER.findall(other), fillvalue="nan"))
+    return all(abs(float(one) - float(two)) <= _WITHIN * abs(float(one)) + 2 * _last_digit(one) for one, two in pairs)
+
+
+def _last_digit(number: str) -> float:
+    """What one step of a number's last digit amounts to."""
+    plain, _, exponent = number.partition("e")
+    return float(10.0 ** (int(exponent or 0) - len(plain.partition(".")[2])))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.literate import cells, write_page
+from drillid.literate import cells, differences, write_page
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = '''"""Only for editors."""
@@ -79,3 +79,19 @@ def test_the_tutorial_shows_every_cell_of_its_script() -> None:
     for line in page.splitlines():
         if line.startswith("!["):
             assert (ROOT / "docs" / line.rpartition("(")[2].rstrip(")")).is_file(), line
+
+
+@pytest.mark.parametrize(
+    ("line", "other", "same"),
+    [
+        ("kappa  435.2  5.8e+02 N s m-4", "kappa   435.3 5.9e+02 N s m-4", True),
+        ("off by -1.9", "off by -2.0", True),
+        ("500 of them pass", "588 of them pass", False),
+        ("gain 1.0", "gain 1.5", False),
+        ("delay 0.0389 s", "delay 0.0389 m", False),
+        ("one line", "", False),
+        ("3.1 and 4", "3.1", False),
+    ],
+)
+def test_pages_differ_by_more_than_their_last_digits(line: str, other: str, same: bool) -> None:
+    assert (differences(f"first\n{line}\n", f"first\n{other}\n") == []) == same
