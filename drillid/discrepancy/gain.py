@@ -63,8 +63,11 @@ def _residuals(
     evidence = model.evidence
     training = SetModel(replace(evidence, used=evidence.used & ~held), model.deviation)
     trained = fit_set(training, start, extensions).point
-    if held.all(axis=1).any():
-        trained = fit_local(model, trained, extensions)
+    unseen = held.all(axis=1)
+    if unseen.any():
+        # windows are alike: what is left to one begins where the others are
+        local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
+        trained = fit_local(model, replace(trained, local=local), extensions)
     residual = model.linearised(trained, extensions).residual
     rows = held & evidence.used
     if model.control_weight is not None:

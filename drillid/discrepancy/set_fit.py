@@ -23,7 +23,6 @@ Floats = NDArray[np.float64]
 _ITERATIONS = 60
 _CONVERGED = 1e-2
 """Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
-_LOCAL_ITERATIONS = 3
 _TAIL = 3.0
 """Degrees of freedom of the windows' deviations."""
 _LARGEST_DAMPING = 1e8
@@ -113,11 +112,33 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
 
 
 def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
-    """Fit the windows' own figures alone, with shared figures and sizes as they are."""
-    for _ in range(_LOCAL_ITERATIONS):
-        _, _, normal = _curvature(model, point, extensions)
-        point = Point(point.shared, point.local + normal.eliminated()[2], point.sizes)
-    return point
+    """Fit the windows' own figures alone, each window for itself, with shared figures and sizes as they are."""
+    windows, places = model.evidence.windows, list(LOCAL)
+    local, damping, least = point.local, np.full(windows, 1e-3), np.full(windows, np.inf)
+    best, each, own = local, np.zeros((windows, 4, 4)), np.zeros((windows, 4))
+    for _ in range(_ITERATIONS):
+        trial = Point(point.shared, local, point.sizes)
+        linear, precision = model.linearised(trial, extensions), _precision(model, trial)
+        cost = _window_costs(model, trial, linear.residual)
+        better = cost < least
+        jacobian, residual = linear.jacobian[better][:, places], linear.residual[better]
+        each[better], own[better] = _products(jacobian, residual)
+        each[better] += precision[better][:, :, None] * np.eye(4)
+        own[better] -= precision[better] * local[better]
+        fallen = np.where(better, least - cost, 0.0)
+        best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
+        damping = np.where(better, damping / 8, damping * 8)
+        if np.all((better & (fallen < _CONVERGED)) | (damping > _LARGEST_DAMPING)):
+            break
+        damped = each * (1 + damping[:, None, None] * np.eye(4))
+        local = best + np.linalg.solve(damped, own[..., None])[..., 0]
+    return Point(point.shared, best, point.sizes)
+
+
+def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
+    """Cost of each window's residuals and deviations, (W,)."""
+    pulls = (_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / _TAIL), axis=1)
+    return np.asarray(0.5 * (np.sum(np.abs(residual) ** 2, axis=1) + pulls), dtype=float)
 
 
 def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
