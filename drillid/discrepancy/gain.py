@@ -63,7 +63,7 @@ def _residuals(
     evidence = model.evidence
     training = SetModel(replace(evidence, used=evidence.used & ~held), model.deviation)
     trained = fit_set(training, start, extensions).point
-    unseen = held.all(axis=1)
+    unseen = np.asarray(held.all(axis=1), dtype=bool)
     if unseen.any():
         # windows are alike: what is left to one begins where the others are
         local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
