@@ -72,7 +72,7 @@ class FitsSettings(Strict):
 
     use_knowledge: bool = True
     """Take the rig's papers, with their tolerances, as prior knowledge."""
-    starts: int = Field(default=18, ge=1)
+    starts: int = Field(default=16, ge=1)
     """Starting points of each fit; the best are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)
     """Share of right models whose fit may be refused for its residuals."""
