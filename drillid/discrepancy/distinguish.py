@@ -29,6 +29,11 @@ class Projection:
     information: Floats
     """(K, K)"""
 
+    def without(self, places: NDArray[np.intp]) -> "Projection":
+        """The same without some directions."""
+        kept = np.setdiff1d(np.arange(self.score.size), places)
+        return Projection(self.score[kept], self.information[np.ix_(kept, kept)])
+
 
 def candidates(catalogue: Sequence[Cause]) -> list[Extension]:
     """Every linear cause at each of its shapes."""
@@ -40,6 +45,11 @@ def columns(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], fur
     if not further:
         return np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
     return np.stack([model.derivative(fit.point, extensions, one) for one in further], axis=1)
+
+
+def secants(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
+    """Directions (W, K, rows) in which further causes move the responses from size zero to their usual sizes."""
+    return np.stack([model.change(fit.point, extensions, one) for one in further], axis=1)
 
 
 def project(

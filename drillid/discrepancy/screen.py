@@ -10,16 +10,17 @@ from scipy.special import log_ndtr, logsumexp
 from drillid.discrepancy import unknown
 from drillid.discrepancy.causes import Cause
 from drillid.discrepancy.causes.base import WIDE
-from drillid.discrepancy.distinguish import Projection, candidates, columns, project
+from drillid.discrepancy.distinguish import Projection, candidates, columns, project, secants
 from drillid.discrepancy.set_fit import SetFit
 from drillid.discrepancy.set_model import Extension, SetModel
 
 Floats = NDArray[np.float64]
 
-UNKNOWN = "unknown"
 _DRAWS = 4000
 _TAIL = 0.02
 """Share of the draws whose exponential tail continues the chance below what draws can count."""
+_STRAIGHT = 0.95
+"""Correlation from which a cause is as good as linear up to its usual size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +28,6 @@ class Screen:
     """Linear evidence for every cause."""
 
     candidates: tuple[Extension, ...]
-    estimate: Floats
-    """(K,) linear estimate of each candidate's size."""
     log_evidence: Floats
     """(K,) log Bayes factor against the model as it is."""
     unknown: dict[str, float]
@@ -59,13 +58,16 @@ def screen(
     """Look at all linear causes and at disturbances of unknown shape beyond the model as it is.
 
     The chance of the total evidence comes from draws of the score under the model as it is, whose covariance is
-    the projected information: the maximum over a catalogue needs no other correction.
+    the projected information: the maximum over a catalogue needs no other correction. A cause whose first order
+    nuisance figures absorb, such as a lag beside a delay, is looked for at its usual size as well.
     """
     chosen = [one for one in candidates(catalogue) if not one.cause.size.fixed]
-    pieces = [columns(model, fit, extensions, chosen)]
+    pieces = [columns(model, fit, extensions, chosen), secants(model, fit, extensions, chosen)]
     pieces += [unknown.directions(model, fit, extensions, port) for port in unknown.PORTS]
-    projection = project(model, fit, extensions, np.concatenate(pieces, axis=1))
-    groups = _Groups(chosen, projection.information)
+    whole = project(model, fit, extensions, np.concatenate(pieces, axis=1))
+    curved = _curved(whole.information, len(chosen))
+    projection = whole.without(len(chosen) + np.flatnonzero(~curved))
+    groups = _Groups(chosen, np.flatnonzero(curved), projection.information)
     # estimated variances make scores a little larger than the information says
     spread = _dispersion(model)
     each, ports, total = groups.evidence(projection.score[None] / np.sqrt(spread))
@@ -73,15 +75,21 @@ def screen(
     chance = tail_chance(float(total[0]), groups.evidence(draws)[2])
     count = len(chosen)
     own = Projection(projection.score[:count], projection.information[:count, :count])
-    estimate = own.score / (np.diag(own.information) + groups.typical**-2.0)
-    return Screen(tuple(chosen), estimate, each[0], dict(zip(unknown.PORTS, ports[0], strict=True)), chance, own)
+    return Screen(tuple(chosen), each[0], dict(zip(unknown.PORTS, ports[0], strict=True)), chance, own)
+
+
+def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
+    """Which of the candidates (K,) move another way at their usual size, beyond nuisances, than where they are small."""
+    small, usual = np.arange(count), np.arange(count, 2 * count)
+    scale = np.sqrt(information[small, small] * information[usual, usual])
+    return np.asarray(np.abs(information[small, usual]) < _STRAIGHT * scale, dtype=bool)
 
 
 class _Groups:
-    """Candidates and ports, and the evidence for all of them from scores."""
+    """Candidates, those of them that are curved, and ports, and the evidence for all of them from scores."""
 
-    def __init__(self, chosen: Sequence[Extension], information: Floats) -> None:
-        self.chosen, self.information = chosen, information
+    def __init__(self, chosen: Sequence[Extension], curved: NDArray[np.intp], information: Floats) -> None:
+        self.chosen, self.curved, self.information = chosen, curved, information
         self.typical = np.array([one.cause.size.typical for one in chosen])
         self.one_sided = np.array([one.cause.size.low >= 0 for one in chosen])
         names = [one.cause.name for one in chosen]
@@ -89,8 +97,13 @@ class _Groups:
 
     def evidence(self, score: Floats) -> tuple[Floats, Floats, Floats]:
         """Log Bayes factors of candidates (..., K), of ports (..., 3) and of all together (...)."""
-        count = len(self.chosen)
-        each = gaussian_evidence(score[..., :count], np.diag(self.information)[:count], self.typical, self.one_sided)
+        curved, every = self.curved, np.append(np.arange(len(self.chosen)), self.curved)
+        count = every.size
+        both = gaussian_evidence(
+            score[..., :count], np.diag(self.information)[:count], self.typical[every], self.one_sided[every]
+        )
+        each = both[..., : len(self.chosen)]
+        each[..., curved] = np.logaddexp(each[..., curved], both[..., len(self.chosen) :]) - np.log(2.0)
         size = 2 * unknown.FUNCTIONS
         blocks = [slice(count + place * size, count + (place + 1) * size) for place in range(len(unknown.PORTS))]
         ports = np.stack(

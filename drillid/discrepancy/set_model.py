@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from drillid.discrepancy.causes import Cause, Circumstances, Setup
@@ -20,6 +21,7 @@ from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
 from drillid.physics.model import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
+from drillid.physics.top_drive import control
 from drillid.statistics import expected_ratio
 
 Floats = NDArray[np.float64]
@@ -48,9 +50,12 @@ DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
 """Bounds of the shared figures, scaled: wider than any rig, and the model is defined within."""
-_CONTROL_FREQUENCIES = 40
-_CONTROL_FLOOR = 3e-3
-"""Relative error of the control's response that is not noise: sampling of the control and interpolated rows."""
+_CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
+"""Relative error of the control's response that is not noise, sampling of the control and interpolated rows, and in
+how many bands it is independent."""
+_CONTROL_LINES, _CLEAR = 31, 0.1
+"""Lines over which the noise of the control's response is taken together, and relative variance up to which a line
+tells it: a ratio is right in the mean only where its weight does not hang on its own denominator."""
 _WIDE = 30.0
 """Prior deviation, scaled, of a figure on which the papers are silent."""
 
@@ -145,15 +150,17 @@ class SetModel:
 
     @cached_property
     def control_weight(self) -> Floats | None:
-        """(W, F) the same of the control's response, at some 40 frequencies; None where no command is logged."""
+        """(W, F) the same of the control's response; None where no command is logged."""
         evidence = self.evidence
         if evidence.control is None or evidence.control_variance is None:
             return None
-        variance = evidence.control_variance + (_CONTROL_FLOOR * np.abs(evidence.control)) ** 2
-        good = (self.weight > 0) & np.isfinite(variance) & (variance > 0)
-        step = max(1, evidence.frequency.size // _CONTROL_FREQUENCIES)
-        good &= np.arange(evidence.frequency.size) % step == 0
-        return np.where(good, np.sqrt(2 / np.where(good, variance, 1.0)), 0.0)
+        told = np.abs(control(self.controller, self.s)) ** 2
+        relative = pd.DataFrame(np.where(self.weight > 0, evidence.control_variance / told, np.nan).T)
+        noise = relative.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
+        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
+        good = relative.notna().to_numpy().T & (noise < _CLEAR)
+        variance = np.where(good, (noise + lines * _CONTROL_FLOOR**2) * told, np.inf)
+        return np.asarray(np.sqrt(2 / variance), dtype=float)
 
     @property
     def rows(self) -> int:
@@ -224,6 +231,13 @@ class SetModel:
         size = Dual(np.zeros((1, 1)), np.ones(1))
         base = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
         return self._whitened(self.extended(base, [size], (further,)), 1).jacobian[:, 0]
+
+    def change(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
+        """Change (W, rows) of the whitened responses per size of a further cause, from none to its usual size."""
+        size = further.cause.size.typical
+        base = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
+        there = self._whitened(self.extended(base, [size], (further,)), 0)
+        return (self._whitened(base, 0).residual - there.residual) / size
 
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Command mobility of every window, shape (W, F)."""
