@@ -49,18 +49,30 @@ _WITHOUT_SLOPE = frozenset(
 class Dual(NDArrayOperatorsMixin):
     """An array and its derivatives.
 
+    Only derivatives to parameters that play a part are carried along: most figures of a rig enter late.
+
     Parameters
     ----------
     value : shape (...)
-    tangents : shape (P, ...), derivative to each parameter; broadcasts against `value`
+    tangents : shape (P, ...), derivative to each parameter, broadcasts against `value`; or (K, ...) to some of them
+    places : (K,) which of the parameters; where not given all, or those that are not 0 in `tangents` of shape (P,)
+    parameters : P, where `places` are given
     """
 
-    def __init__(self, value: ArrayLike, tangents: ArrayLike) -> None:
+    def __init__(
+        self, value: ArrayLike, tangents: ArrayLike, places: NDArray[np.intp] | None = None, parameters: int = 0
+    ) -> None:
         self.value: Array = np.asarray(value)
-        self.tangents: Array = _aligned(np.asarray(tangents), self.value.ndim)
+        rows = np.asarray(tangents)
+        self.parameters = parameters if places is not None else rows.shape[0]
+        if places is None:
+            places = np.flatnonzero(rows) if rows.ndim == 1 else np.arange(rows.shape[0])
+            rows = rows[places] if rows.ndim == 1 else rows
+        self.places = places
+        self.tangents: Array = _aligned(rows, self.value.ndim)
 
     def __repr__(self) -> str:
-        return f"Dual({self.value!r}, {self.tangents!r})"
+        return f"Dual({self.value!r}, {self.tangents!r}, {self.places!r}, {self.parameters})"
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         """Apply a ufunc to the values, and the chain rule to the tangents; other ufuncs raise TypeError."""
@@ -72,15 +84,34 @@ class Dual(NDArrayOperatorsMixin):
         if ufunc not in _SLOPES:
             return NotImplemented
         result = np.asarray(ufunc(*values))
-        tangents: Any = 0.0
-        for argument, slope in zip(inputs, _SLOPES[ufunc], strict=True):
-            if isinstance(argument, Dual):
-                tangents = tangents + slope(result, *values) * _aligned(argument.tangents, result.ndim)
-        return Dual(result, tangents)
+        parts = [
+            (argument.places, slope(result, *values) * _aligned(argument.tangents, result.ndim))
+            for argument, slope in zip(inputs, _SLOPES[ufunc], strict=True)
+            if isinstance(argument, Dual)
+        ]
+        return Dual(result, *_summed(parts), self.parameters)
 
     def full_tangents(self) -> Array:
-        """Derivatives in the shape (P, *value.shape)."""
-        return np.broadcast_to(self.tangents, (self.tangents.shape[0], *self.value.shape))
+        """Derivatives to all parameters, in the shape (P, *value.shape)."""
+        full = np.zeros((self.parameters, *self.value.shape), dtype=self.tangents.dtype)
+        full[self.places] = self.tangents
+        return full
+
+
+def _summed(parts: list[tuple[NDArray[np.intp], Array]]) -> tuple[Array, NDArray[np.intp]]:
+    """Sum of one or two tangents of some parameters each, and which parameters the sum has."""
+    first, tangents = parts[0]
+    if len(parts) == 1:
+        return tangents, first
+    second, others = parts[1]
+    if np.array_equal(first, second):
+        return tangents + others, first
+    places = np.union1d(first, second)
+    shape = np.broadcast_shapes(tangents.shape[1:], others.shape[1:])
+    total = np.zeros((places.size, *shape), dtype=np.result_type(tangents, others))
+    total[np.searchsorted(places, first)] = tangents
+    total[np.searchsorted(places, second)] += others
+    return total, places
 
 
 def _aligned(tangents: Array, dimensions: int) -> Array:
@@ -98,7 +129,9 @@ def lifted(function: Callable[[Any], Any], slope: Callable[[Any], Any], argument
     """Value of a function of one variable that is no ufunc of the table, with its derivative given as `slope`."""
     if not isinstance(argument, Dual):
         return function(argument)
-    return Dual(function(argument.value), slope(argument.value) * argument.tangents)
+    return Dual(
+        function(argument.value), slope(argument.value) * argument.tangents, argument.places, argument.parameters
+    )
 
 
 def linear(operator: Callable[[Array], Array], argument: Any) -> Any:
