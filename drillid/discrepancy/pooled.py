@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr, ndtr, ndtri_exp
 
+from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.gain import Gain
 
@@ -40,8 +41,9 @@ class PooledSign:
 def pool(signs: Sequence[Sign]) -> list[PooledSign]:
     """One entry a cause, most certain first.
 
-    A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949) and the largest
-    (Šidák 1967) are looked at, and the smaller chance is doubled.
+    A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by how well
+    each window tells the size, and the largest (Šidák 1967) are looked at, and the smaller chance is doubled. In the
+    sum windows that show sizes of opposite sign speak against each other.
     """
     pooled = []
     for cause in sorted({sign.cause for sign in signs}):
@@ -53,9 +55,8 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
 
 def _pooled(cause: str, own: list[Sign]) -> PooledSign:
     score = np.array([sign.score for sign in own])
-    all_of_them = float(ndtr(-score.sum() / np.sqrt(score.size)))
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
-    chance = min(1.0, 2 * min(all_of_them, strongest))
+    chance = min(1.0, 2 * min(_chance_of_sum(own), strongest))
     weight = np.array([1 / max(sign.size_error, 1e-300) ** 2 if sign.size_error > 0 else 0.0 for sign in own])
     weight = np.where(np.isfinite(weight), weight, 0.0)
     size = np.array([sign.size for sign in own])
@@ -65,6 +66,19 @@ def _pooled(cause: str, own: list[Sign]) -> PooledSign:
     spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0
     error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
     return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size)
+
+
+def _chance_of_sum(own: list[Sign]) -> float:
+    """Of so large a weighted sum of scores; of either sign where the cause's size may have either."""
+    score, size, error = (np.array([getattr(sign, name) for sign in own]) for name in ("score", "size", "size_error"))
+    told = np.isfinite(error) & (error > 0) & np.isfinite(size)
+    weight = 1 / error if told.all() else np.ones(score.size)
+    norm = float(np.sqrt(np.sum(weight**2)))
+    if CATALOGUE[own[0].cause].size.low >= 0 or not told.all():
+        return float(ndtr(-np.sum(weight * score) / norm))
+    # a score of either sign has half its chance on the side on which its size lies
+    signed = -np.sign(size) * ndtri_exp(log_ndtr(-score) - np.log(2.0))
+    return float(2 * ndtr(-abs(np.sum(weight * signed)) / norm))
 
 
 def evidence_of_chance(chance: float) -> float:
