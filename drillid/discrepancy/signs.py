@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.signs_clock import clock_drift_score
 from drillid.discrepancy.signs_drive import drive_candidates
 from drillid.discrepancy.signs_dwell import backlash_score, standing_score
 from drillid.discrepancy.signs_jitter import jitter_score
@@ -55,6 +56,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     alone = {
+        "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
         "aliased_tone": tone_score(remainder, left),
         "quantisation": quantisation_score(remainder),
         "delay_jitter": jitter_score(remainder, left),

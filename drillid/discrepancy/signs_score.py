@@ -70,8 +70,16 @@ def without(series: Floats, others: Floats) -> Floats:
     return np.asarray(series - (series @ basis.T) @ basis, dtype=float)
 
 
-def score(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | None:
-    """Score of a whitened candidate; None where no column is borne by enough of the record."""
+def score(
+    candidate: Candidate, error: Floats, remainder: Remainder, *, inflation: float | None = None
+) -> Score | None:
+    """Score of a whitened candidate; None where no column is borne by enough of the record.
+
+    Parameters
+    ----------
+    error : (samples,) whitened like the candidate
+    inflation : variance of a sum over the noise per variance found from `error`; that of the remainder where not given
+    """
     if candidate.pair:
         return _score_of_pair(candidate, error, remainder)
     columns = candidate.columns
@@ -79,6 +87,7 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | 
     usable = np.flatnonzero(energy > _DEPENDENT * max(float(energy.max()), 1e-300))
     amplitude = columns[usable] @ error / energy[usable]
     deviation, blocks = _deviations(columns[usable], error, amplitude, remainder)
+    deviation *= np.sqrt(remainder.inflation if inflation is None else inflation)
     borne = blocks >= _LEAST_BLOCKS
     if candidate.settings is not None:
         # what a drive leaves out it leaves out wholly: a small share of it is another cause's
@@ -97,7 +106,8 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | 
         # the whole of what is left out, not some share of it
         ratio = columns[usable] @ error - energy[usable] / 2
         size, size_error = _size_of_setting(candidate.settings[usable], ratio)
-    log_ratio = 0.5 * max(float(normal[best]), 0.0) ** 2
+    told = (np.maximum if candidate.one_sided else np.hypot)(amplitude[best : best + 1], 0.0) / deviation[best]
+    log_ratio = 0.5 * float(_to_normal(told, blocks[best : best + 1], two_sided=False)[0]) ** 2
     amplitudes = np.zeros(columns.shape[0])
     amplitudes[usable[best]] = amplitude[best]
     return Score(overall, size, size_error, log_ratio, amplitudes)
@@ -109,7 +119,7 @@ def _blocks(remainder: Remainder) -> NDArray[np.intp]:
 
 
 def _deviations(columns: Floats, error: Floats, amplitude: Floats, remainder: Remainder) -> tuple[Floats, Floats]:
-    """Standard error of each amplitude, and how many blocks bear its column."""
+    """Standard error of each amplitude before inflation, and how many blocks bear its column."""
     starts = _blocks(remainder)
     products = np.add.reduceat(columns * (error - amplitude[:, None] * columns), starts, axis=1)
     shares = np.add.reduceat(columns**2, starts, axis=1)
@@ -117,7 +127,7 @@ def _deviations(columns: Floats, error: Floats, amplitude: Floats, remainder: Re
     shares = shares / energy[:, None]
     # one amplitude taken out of few blocks takes their own errors with it
     products = products / np.maximum(1 - shares, 0.1)
-    return np.sqrt(np.sum(products**2, axis=1) * remainder.inflation) / energy, 1 / np.sum(shares**2, axis=1)
+    return np.sqrt(np.sum(products**2, axis=1)) / energy, 1 / np.sum(shares**2, axis=1)
 
 
 def _to_normal(ratio: Floats, freedom: Floats, *, two_sided: bool) -> Floats:

@@ -23,7 +23,9 @@ _SETTLING_S = 10.0
 
 
 def time_candidates(remainder: Remainder) -> list[Candidate]:
-    """Growth, drift and jump; none where the sweep does not repeat."""
+    """Growth, drift and jump, and clocks that run apart where no command tells that better; none where the sweep does
+    not repeat.
+    """
     if not remainder.periods:
         return []
     record = remainder.record
@@ -37,9 +39,10 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
     duration = remainder.samples / record.rate
     since = (passed - _CHANGES[:, None]) * duration
     jumps = np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2 * by_damping
+    drift = [] if record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
     return [
+        *drift,
         Candidate("length_growth", ((passed - 0.5) * by_length)[None], one_sided=True),
-        Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None]),
         Candidate("parameter_drift", ((passed - 0.5) * by_damping)[None]),
         Candidate("regime_change", jumps),
     ]

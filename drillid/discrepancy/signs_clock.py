@@ -1,0 +1,46 @@
+"""Sign of clocks that run apart, from the logged torque command.
+
+The control answers the speed that it reads itself by its own clock. Where the recorded speed comes from another clock,
+the command lags the answer to it by an offset, and a drift is an offset that grows. The whole motion of the rig tells
+it, not only the answer to the sweep.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, rfft
+from scipy.ndimage import median_filter
+
+from drillid.discrepancy.signs_record import Remainder
+from drillid.discrepancy.signs_score import Candidate, Score, score, without
+from drillid.physics.top_drive import control
+
+Floats = NDArray[np.float64]
+
+_LOWEST = 0.15
+"""Hz, above which tapered ends do no harm to the control's integral."""
+_CLEAR = 10.0
+"""Power of the answer to the recorded speed per power of what the command has beside it, from which a line is taken as
+recorded; at others it is reckoned from the sweep, as noise in what is looked for would make it seem smaller."""
+_LINES = 61
+"""Lines over which these powers are taken together."""
+
+
+def clock_drift_score(remainder: Remainder) -> Score | None:
+    """Score of an offset that grows, beside wrong gains and a steady offset; for records with a command."""
+    inside, s = remainder.inside & (remainder.frequency > _LOWEST), remainder.s
+    told = np.ravel(control(remainder.system.top_drive.controller, s))
+    speed, given, sweep = (
+        rfft((series - series.mean()) * remainder.taper)
+        for series in (remainder.speed, remainder.command - remainder.sweep, remainder.sweep)
+    )
+    powers = [median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (told * speed, given + told * speed)]
+    moved = np.where(powers[0] > _CLEAR * powers[1], speed, remainder.mobility * sweep)
+
+    def series(lines: NDArray[np.complex128]) -> Floats:
+        return np.asarray(irfft(np.where(inside, lines, 0.0), remainder.samples), dtype=float)
+
+    earlier = series(-s * told * moved)
+    beside = np.stack([series(moved), series(moved / s), earlier])
+    passed = remainder.time - remainder.time.mean()
+    drift = Candidate("clock_drift", without((passed * earlier)[None], beside))
+    return score(drift, without(series(given + told * speed)[None], beside)[0], remainder, inflation=1.0)
