@@ -20,6 +20,7 @@ import xarray as xr
 
 from benchmarks.windows import FOLDER, SETTINGS, SWEEP, SimulatedWindow
 from drillid.config import Settings
+from drillid.cross_spectra import stacked
 from drillid.estimation import Prior, fit
 from drillid.fits import measured_rows
 from drillid.mobility import command_mobility, gate
@@ -126,9 +127,7 @@ def _spectra(records: xr.Dataset, rows: list[tuple[int, int]], rate: float) -> x
         period = sweep_period(sweep, rate, settings.frequency_minimum_hz)
         frequency = frequency_grid(period, settings, rate)
         found.append(line_spectra(sweep, speed, command, rate, period, frequency, settings.noise_lines))
-    dims = ("window", "frequency")
-    stacked = {name: (dims, np.stack([vars(one)[name] for one in found])) for name in vars(found[0])}
-    return xr.Dataset(stacked, {"frequency": frequency})
+    return stacked(found, frequency)
 
 
 def stages(name: str) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from drillid.config import Settings
-from drillid.cross_spectra import Spectra
+from drillid.cross_spectra import Spectra, stacked
 from drillid.estimation import Measured
 from drillid.excitation import SWEEP_PERIOD
 from drillid.fits import measured_rows
@@ -157,10 +157,7 @@ def spectra_of(window: SimulatedWindow) -> Spectra:
 
 def mobilities(windows: Sequence[SimulatedWindow]) -> xr.Dataset:
     """Gated mobilities (window, frequency), as the stages make them."""
-    lines = [spectra_of(window) for window in windows]
-    dims = ("window", "frequency")
-    stacked = {name: (dims, np.stack([vars(line)[name] for line in lines])) for name in vars(lines[0])}
-    spectra = xr.Dataset(stacked, {"frequency": grid()})
+    spectra = stacked([spectra_of(window) for window in windows], grid())
     mobility = command_mobility(spectra)
     return mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
 
