@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from drillid.figures_data import DepthCells, WellResults, cell_edges
+from drillid.figures_data import WellResults
 from drillid.figures_style import (
     COLOUR_BAR,
     FLAGGED,
@@ -18,10 +18,9 @@ from drillid.figures_style import (
     PAPERS,
     SIGNED,
     depth_axis,
-    draw_marks,
+    depth_image,
     frequency_axis,
     new_figure,
-    well_marks,
 )
 from drillid.figures_verdicts import nothing, set_title, shown_set
 from drillid.figures_windows import MOBILITY_LABEL, degrees
@@ -51,18 +50,13 @@ def model_residuals(results: WellResults) -> Figure:
         for axis in axes:
             nothing(axis, "nothing was examined")
         return figure
-    cells, frequency = DepthCells.of(results.windows), results.examination["frequency"].values
-    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    frequency = results.examination["frequency"].values
     colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
     for axis, (name, title) in zip(axes[:2], panels, strict=True):
-        axis.set_facecolor(LEFT_OUT)
-        rows = cells.image(results.examination[name].values.real)
-        mesh = axis.pcolormesh(cell_edges(frequency), cells.edges, rows, **colours)
-        axis.grid(False)
+        mesh = depth_image(axis, results, frequency, results.examination[name].values.real, **colours)
         frequency_axis(axis, results.band)
         axis.set_title(title)
-        depth_axis(axis, cells, label=axis is axes[0])
-        draw_marks(axis, marks, labels=axis is axes[1], line=INK)
+        depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[1], line=INK)
     figure.colorbar(
         mesh, ax=list(axes[:2]), label="Residual, real part [standard deviations]", location="bottom", **COLOUR_BAR
     )
