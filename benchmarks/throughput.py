@@ -23,7 +23,7 @@ from drillid.config import Settings
 from drillid.cross_spectra import stacked
 from drillid.estimation import Prior, fit
 from drillid.fits import measured_rows
-from drillid.mobility import command_mobility, gate
+from drillid.mobility import gated_mobility
 from drillid.periodic import line_spectra, sweep_period
 from drillid.provenance import digest, source_hash
 from drillid.rig import CHANNEL_UNITS, Rig
@@ -111,9 +111,7 @@ def stream(name: str) -> None:
     rows = list(zip(windows["first_sample"].values.tolist(), windows["samples"].values.tolist(), strict=True))
     for first in range(0, len(rows), _BLOCK):
         spectra = _spectra(records, rows[first : first + _BLOCK], rate)
-        mobility = command_mobility(spectra)
-        mobility = mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
-        for measured in measured_rows(mobility):
+        for measured in measured_rows(gated_mobility(spectra, SETTINGS.mobility)):
             fit(measured, DEEP.known, Prior.silent(), SETTINGS.fits)
 
 

@@ -37,6 +37,16 @@ class Spectra:
         unknown = nothing + 0j
         return Spectra(nothing, nothing, nothing, nothing, unknown, unknown, unknown, count, count - 1)
 
+    @staticmethod
+    def joined(parts: Sequence[Spectra]) -> Spectra:
+        """Spectra of one window from those of successive frequencies."""
+        return Spectra(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Spectra)))
+
+    @staticmethod
+    def of_row(spectra: xr.Dataset, row: int) -> Spectra:
+        """Spectra of the window in a row of what `stacked` made."""
+        return Spectra(*(spectra[field.name].values[row] for field in fields(Spectra)))
+
 
 def stacked(windows: Sequence[Spectra], frequencies: Floats) -> xr.Dataset:
     """Spectra of one or more windows on the same `frequencies` (Hz) as a dataset (window, frequency)."""
