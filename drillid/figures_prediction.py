@@ -25,6 +25,7 @@ from drillid.figures_style import (
 from drillid.figures_verdicts import nothing, set_title, shown_set
 from drillid.figures_windows import MOBILITY_LABEL, degrees
 from drillid.schema import Gate
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +39,6 @@ _LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
 _STRETCH = 0.25
 """Share of the sweep's period that is drawn in time, from the middle on."""
-_TWO_SIDED = 1.96
 
 
 def model_residuals(results: WellResults) -> Figure:
@@ -106,7 +106,7 @@ def held_out(results: WellResults) -> Figure:
     window = results.mobility.isel(window=row)
     used = window["gate"].values == Gate.USED
     measured = np.where(used, window["command_mobility"].values, np.nan)
-    size, margin = np.abs(measured), _TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
+    size, margin = np.abs(measured), TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
     bars: dict[str, Any] = {"color": PAPERS, "alpha": 0.45, "linewidth": 1.2}
     amplitude.vlines(frequency, np.maximum(size - margin, size * 0.02), size + margin, **bars)
     amplitude.plot(frequency, size, ".", color=MUTED, markersize=3, label="measured, with 95 % bands")
@@ -148,7 +148,7 @@ def _in_time(axis: Axes, one: xr.Dataset) -> None:
     power = np.convolve(speed**2, np.ones(length), "valid")
     first = int(np.argmax(power))
     chosen = slice(first, first + length)
-    margin = _TWO_SIDED * float(one["period_error"])
+    margin = TWO_SIDED * float(one["period_error"])
     if np.isfinite(margin):
         axis.fill_between(
             time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=PAPERS, alpha=0.35, linewidth=0

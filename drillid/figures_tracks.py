@@ -22,6 +22,7 @@ from drillid.figures_style import (
 )
 from drillid.schema import PARAMETERS
 from drillid.starts import BOUNDS
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_TWO_SIDED = 1.96
-"""Standard errors of a 95 % interval."""
 _SHARE_SHOWN = (2.0, 98.0)
 """Percentiles of the windows' values, or of the ends of their bars, that an axis must hold."""
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
@@ -57,7 +56,7 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
     shift = drilled_length(results.rig, results.windows["bit_depth"].values) if name == "length" else 0.0
     value = (fits["value"].values - shift) * quantity.factor
-    margin = _TWO_SIDED * fits["standard_error"].values * quantity.factor
+    margin = TWO_SIDED * fits["standard_error"].values * quantity.factor
     depth, accepted = results.windows["hole_depth"].values, fits["accepted"].values
     least, most = (bound - shift for bound in BOUNDS[:, list(PARAMETERS).index(name)])
     at_low = fits["at_bound"].values & (fits["value"].values - shift < (least + most) / 2)
@@ -68,7 +67,7 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     band = joint_band(results, name, shift, quantity.factor)
     axis.set_xlim(*_limits(low, high, value, accepted, papers, band))
     order = cells.order[cells.order >= 0]
-    _draw_papers(axis, cells, papers[order], (_TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
+    _draw_papers(axis, cells, papers[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REFUSED)):
         axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
