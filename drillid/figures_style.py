@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
@@ -73,8 +74,8 @@ def new_figure(results: WellResults, name: str, width: float, height: float) -> 
     figure = Figure(figsize=(width, total), layout="constrained")
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)  # type: ignore[call-arg]
+    assert isinstance(engine, ConstrainedLayoutEngine)
+    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)
     figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
     below = 1 - _HEADING_HEIGHT / total
     figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
