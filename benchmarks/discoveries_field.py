@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from benchmarks.field import BOUNDS, DEPTH, FITTED_S, JITTER
 from drillid.field_log import FieldLog
-from drillid.field_well import RATE, RPM, SURVEY, Friction, rig_at, start_up
+from drillid.field_well import RATE, SURVEY, Friction, rig_at, start_up
 from drillid.physics.nonlinear import NonlinearRig
+from drillid.units import RPM
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,8 @@ from benchmarks.discoveries_rows import Discovery
 from benchmarks.field import FITTED_S
 from drillid.discrepancy.verdict import NONE, UNKNOWN
 from drillid.field_log import FieldLog
-from drillid.field_well import RATE, RPM
+from drillid.field_well import RATE
+from drillid.units import RPM
 
 _COLOURS = {NONE: "0.75", UNKNOWN: "C3"}
 

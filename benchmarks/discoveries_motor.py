@@ -176,8 +176,8 @@ def record_fit(measured: Response) -> Fit:
     return fit(Problem(record, np.empty(0), measured, ports=("record",)), [np.empty(0)])
 
 
-def gain_of(weighed: Weighed, even: Response, odd: Response) -> tuple[float, float, float]:
-    """Log score a line of the most likely cause over the base, both fitted to every other line of the odd periods."""
+def gain_of(weighed: Weighed, *, odd: Response, even: Response) -> tuple[float, float, float]:
+    """Log score a line of HELD_OUT, most likely cause over base, both fitted to the other lines of the odd periods."""
     noise = weighed.base.problem.measured.deviation
     fitted, held = replace(odd, deviation=noise).at(_FITTED), replace(even, deviation=noise).at(_HELD)
     candidate = weighed.fits[weighed.cause].problem.given[-1]

@@ -29,7 +29,7 @@ def _of_speed(found: MotorExamined) -> Discovery:
     odd, even = found.speed
     before, after = (_relative(one, even) for one in (weighed.base, weighed.fits[weighed.cause]))
     return replace(
-        _named("motor, current and speed", weighed, gain_of(weighed, odd, even)),
+        _named("motor, current and speed", weighed, gain_of(weighed, odd=odd, even=even)),
         evidence=f"log Bayes factors {_listed(weighed)}, and {average(weighed.left):.0f} more for something unknown"
         f" beside the best cause; rms of misfit per response on the even periods {before:.0%} before, {after:.1%}"
         " after. Actuator gain and speed scale only rescale the inertias, a clock offset only the delay. The size's"

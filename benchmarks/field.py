@@ -23,7 +23,6 @@ from drillid.errors import DrillidError
 from drillid.field_log import FieldLog, Score, read_field_log, score
 from drillid.field_well import (
     RATE,
-    RPM,
     STATISTICS_DELAY,
     SURVEY,
     TIME_STEP,
@@ -33,6 +32,7 @@ from drillid.field_well import (
     rig_at,
     start_up,
 )
+from drillid.units import RPM
 
 Floats = NDArray[np.float64]
 

@@ -57,7 +57,7 @@ def _string_admittance(values: Floats, known: KnownEquipment, s: Complex) -> Com
 
 def control_model(values: Floats, known: KnownEquipment, s: Complex) -> Complex:
     """The same, the loop closed by python-control; it has no line, so that the string's response is given as data."""
-    import control as peer  # type: ignore[import-untyped]
+    import control as peer  # type: ignore[import-untyped]  # ships no types
 
     speed = s.imag
     below = values[INERTIA_TD] * s + _string_admittance(values, known, s)
@@ -130,7 +130,7 @@ def by_scipy(problem: Problem, start: Floats) -> Floats:
 
 def by_lmfit(problem: Problem, start: Floats) -> Floats:
     """lmfit.minimize with its default method, MINPACK's Levenberg–Marquardt with derivatives by differences."""
-    import lmfit  # type: ignore[import-untyped]
+    import lmfit  # type: ignore[import-untyped]  # ships no types
 
     low, high = scaled_of(BOUNDS[0].copy()), scaled_of(BOUNDS[1].copy())
     parameters = lmfit.Parameters()

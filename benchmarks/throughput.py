@@ -20,9 +20,10 @@ import xarray as xr
 
 from benchmarks.windows import FOLDER, SETTINGS, SWEEP, SimulatedWindow
 from drillid.config import Settings
+from drillid.cross_spectra import stacked
 from drillid.estimation import Prior, fit
 from drillid.fits import measured_rows
-from drillid.mobility import command_mobility, gate
+from drillid.mobility import gated_mobility
 from drillid.periodic import line_spectra, sweep_period
 from drillid.provenance import digest, source_hash
 from drillid.rig import CHANNEL_UNITS, Rig
@@ -110,9 +111,7 @@ def stream(name: str) -> None:
     rows = list(zip(windows["first_sample"].values.tolist(), windows["samples"].values.tolist(), strict=True))
     for first in range(0, len(rows), _BLOCK):
         spectra = _spectra(records, rows[first : first + _BLOCK], rate)
-        mobility = command_mobility(spectra)
-        mobility = mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
-        for measured in measured_rows(mobility):
+        for measured in measured_rows(gated_mobility(spectra, SETTINGS.mobility)):
             fit(measured, DEEP.known, Prior.silent(), SETTINGS.fits)
 
 
@@ -126,9 +125,7 @@ def _spectra(records: xr.Dataset, rows: list[tuple[int, int]], rate: float) -> x
         period = sweep_period(sweep, rate, settings.frequency_minimum_hz)
         frequency = frequency_grid(period, settings, rate)
         found.append(line_spectra(sweep, speed, command, rate, period, frequency, settings.noise_lines))
-    dims = ("window", "frequency")
-    stacked = {name: (dims, np.stack([vars(one)[name] for one in found])) for name in vars(found[0])}
-    return xr.Dataset(stacked, {"frequency": frequency})
+    return stacked(found, frequency)
 
 
 def stages(name: str) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,11 +17,11 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from drillid.config import Settings
-from drillid.cross_spectra import Spectra
+from drillid.cross_spectra import Spectra, stacked
 from drillid.estimation import Measured
 from drillid.excitation import SWEEP_PERIOD
 from drillid.fits import measured_rows
-from drillid.mobility import command_mobility, gate
+from drillid.mobility import gated_mobility
 from drillid.periodic import line_spectra
 from drillid.provenance import digest, source_hash
 from drillid.spectra import frequency_grid
@@ -72,7 +73,8 @@ class Run:
         channels = drilled(self.truth, self.windows * WINDOW_S, self.seed)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = self.path.with_suffix(f".{os.getpid()}.npz")
-        np.savez(unfinished, **{name: values.astype(np.float32) for name, values in channels.items()})  # type: ignore[arg-type]
+        single: dict[str, Any] = {name: values.astype(np.float32) for name, values in channels.items()}
+        np.savez(unfinished, **single)
         unfinished.replace(self.path)
 
     def read(self) -> Iterator[SimulatedWindow]:
@@ -157,12 +159,7 @@ def spectra_of(window: SimulatedWindow) -> Spectra:
 
 def mobilities(windows: Sequence[SimulatedWindow]) -> xr.Dataset:
     """Gated mobilities (window, frequency), as the stages make them."""
-    lines = [spectra_of(window) for window in windows]
-    dims = ("window", "frequency")
-    stacked = {name: (dims, np.stack([vars(line)[name] for line in lines])) for name in vars(lines[0])}
-    spectra = xr.Dataset(stacked, {"frequency": grid()})
-    mobility = command_mobility(spectra)
-    return mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
+    return gated_mobility(stacked([spectra_of(window) for window in windows], grid()), SETTINGS.mobility)
 
 
 def measured_windows(windows: Sequence[SimulatedWindow]) -> list[Measured]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.fft import rfft
+
+from drillid.schema_windows import WINDOW_FREQUENCY
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -32,6 +36,25 @@ class Spectra:
         nothing, count = np.full(size, np.nan), np.full(size, 2.0)
         unknown = nothing + 0j
         return Spectra(nothing, nothing, nothing, nothing, unknown, unknown, unknown, count, count - 1)
+
+    @staticmethod
+    def joined(parts: Sequence[Spectra]) -> Spectra:
+        """Spectra of one window from those of successive frequencies."""
+        return Spectra(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Spectra)))
+
+    @staticmethod
+    def of_row(spectra: xr.Dataset, row: int) -> Spectra:
+        """Spectra of the window in a row of what `stacked` made."""
+        return Spectra(*(spectra[field.name].values[row] for field in fields(Spectra)))
+
+
+def stacked(windows: Sequence[Spectra], frequencies: Floats) -> xr.Dataset:
+    """Spectra of one or more windows on the same `frequencies` (Hz) as a dataset (window, frequency)."""
+    columns = {
+        field.name: (WINDOW_FREQUENCY, np.stack([getattr(one, field.name) for one in windows]))
+        for field in fields(Spectra)
+    }
+    return xr.Dataset(columns, {"frequency": frequencies})
 
 
 def welch_spectra(

@@ -26,13 +26,12 @@ from drillid.physics.equipment import (
     polar_moment,
 )
 from drillid.simulate import SAMPLE_INTERVAL, simulate
-from drillid.units import STANDARD_GRAVITY
+from drillid.units import RPM, STANDARD_GRAVITY
 
 Vector = NDArray[np.float64]
 
 STAND_LENGTH = 30.0
 """m drilled with each stand."""
-_RPM = np.pi / 30
 _LEAD_IN_S = 30.0
 """Simulated before each log starts, so that noise and sweep are in swing."""
 _LIFT_OFF_S, _SLOW_DOWN_S, _STANDSTILL_S = 5.0, 20.0, 30.0
@@ -163,7 +162,7 @@ WELLS = {
         collars=_COLLARS,
         collars_length=100.0,
         bit=Bit(40.0, 40.0),
-        speed=120 * _RPM,
+        speed=120 * RPM,
         bit_torque=5200.0,
         bit_noise=350.0,
         bit_noise_bandwidth=2.0,
@@ -181,7 +180,7 @@ WELLS = {
         collars=_COLLARS,
         collars_length=80.0,
         bit=Bit(40.0, 25.0),
-        speed=130 * _RPM,
+        speed=130 * RPM,
         bit_torque=4300.0,
         bit_noise=400.0,
         bit_noise_bandwidth=3.0,
@@ -203,7 +202,7 @@ WELLS = {
         collars=_COLLARS,
         collars_length=60.0,
         bit=Bit(40.0, 30.0),
-        speed=100 * _RPM,
+        speed=100 * RPM,
         bit_torque=3600.0,
         bit_noise=300.0,
         bit_noise_bandwidth=2.0,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.fit_intervals import intervals
+from drillid.fit_intervals import QUANTILE, intervals
 from drillid.fit_model import Data, curvature
 from drillid.fit_solver import follow
 from drillid.physics.model import (
@@ -34,7 +34,6 @@ Complex = NDArray[np.complex128]
 
 _NEAR_BOUND = 0.01
 """Standard errors from a physical bound below which a value counts as at the bound."""
-_TWO_SIDED = 1.959963984540054
 _USUAL_FACTOR = 3.0
 """Factor within which internal damping lies about its usual size, at one standard deviation."""
 _FARTHEST_FACTOR = 30.0
@@ -210,7 +209,7 @@ def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8
     half = (upper - lower) / 2
     half = np.where(status == Knowledge.BOUNDED_ABOVE, upper - value, half)
     half = np.where(status == Knowledge.BOUNDED_BELOW, value - lower, half)
-    return np.asarray(half / _TWO_SIDED, dtype=float)
+    return np.asarray(half / QUANTILE, dtype=float)
 
 
 def _covariance(data: Data, scaled: Floats) -> Floats:

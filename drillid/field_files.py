@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.errors import LogError
-from drillid.field_well import RATE, RPM, STATISTICS_DELAY, StartUp
+from drillid.field_well import RATE, STATISTICS_DELAY, StartUp
 from drillid.physics.soft_string import Survey
+from drillid.units import RPM
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from drillid.errors import LogError
 from drillid.field_files import read_table
-from drillid.field_well import RATE, RPM
+from drillid.field_well import RATE
+from drillid.units import RPM
 
 Floats = NDArray[np.float64]
 

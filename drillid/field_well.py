@@ -18,8 +18,6 @@ from drillid.simulate import simulate
 
 Floats = NDArray[np.float64]
 
-RPM = np.pi / 30
-"""rad/s."""
 TOP_DRIVE_INERTIA = 2900.0
 """kg m²."""
 PIPE_OUTER, PIPE_INNER = 0.146529, 0.123024

@@ -9,20 +9,18 @@ from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
 from drillid.display import RPM_PER_KILONEWTON_METRE
-from drillid.figures_data import DepthCells, WellResults, cell_edges
+from drillid.figures_data import WellResults
 from drillid.figures_style import (
     AMPLITUDE,
     COLOUR_BAR,
     INK,
-    LEFT_OUT,
     MUTED,
     PHASE,
     SIGNED,
     depth_axis,
-    draw_marks,
+    depth_image,
     frequency_axis,
     new_figure,
-    well_marks,
 )
 from drillid.figures_windows import degrees
 from drillid.schema import Gate
@@ -61,7 +59,7 @@ def command_mobility_depth(results: WellResults) -> Figure:
         meshes.append(_frequency_image(axis, results, rows, **kind))
         axis.set_title(title)
         left, right = axis in axes[:, 0], axis in axes[:, 1]
-        _depth_marks(axis, results, label=left, labels=right)
+        depth_axis(axis, results, label=left, labels=right, line="white")
         axis.set_xlabel("Frequency [Hz]" if axis in axes[1] else "")
     figure.colorbar(meshes[1], ax=axes[0].tolist(), label=f"Command mobility [{_UNIT}]", **COLOUR_BAR)
     figure.colorbar(meshes[3], ax=axes[1].tolist(), label="Phase [°]", ticks=range(-180, 91, 45), **COLOUR_BAR)
@@ -83,16 +81,11 @@ def _bit_step(results: WellResults, name: str) -> Figure:
     limit = _percentile(np.abs(both) * RPM_PER_KILONEWTON_METRE, 99.8, otherwise=1.0)
     figure = new_figure(results, name, 9, 5.6)
     axis = figure.subplots()
-    cells = DepthCells.of(results.windows)
-    rows = results.depth[name].values * RPM_PER_KILONEWTON_METRE
-    axis.set_facecolor(LEFT_OUT)
-    mesh = axis.pcolormesh(
-        cell_edges(results.depth["lag"].values), cells.edges, cells.image(rows), cmap=SIGNED, vmin=-limit, vmax=limit
-    )
-    axis.set_xlim(0, float(results.depth["lag"].values[-1]))
+    lag, rows = results.depth["lag"].values, results.depth[name].values * RPM_PER_KILONEWTON_METRE
+    mesh = depth_image(axis, results, lag, rows, cmap=SIGNED, vmin=-limit, vmax=limit)
+    axis.set_xlim(0, float(lag[-1]))
     axis.set_xlabel("Time since the torque step [s]")
-    axis.grid(False)
-    _depth_marks(axis, results, line=INK)
+    depth_axis(axis, results, line=INK)
     figure.colorbar(mesh, ax=axis, label="Bit speed per torque [rpm per kN m]", **COLOUR_BAR)
     return figure
 
@@ -115,7 +108,7 @@ def _bit_mobility(results: WellResults, name: str) -> Figure:
     axis = figure.subplots()
     mesh = _frequency_image(axis, results, np.abs(results.depth[name].values), norm=norm, cmap=AMPLITUDE)
     axis.set_xlabel("Frequency [Hz]")
-    _depth_marks(axis, results)
+    depth_axis(axis, results, line="white")
     figure.colorbar(mesh, ax=axis, label=f"Bit mobility [{_UNIT}]", **COLOUR_BAR)
     return figure
 
@@ -130,7 +123,7 @@ def residuals(results: WellResults) -> Figure:
         mesh = _frequency_image(axis, results, part, norm=norm, cmap=SIGNED)
         axis.set_xlabel("Frequency [Hz]")
         axis.set_title(title)
-        _depth_marks(axis, results, label=axis is real, labels=axis is imaginary, line=INK)
+        depth_axis(axis, results, label=axis is real, labels=axis is imaginary, line=INK)
     figure.colorbar(mesh, ax=[real, imaginary], label="Residual [standard deviations]", location="bottom", **COLOUR_BAR)
     pooled = np.concatenate([white.real.ravel(), white.imag.ravel()])
     _normal_quantiles(quantiles, pooled[np.isfinite(pooled)])
@@ -163,20 +156,9 @@ def _normal_quantiles(axis: Axes, pooled: Floats) -> None:
 
 
 def _frequency_image(axis: Axes, results: WellResults, rows: Floats, **colours: Any) -> QuadMesh:
-    cells = DepthCells.of(results.windows)
-    axis.set_facecolor(LEFT_OUT)
-    mesh = axis.pcolormesh(cell_edges(results.depth["frequency"].values), cells.edges, cells.image(rows), **colours)
-    axis.grid(False)
+    mesh = depth_image(axis, results, results.depth["frequency"].values, rows, **colours)
     frequency_axis(axis, results.band, label=False)
     return mesh
-
-
-def _depth_marks(
-    axis: Axes, results: WellResults, *, label: bool = True, labels: bool = True, line: str = "white"
-) -> None:
-    cells = DepthCells.of(results.windows)
-    depth_axis(axis, cells, label=label)
-    draw_marks(axis, well_marks(results, cells.edges[0], cells.edges[-1]), labels=labels, line=line)
 
 
 def _logarithmic(results: WellResults, *rows: NDArray[np.complex128]) -> LogNorm:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from drillid.figures_data import DepthCells, WellResults, cell_edges
+from drillid.figures_data import WellResults
 from drillid.figures_style import (
     COLOUR_BAR,
     FLAGGED,
@@ -18,14 +18,14 @@ from drillid.figures_style import (
     PAPERS,
     SIGNED,
     depth_axis,
-    draw_marks,
+    depth_image,
     frequency_axis,
     new_figure,
-    well_marks,
 )
 from drillid.figures_verdicts import nothing, set_title, shown_set
 from drillid.figures_windows import MOBILITY_LABEL, degrees
 from drillid.schema import Gate
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,6 @@ _LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
 _STRETCH = 0.25
 """Share of the sweep's period that is drawn in time, from the middle on."""
-_TWO_SIDED = 1.96
 
 
 def model_residuals(results: WellResults) -> Figure:
@@ -51,18 +50,13 @@ def model_residuals(results: WellResults) -> Figure:
         for axis in axes:
             nothing(axis, "nothing was examined")
         return figure
-    cells, frequency = DepthCells.of(results.windows), results.examination["frequency"].values
-    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    frequency = results.examination["frequency"].values
     colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
     for axis, (name, title) in zip(axes[:2], panels, strict=True):
-        axis.set_facecolor(LEFT_OUT)
-        rows = cells.image(results.examination[name].values.real)
-        mesh = axis.pcolormesh(cell_edges(frequency), cells.edges, rows, **colours)
-        axis.grid(False)
+        mesh = depth_image(axis, results, frequency, results.examination[name].values.real, **colours)
         frequency_axis(axis, results.band)
         axis.set_title(title)
-        depth_axis(axis, cells, label=axis is axes[0])
-        draw_marks(axis, marks, labels=axis is axes[1], line=INK)
+        depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[1], line=INK)
     figure.colorbar(
         mesh, ax=list(axes[:2]), label="Residual, real part [standard deviations]", location="bottom", **COLOUR_BAR
     )
@@ -112,7 +106,7 @@ def held_out(results: WellResults) -> Figure:
     window = results.mobility.isel(window=row)
     used = window["gate"].values == Gate.USED
     measured = np.where(used, window["command_mobility"].values, np.nan)
-    size, margin = np.abs(measured), _TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
+    size, margin = np.abs(measured), TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
     bars: dict[str, Any] = {"color": PAPERS, "alpha": 0.45, "linewidth": 1.2}
     amplitude.vlines(frequency, np.maximum(size - margin, size * 0.02), size + margin, **bars)
     amplitude.plot(frequency, size, ".", color=MUTED, markersize=3, label="measured, with 95 % bands")
@@ -154,7 +148,7 @@ def _in_time(axis: Axes, one: xr.Dataset) -> None:
     power = np.convolve(speed**2, np.ones(length), "valid")
     first = int(np.argmax(power))
     chosen = slice(first, first + length)
-    margin = _TWO_SIDED * float(one["period_error"])
+    margin = TWO_SIDED * float(one["period_error"])
     if np.isfinite(margin):
         axis.fill_between(
             time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=PAPERS, alpha=0.35, linewidth=0

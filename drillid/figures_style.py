@@ -10,13 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
+from numpy.typing import NDArray
 
 from drillid.display import FIGURES
-from drillid.figures_data import DepthCells, WellResults
+from drillid.figures_data import DepthCells, WellResults, cell_edges
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
+
+Floats = NDArray[np.float64]
 
 STYLE: Any = {
     "font.family": "DejaVu Sans",
@@ -51,6 +56,8 @@ LEFT_OUT = "#d5d9dc"
 """Background of images: where nothing was measured or the gate left it out."""
 AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"
 COLOUR_BAR: dict[str, Any] = {"extend": "both", "aspect": 32, "shrink": 0.92, "pad": 0.02}
+ROOM = 0.012
+"""Share of the depths left above and below markers, so that the outermost are whole."""
 
 _HEADING_HEIGHT = 0.3
 _CAPTION_LINE_HEIGHT = 0.165
@@ -67,8 +74,8 @@ def new_figure(results: WellResults, name: str, width: float, height: float) -> 
     figure = Figure(figsize=(width, total), layout="constrained")
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)  # type: ignore[call-arg]
+    assert isinstance(engine, ConstrainedLayoutEngine)
+    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)
     figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
     below = 1 - _HEADING_HEIGHT / total
     figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
@@ -80,8 +87,25 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
     figure.savefig(path, dpi=dpi, metadata={"Software": None}, pil_kwargs={"optimize": True})
 
 
-def depth_axis(axis: Axes, cells: DepthCells, *, label: bool = True, room: float = 0.0) -> None:
-    """Depth downwards over all cells and a share of `room`, with the measured stretches as bars at the left edge."""
+def depth_axis(
+    axis: Axes,
+    results: WellResults,
+    *,
+    label: bool = True,
+    labels: bool = True,
+    room: float = 0.0,
+    shaded: bool = False,
+    line: str = MUTED,
+) -> None:
+    """Depth downwards over all windows, with the measured stretches as bars at the left edge and the well's marks.
+
+    Parameters
+    ----------
+    label, labels : name the axis; tell the marks beside it
+    room : share of the depths left above and below
+    shaded, line : flagged intervals as shades rather than bars; colour of boundaries
+    """
+    cells = DepthCells.of(results.windows)
     margin = room * float(cells.edges[-1] - cells.edges[0])
     axis.set_ylim(cells.edges[-1] + margin, cells.edges[0] - margin)
     if label:
@@ -89,6 +113,19 @@ def depth_axis(axis: Axes, cells: DepthCells, *, label: bool = True, room: float
     beside = blended_transform_factory(axis.transAxes, axis.transData)
     start, end = cells.measured.T
     axis.vlines(np.full(start.size, -0.008), start, end, INK, linewidth=2.5, transform=beside, clip_on=False)
+    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    _draw_marks(axis, marks, shaded=shaded, line=line)
+    if labels:
+        _label_marks(axis, marks)
+
+
+def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, **colours: Any) -> QuadMesh:
+    """Rows (window, point) as an image over the points and the depths of the windows; grey where there is nothing."""
+    cells = DepthCells.of(results.windows)
+    axis.set_facecolor(LEFT_OUT)
+    mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), **colours)
+    axis.grid(False)
+    return mesh
 
 
 @dataclass(frozen=True)
@@ -125,7 +162,7 @@ def well_marks(results: WellResults, shallowest: float, deepest: float) -> list[
     return sorted(marks, key=lambda mark: mark.depth)
 
 
-def draw_marks(axis: Axes, marks: list[Mark], *, labels: bool = False, shaded: bool = False, line: str = MUTED) -> None:
+def _draw_marks(axis: Axes, marks: list[Mark], *, shaded: bool, line: str) -> None:
     """Boundaries as dashed lines; flagged intervals shaded, or as a bar at the right edge of an image."""
     beside = blended_transform_factory(axis.transAxes, axis.transData)
     for mark in marks:
@@ -137,8 +174,6 @@ def draw_marks(axis: Axes, marks: list[Mark], *, labels: bool = False, shaded: b
         else:
             axis.vlines(1.012, mark.depth, mark.until, FLAGGED, linewidth=4, transform=beside, clip_on=False)
             axis.hlines([mark.depth, mark.until], 0, 1, FLAGGED, linewidth=0.9, transform=beside)
-    if labels:
-        _label_marks(axis, marks)
 
 
 def _label_marks(axis: Axes, marks: list[Mark]) -> None:

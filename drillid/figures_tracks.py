@@ -16,13 +16,13 @@ from drillid.figures_style import (
     MUTED,
     PAPERS,
     REFUSED,
+    ROOM,
     depth_axis,
-    draw_marks,
     new_figure,
-    well_marks,
 )
 from drillid.schema import PARAMETERS
 from drillid.starts import BOUNDS
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,14 +31,10 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_TWO_SIDED = 1.96
-"""Standard errors of a 95 % interval."""
 _SHARE_SHOWN = (2.0, 98.0)
 """Percentiles of the windows' values, or of the ends of their bars, that an axis must hold."""
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
 """From what changes with the hole to what stays with the rig."""
-_ROOM = 0.012
-"""Share of the depths left above and below, so that the outermost markers are whole."""
 _SMALLEST_CHANCE = 1e-6
 """Chances below are drawn here."""
 
@@ -48,11 +44,10 @@ def parameters(results: WellResults) -> Figure:
     figure = new_figure(results, "parameters", 11, 9.2)
     axes = figure.subplots(2, 4, sharey=True)
     cells = DepthCells.of(results.windows)
-    marks = well_marks(results, cells.edges[0], cells.edges[-1])
     for axis, name in zip(axes.flat, _ORDER, strict=True):
         _track(axis, results, cells, name)
-        depth_axis(axis, cells, label=axis in axes[:, 0], room=_ROOM)
-        draw_marks(axis, marks, shaded=True, labels=axis in axes[:, -1])
+        left, right = axis in axes[:, 0], axis in axes[:, -1]
+        depth_axis(axis, results, label=left, labels=right, room=ROOM, shaded=True)
     return figure
 
 
@@ -61,7 +56,7 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
     shift = drilled_length(results.rig, results.windows["bit_depth"].values) if name == "length" else 0.0
     value = (fits["value"].values - shift) * quantity.factor
-    margin = _TWO_SIDED * fits["standard_error"].values * quantity.factor
+    margin = TWO_SIDED * fits["standard_error"].values * quantity.factor
     depth, accepted = results.windows["hole_depth"].values, fits["accepted"].values
     least, most = (bound - shift for bound in BOUNDS[:, list(PARAMETERS).index(name)])
     at_low = fits["at_bound"].values & (fits["value"].values - shift < (least + most) / 2)
@@ -72,7 +67,7 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     band = joint_band(results, name, shift, quantity.factor)
     axis.set_xlim(*_limits(low, high, value, accepted, papers, band))
     order = cells.order[cells.order >= 0]
-    _draw_papers(axis, cells, papers[order], (_TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
+    _draw_papers(axis, cells, papers[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REFUSED)):
         axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
@@ -137,8 +132,6 @@ def anomaly(results: WellResults) -> Figure:
     """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and chances of the residual tests."""
     figure = new_figure(results, "anomaly", 11, 5.8)
     axes = figure.subplots(1, 4, sharey=True)
-    cells = DepthCells.of(results.windows)
-    marks = well_marks(results, cells.edges[0], cells.edges[-1])
     depth, found = results.windows["hole_depth"].values, results.discrepancy
     for axis, name, title in (
         (axes[0], "damping_pull", "BHA damping"),
@@ -152,8 +145,7 @@ def anomaly(results: WellResults) -> Figure:
     axes[2].set_xlabel("χ² per degree of freedom\n[–]")
     _chance_track(axes[3], results)
     for axis in axes:
-        depth_axis(axis, cells, label=axis is axes[0], room=_ROOM)
-        draw_marks(axis, marks, shaded=True, labels=axis is axes[-1])
+        depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[-1], room=ROOM, shaded=True)
     return figure
 
 

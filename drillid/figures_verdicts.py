@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from numpy.typing import NDArray
 
-from drillid.figures_data import DepthCells, WellResults
+from drillid.figures_data import WellResults
 from drillid.figures_style import (
     COLOUR_BAR,
     FLAGGED,
@@ -16,10 +16,9 @@ from drillid.figures_style import (
     LEFT_OUT,
     MUTED,
     PAPERS,
+    ROOM,
     depth_axis,
-    draw_marks,
     new_figure,
-    well_marks,
 )
 
 if TYPE_CHECKING:
@@ -70,8 +69,6 @@ def verdicts(results: WellResults) -> Figure:
     """Every verdict over its depths, with its probability and its gain."""
     figure = new_figure(results, "verdicts", 11, 5.6)
     track, probability, gain = figure.subplots(1, 3, sharey=True, width_ratios=[2.2, 1, 1.2])
-    cells = DepthCells.of(results.windows)
-    marks = well_marks(results, cells.edges[0], cells.edges[-1])
     lanes: list[float] = []
     for row in results.verdicts.to_dict("records"):
         lane = next((number for number, end in enumerate(lanes) if row["from_m"] >= end), len(lanes))
@@ -86,8 +83,7 @@ def verdicts(results: WellResults) -> Figure:
     gain.set_xscale("symlog", linthresh=1.0)
     gain.set_xlabel("Gain on a held-out window\n[units of log-likelihood]")
     for axis in (track, probability, gain):
-        depth_axis(axis, cells, label=axis is track, room=0.012)
-        draw_marks(axis, marks, labels=axis is gain)
+        depth_axis(axis, results, label=axis is track, labels=axis is gain, room=ROOM)
     if not len(results.verdicts):
         nothing(track, "no window has a fit,\nso nothing was examined")
     return figure

@@ -16,6 +16,7 @@ from drillid.fits import known_equipment, stored_controller
 from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from drillid.schema import Gate
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,8 +29,6 @@ _SPECTROGRAM_TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 4)
 MOBILITY_LABEL = "Mobility\n[rad/(N m s)]"
 _EMPTY_AMPLITUDE = (1e-6, 1e-2)
 """Limits of an amplitude axis without data, rad/(N m s)."""
-_TWO_SIDED = 1.96
-"""Standard errors of a 95 % band."""
 _LOWEST_PHASE = -240.0
 """Degrees; a phase is drawn within one turn above it, as a delayed passive mobility lies within that."""
 
@@ -121,7 +120,7 @@ def _draw_measured_stack(results: WellResults, row: int, amplitude: Axes, phase:
     stack, frequency = results.stacks.isel(stack=row), results.stacks["frequency"].values
     mobility = np.where(stack["gate"].values == Gate.USED, stack["command_mobility"].values, np.nan)
     size, angle = np.abs(mobility), degrees(mobility)
-    margin = _TWO_SIDED * np.sqrt(stack["command_mobility_variance"].values / 2)
+    margin = TWO_SIDED * np.sqrt(stack["command_mobility_variance"].values / 2)
     band: dict[str, Any] = {"color": "black", "alpha": 0.22, "linewidth": 0}
     amplitude.fill_between(frequency, np.maximum(size - margin, size * 0.01), size + margin, **band)
     amplitude.plot(frequency, size, color="black", linewidth=1.3, label="stacked, with 95 % band")

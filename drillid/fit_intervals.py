@@ -14,6 +14,7 @@ from drillid.fit_model import SIZE, Data, Floats, compiled
 from drillid.fit_solver import minimise, solve_free
 
 QUANTILE = 1.959963984540054
+"""Of the standard normal law, two-sided at 95 %."""
 _HALVINGS = 24
 _CLOSE = 0.02
 """Largest difference of the root of twice the rise in cost from the quantile at an interval's end."""

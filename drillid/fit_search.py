@@ -81,8 +81,8 @@ def _prepare(
 ) -> None:
     """Characteristic admittance, load sum and difference and both exponentials of all frequencies, per polar moment.
 
-    Rows of `work` (10, frequency) are real and imaginary parts of Y₀, Y_L + Y₀, Y_L − Y₀, the decay to the first
-    length times the last, and the decay of one step; `end` is κ, δ, inertia and damping of the lower end.
+    Rows of `work` (8, frequency) are real and imaginary parts of Y₀, of Y_L + Y₀, of Y_L − Y₀ times the decay to the
+    first length, and of the decay of one step; `end` is κ, δ, inertia and damping of the lower end.
     """
     for k in range(s.size):
         elastic = series[k] + end[1]

@@ -30,15 +30,13 @@ from drillid.physics.model import LENGTH, KnownEquipment
 from drillid.schema import PARAMETERS
 from drillid.smoother import Gaussian, smoothed
 from drillid.starts import BOUNDS
-from drillid.statistics import expected_ratio, sum_of_ratios_probability
+from drillid.statistics import TWO_SIDED, expected_ratio, sum_of_ratios_probability
 
 if TYPE_CHECKING:
     from drillid.config import FitsSettings
 
 Floats = NDArray[np.float64]
 
-TWO_SIDED = 1.96
-"""Standard errors of a 95 % interval."""
 _FIRST_WALK = 0.1
 _ROUNDS = 12
 _MOST_CHANGES = 40

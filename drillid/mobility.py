@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +45,12 @@ def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
     )
 
 
+def gated_mobility(spectra: xr.Dataset, settings: MobilitySettings) -> xr.Dataset:
+    """Command mobility (window, frequency) with the limits of its coherence and which frequencies pass."""
+    mobility = command_mobility(spectra)
+    return mobility.merge(gate(spectra, mobility["coherence"], settings))
+
+
 def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
     """Responses inside the control loop, where the torque command is logged; NaN where it is not.
 
@@ -82,12 +87,10 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
 
 def channel_offsets(spectra: xr.Dataset) -> xr.Dataset:
     """Clock offset of the torque command's record in each window, with its standard error; NaN without a command."""
-    names = [field.name for field in dataclasses.fields(Spectra)]
     frequencies = spectra["frequency"].values
     found = np.full((2, spectra.sizes["window"]), np.nan)
-    for row in np.flatnonzero(spectra["cross_command"].notnull().all("frequency").values):
-        window = Spectra(**{name: spectra[name].values[row] for name in names})
-        estimate = channel_offset(window, frequencies)
+    for row in np.flatnonzero(spectra["cross_command"].notnull().all("frequency").values).tolist():
+        estimate = channel_offset(Spectra.of_row(spectra, row), frequencies)
         found[:, row] = estimate.offset, estimate.standard_error
     return xr.Dataset({"channel_offset": ("window", found[0]), "channel_offset_error": ("window", found[1])})
 
@@ -150,8 +153,8 @@ def _best_neighbours(ratio: Floats) -> float:
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
     """Command mobilities of all windows of a well, and their stacks."""
     spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
-    mobility = command_mobility(spectra).merge(closed_loop_responses(spectra))
-    mobility = mobility.merge(channel_offsets(spectra)).merge(gate(spectra, mobility["coherence"], settings.mobility))
+    mobility = gated_mobility(spectra, settings.mobility)
+    mobility = mobility.merge(closed_loop_responses(spectra)).merge(channel_offsets(spectra))
     folders.write("mobility", "mobility", mobility.assign_coords({name: spectra[name] for name in WINDOW_COORDINATES}))
     stacks, problems = stack_windows(mobility, settings.mobility)
     folders.write("mobility", "stacks", stacks)

@@ -110,7 +110,7 @@ def line_spectra(
         for part in (inside[:1], inside[1:low], inside[max(low, 1) :]):
             if part.size:
                 parts.append(_at_harmonics(lines, of_sweep, weighted, level, weights, part))
-    return Spectra(**{name: np.concatenate([vars(part)[name] for part in parts]) for name in vars(parts[0])})
+    return Spectra.joined(parts)
 
 
 def _spectra(

@@ -156,7 +156,7 @@ def _code(module: str) -> str:
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):
-            node.body = [statement for statement in body if not _is_text(statement)]  # type: ignore[attr-defined]
+            body[:] = [statement for statement in body if not _is_text(statement)]
     return ast.dump(tree)
 
 

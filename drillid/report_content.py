@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from drillid.discrepancy import EVIDENCE, runs
 from drillid.figures_data import drilled_length
 from drillid.schema import PARAMETERS
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     from drillid.rig import Rig
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_TWO_SIDED = 1.96
-"""Standard errors of a 95 % interval."""
 _LEAST_SHARE_FROM_DATA = 0.01
 """Share of an estimate's information that must come from the data for a comparison with the papers."""
 _AGREES, _DIFFERS = 2.0, 3.0
@@ -55,8 +54,8 @@ class Rise:
     @property
     def least_ratio(self) -> float:
         """Lowest ratio of the two that their 95 % intervals leave."""
-        usual = max(self.usual.value + _TWO_SIDED * self.usual.error, np.finfo(float).tiny)
-        return (self.there.value - _TWO_SIDED * self.there.error) / usual
+        usual = max(self.usual.value + TWO_SIDED * self.usual.error, np.finfo(float).tiny)
+        return (self.there.value - TWO_SIDED * self.there.error) / usual
 
 
 @dataclass(frozen=True)

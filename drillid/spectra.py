@@ -14,14 +14,14 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
-from drillid.cross_spectra import Spectra, welch_spectra
+from drillid.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.distortion_levels import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
 from drillid.errors import EstimationError
 from drillid.local_polynomial import LEAST_LINES, local_spectra
 from drillid.periodic import line_spectra, sweep_period
 from drillid.schema import WINDOW_COORDINATES
 from drillid.store import Problem, WellFolders, window_place
-from drillid.windows import sample_rate
+from drillid.windows import sample_rate, window_channels
 
 if TYPE_CHECKING:
     from drillid.config import Settings, SpectraSettings
@@ -38,6 +38,21 @@ def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Flo
     highest = min(settings.frequency_maximum_hz, 0.4 * rate)
     first = int(np.ceil(settings.frequency_minimum_hz * period - 1e-9))
     return np.arange(first, int(highest * period + 1e-9) + 1) / period
+
+
+def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tuple[float, Floats]:
+    """Period of most windows' sweeps, s, 0 where none repeats; and the grid, Hz, for the spectra of all of them.
+
+    `periods` (window,), s, are 0 where the sweep does not repeat.
+    """
+    repeating = periods[periods > 0]
+    usual = float(np.median(repeating)) if repeating.size else 0.0
+    return usual, frequency_grid(usual or settings.segment_s / 2, settings, rate)
+
+
+def is_usual(periods: Floats, usual: float, rate: float) -> NDArray[np.bool_]:
+    """Where the sweep repeats with the usual period, to half a sample."""
+    return (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
 
 
 def spectrogram(channel: Floats, rate: float, segment: float, highest: float) -> tuple[Floats, Floats, Floats]:
@@ -60,44 +75,37 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     if windows.sizes["window"] == 0:
         return []
     rate, chosen = sample_rate(records), settings.spectra
-    periods = np.array(
-        [
-            sweep_period(_channel(records, window, "torque_sweep"), rate, chosen.frequency_minimum_hz)
-            for window in _rows(windows)
-        ]
-    )
-    repeating = periods[periods > 0]
-    usual = float(np.median(repeating)) if repeating.size else 0.0
-    frequencies = frequency_grid(usual or chosen.segment_s / 2, chosen, rate)
-    repeats = (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
+    rows = range(windows.sizes["window"])
+    sweeps = (window_channels(records, windows, row, ("torque_sweep",))[0] for row in rows)
+    periods = np.array([sweep_period(sweep, rate, chosen.frequency_minimum_hz) for sweep in sweeps])
+    usual, frequencies = usual_sweep(periods, chosen, rate)
+    repeats = is_usual(periods, usual, rate)
     factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
-    pieces, problems = [], []
-    for number, window in enumerate(_rows(windows)):
-        channels = [_channel(records, window, name) for name in ("torque_sweep", "speed", "torque_command")]
-        spectra, found = _estimated(channels, rate, periods[number], usual, frequencies, chosen)
+    lines, others, problems = [], [], []
+    for row in rows:
+        sweep, speed, command = channels = window_channels(records, windows, row)
+        spectra, found = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
         if found:
-            problems.append(Problem(window_place(windows, number), *found))
-        sweep, speed, command = channels
+            problems.append(Problem(window_place(windows, row), *found))
         torque = command if np.isfinite(command).all() else sweep
-        distortion = _distortion(spectra, frequencies, usual, factor if repeats[number] else np.nan)
-        of_time = _spectrograms(torque, speed, rate, chosen)
-        pieces.append(xr.merge([_cross_spectra(spectra, frequencies), of_time, distortion]))
-    dataset = xr.concat(pieces, "window", coords="minimal", compat="override", join="exact").assign(
-        sweep_period=("window", periods)
-    )
+        distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
+        lines.append(spectra)
+        others.append(xr.merge([_spectrograms(torque, speed, rate, chosen), distortion]))
+    dataset = xr.concat(others, "window", coords="minimal", compat="override", join="exact")
+    dataset = xr.merge([stacked(lines, frequencies), dataset]).assign(sweep_period=("window", periods))
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
     return problems
 
 
 def _estimated(
-    channels: list[Floats], rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
+    channels: Floats, rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
 ) -> tuple[Spectra, tuple[str, str] | None]:
     """Spectra of one window, and what is wrong with it and what to do, if anything."""
     sweep, speed, command = channels
     grid_period = 1 / (frequencies[1] - frequencies[0])
     welch = settings.estimator == "welch"
     needed = (_LEAST_SEGMENTS if welch else LEAST_LINES) * grid_period
-    repeats = usual > 0 and abs(period - usual) < 0.5 / rate
+    repeats = is_usual(np.asarray(period), usual, rate)
     if repeats and not welch:
         return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines), None
     if sweep.size < needed * rate:
@@ -119,9 +127,10 @@ def _sweep_rate(
     """Seconds in which the first sweep that repeats passes a factor e; NaN where it is not exponential."""
     if period == 0 or not repeating.any():
         return np.nan
-    sweep = _channel(records, _rows(windows)[int(np.argmax(repeating))], "torque_sweep")[: round(period * rate)]
+    [sweep] = window_channels(records, windows, int(np.argmax(repeating)), ("torque_sweep",))
     try:
-        return sweep_rate(rfft(sweep)[np.rint(frequencies * period).astype(int)], frequencies, period)
+        harmonics = rfft(sweep[: round(period * rate)])[np.rint(frequencies * period).astype(int)]
+        return sweep_rate(harmonics, frequencies, period)
     except EstimationError:
         return np.nan
 
@@ -137,15 +146,6 @@ def _distortion(spectra: Spectra, frequencies: Floats, period: float, factor: fl
     columns = {f"{name}_level": ("band", getattr(levels, name)) for name in ("response", "noise", "even", "odd")}
     detected = {name: ("band", getattr(levels, name)) for name in ("even_detected", "odd_detected")}
     return xr.Dataset(columns | detected, {"band": edges[:-1], "band_end": ("band", edges[1:])})
-
-
-def _rows(windows: xr.Dataset) -> list[tuple[int, int]]:
-    return list(zip(windows["first_sample"].values.tolist(), windows["samples"].values.tolist(), strict=True))
-
-
-def _channel(records: xr.Dataset, window: tuple[int, int], name: str) -> Floats:
-    first, samples = window
-    return np.asarray(records[name][first : first + samples].values, dtype=float)
 
 
 def _not_repeating(period: float, usual: float) -> tuple[str, str]:
@@ -164,12 +164,6 @@ def _too_short(needed: float) -> tuple[str, str]:
     return (
         f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed",
         "Lengthen windows.length_s or shorten spectra.segment_s",
-    )
-
-
-def _cross_spectra(spectra: Spectra, frequencies: Floats) -> xr.Dataset:
-    return xr.Dataset(
-        {name: ("frequency", values) for name, values in vars(spectra).items()}, {"frequency": frequencies}
     )
 
 

@@ -10,6 +10,8 @@ from scipy.special import chdtrc, ndtr, ndtri, stdtr
 
 Floats = NDArray[np.float64]
 
+TWO_SIDED = 1.96
+"""Standard errors to either side of a value that a 95 % interval holds."""
 _BISECTIONS = 40
 _TINY = 1e-300
 

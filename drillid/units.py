@@ -1,6 +1,7 @@
 """Physical quantities in text ('5.5 in', '1500 N m s/rad', '3 %') as SI floats, checked for dimension."""
 
 import functools
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
@@ -8,6 +9,8 @@ from pydantic import BeforeValidator, WithJsonSchema
 if TYPE_CHECKING:
     import pint
 
+RPM = math.pi / 30
+"""rad/s."""
 STANDARD_GRAVITY = 9.80665
 """m/s²; hook load and weight on bit are logged as masses and mean forces."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +77,17 @@ def sample_rate(records: xr.Dataset) -> float:
     """Samples per second of the records."""
     first = records["time"][:2].values.astype("datetime64[ns]").astype(np.int64)
     return float(1e9 / (first[1] - first[0]))
+
+
+def window_channels(
+    records: xr.Dataset,
+    windows: xr.Dataset,
+    row: int,
+    names: Sequence[str] = ("torque_sweep", "speed", "torque_command"),
+) -> Floats:
+    """Channels of the window in a row of `windows`, shape (name, samples), in the records' units."""
+    first, samples = int(windows["first_sample"][row]), int(windows["samples"][row])
+    return np.array([records[name][first : first + samples].values for name in names], dtype=float)
 
 
 def log_bounds(records: xr.Dataset) -> Iterator[tuple[int, int]]:

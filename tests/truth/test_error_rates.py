@@ -7,7 +7,7 @@ from scipy.stats import binom, kstest
 
 from drillid.config import MobilitySettings
 from drillid.discrepancy import flag, normality_probability, run_pulls, whiteness_probability
-from drillid.mobility import command_mobility, gate, stack_windows
+from drillid.mobility import gated_mobility, stack_windows
 from drillid.schema import Gate
 
 FREQUENCY = np.arange(6, 481) / 120.0
@@ -46,11 +46,6 @@ def synthetic_spectra(
     )
 
 
-def gated(spectra: xr.Dataset, settings: MobilitySettings) -> xr.Dataset:
-    mobility = command_mobility(spectra)
-    return mobility.merge(gate(spectra, mobility["coherence"], settings))
-
-
 def credible(count: int, total: int, rate: float) -> bool:
     low, high = binom.interval(0.999, total, rate)
     return bool(low <= count <= high)
@@ -59,7 +54,7 @@ def credible(count: int, total: int, rate: float) -> bool:
 @pytest.mark.parametrize("error_rate", [0.01, 0.1])
 def test_bands_without_response_pass_at_the_error_rate(error_rate: float) -> None:
     settings = MobilitySettings(error_rate=error_rate)
-    result = gated(synthetic_spectra(np.random.default_rng(5), 300, 0.0), settings)
+    result = gated_mobility(synthetic_spectra(np.random.default_rng(5), 300, 0.0), settings)
     bands = np.floor(np.log2(FREQUENCY / FREQUENCY[0]) / settings.band_octaves).astype(int)
     first_of_band = np.unique(bands, return_index=True)[1]
     wide = first_of_band[np.bincount(bands)[bands[first_of_band]] > 4]
@@ -68,7 +63,7 @@ def test_bands_without_response_pass_at_the_error_rate(error_rate: float) -> Non
 
 
 def test_good_frequencies_are_seldom_too_coherent_and_never_too_incoherent() -> None:
-    result = gated(synthetic_spectra(np.random.default_rng(6), 100, 30.0), MobilitySettings(error_rate=0.01))
+    result = gated_mobility(synthetic_spectra(np.random.default_rng(6), 100, 30.0), MobilitySettings(error_rate=0.01))
     assert np.mean(result["gate"].values == Gate.TOO_INCOHERENT) == 0
     assert np.mean(result["gate"].values == Gate.TOO_COHERENT) <= 0.01
 
@@ -77,7 +72,7 @@ def test_a_frequency_with_an_impossible_noise_is_too_coherent() -> None:
     spectra = synthetic_spectra(np.random.default_rng(7), 3, 30.0)
     spectra["speed_noise"][1, 100] *= 1e-4
     spectra["speed_power"][1, 100] = np.abs(spectra["cross_speed"][1, 100]) ** 2 * (1 + 1e-5)
-    gates = gated(spectra, MobilitySettings())["gate"].values
+    gates = gated_mobility(spectra, MobilitySettings())["gate"].values
     assert gates[1, 100] == Gate.TOO_COHERENT
     assert np.count_nonzero(gates == Gate.TOO_COHERENT) <= 3
 
@@ -85,7 +80,7 @@ def test_a_frequency_with_an_impossible_noise_is_too_coherent() -> None:
 def test_frequencies_without_sweep_are_outside() -> None:
     spectra = synthetic_spectra(np.random.default_rng(8), 2, 30.0)
     spectra["sweep_power"][:, 400:] *= 1e-6
-    gates = gated(spectra, MobilitySettings())["gate"].values
+    gates = gated_mobility(spectra, MobilitySettings())["gate"].values
     assert np.all(gates[:, 400:] == Gate.OUTSIDE_SWEEP)
     assert np.all(gates[:, :400] != Gate.OUTSIDE_SWEEP)
 
@@ -96,7 +91,7 @@ def test_agreeing_windows_are_refused_at_most_at_the_error_rate(stack: int) -> N
     refused = 0
     for seed in range(120):
         spectra = synthetic_spectra(np.random.default_rng(seed), stack, 30.0)
-        refused += bool(stack_windows(gated(spectra, settings), settings)[1])
+        refused += bool(stack_windows(gated_mobility(spectra, settings), settings)[1])
     assert binom.sf(refused - 1, 120, 0.05) > 1e-3
 
 
@@ -105,7 +100,7 @@ def test_errors_of_a_stack_are_as_large_as_it_says() -> None:
     ratios = []
     for seed in range(60):
         spectra = synthetic_spectra(np.random.default_rng(1000 + seed), 6, 30.0)
-        stack = stack_windows(gated(spectra, settings), settings)[0].isel(stack=0)
+        stack = stack_windows(gated_mobility(spectra, settings), settings)[0].isel(stack=0)
         error = stack["command_mobility"].values - np.sqrt(30.0 / PERIODS) * np.exp(1j * FREQUENCY)
         ratios.append(np.mean(np.abs(error) ** 2 / stack["command_mobility_variance"].values))
         assert int(stack["windows"]) >= 2
@@ -114,7 +109,7 @@ def test_errors_of_a_stack_are_as_large_as_it_says() -> None:
 
 def test_a_stack_is_as_coherent_as_its_windows() -> None:
     spectra = synthetic_spectra(np.random.default_rng(16), 6, 30.0)
-    mobility = gated(spectra, MobilitySettings())
+    mobility = gated_mobility(spectra, MobilitySettings())
     stacks, _ = stack_windows(mobility, MobilitySettings())
     assert float(stacks["coherence"].mean()) == pytest.approx(float(mobility["coherence"].mean()), abs=0.03)
 
@@ -125,14 +120,14 @@ def test_windows_that_share_samples_are_not_stacked_together() -> None:
     spectra = spectra.assign_coords(
         start=("window", START + half * np.arange(6)), end=("window", START + half * np.arange(6) + 2 * half)
     )
-    stacks, _ = stack_windows(gated(spectra, MobilitySettings()), MobilitySettings())
+    stacks, _ = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
     assert stacks["windows"].values.tolist() == [3]
 
 
 def test_windows_far_apart_in_depth_are_not_stacked_together() -> None:
     spectra = synthetic_spectra(np.random.default_rng(18), 6, 30.0)
     spectra = spectra.assign_coords(hole_depth=("window", 1500.0 + 30.0 * np.arange(6)))
-    stacks, problems = stack_windows(gated(spectra, MobilitySettings()), MobilitySettings())
+    stacks, problems = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
     assert stacks["windows"].values.tolist() == [2, 2, 2]
     assert problems == []
 
@@ -141,7 +136,7 @@ def test_a_stack_weighs_by_variance_and_ends_where_windows_disagree() -> None:
     settings = MobilitySettings(stack_windows=6)
     spectra = synthetic_spectra(np.random.default_rng(11), 6, 30.0)
     spectra["cross_speed"][3:] *= np.exp(1j)
-    mobility = gated(spectra, settings)
+    mobility = gated_mobility(spectra, settings)
     stacks, problems = stack_windows(mobility, settings)
     assert stacks["first_window"].values.tolist() == [0, 3]
     assert stacks["last_window"].values.tolist() == [2, 5]
@@ -158,7 +153,7 @@ def test_a_stack_weighs_by_variance_and_ends_where_windows_disagree() -> None:
 
 def test_windows_that_all_disagree_make_no_stack() -> None:
     spectra = synthetic_spectra(np.random.default_rng(12), 4, 100.0, change=1.0)
-    stacks, problems = stack_windows(gated(spectra, MobilitySettings()), MobilitySettings())
+    stacks, problems = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
     assert stacks.sizes["stack"] == 0
     assert len(problems) == 3
 

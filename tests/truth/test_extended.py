@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from drillid.config import Settings
-from drillid.discrepancy import CATALOGUE, Evidence, Examination, Knowledge, Verdict, examine
+from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict, examine
 from drillid.discrepancy.advice import advise
 from drillid.discrepancy.extended import figures, identified_setups, setup_of
 from drillid.discrepancy.held_out import PHASES, in_band, mean_period
@@ -184,8 +184,7 @@ def test_the_reflectogram_points_at_a_zone_of_damping(braked: Examination) -> No
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     """What the papers rule out, a port must take up."""
     lagging = examined.model.evidence
-    rules_out = {"delay": SHALLOW.top_drive.delay, "delay_error": 1e-5, "clock_error": 1e-5}
-    known = Knowledge(**{**vars(lagging.knowledge), **rules_out})
+    known = replace(lagging.knowledge, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
     late = replace(
         lagging,
         mobility=lagging.mobility * np.exp(-0.03 * laplace(lagging.frequency)),

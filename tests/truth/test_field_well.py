@@ -15,7 +15,6 @@ from drillid.field_well import (
     PIPE_INNER,
     PIPE_OUTER,
     RATE,
-    RPM,
     SURVEY,
     TOP_DRIVE_INERTIA,
     WELL_B,
@@ -25,7 +24,7 @@ from drillid.field_well import (
     start_up,
 )
 from drillid.physics.soft_string import Survey
-from drillid.units import STANDARD_GRAVITY
+from drillid.units import RPM, STANDARD_GRAVITY
 
 SLIDING = Friction(0.1, kappa=3000.0, delta=1e9)
 

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-import xarray as xr
 from numpy.typing import NDArray
 
 from drillid.config import Settings
+from drillid.cross_spectra import stacked
 from drillid.estimation import Fit, Measured, Prior, fit
 from drillid.fits import measured_rows
-from drillid.mobility import command_mobility, gate
+from drillid.mobility import gated_mobility
 from drillid.schema import PARAMETERS
 from drillid.spectra import frequency_grid, line_spectra
 from tests.simulated import DEEP, RATE, SHALLOW, WINDOW_S, Truth, drilled
@@ -40,13 +40,7 @@ def measured(truth: Truth, seed: int) -> Measured:
     frequency = frequency_grid(period, SETTINGS.spectra, RATE)
     channels = (window["torque_sweep"], window["speed"], window["torque_command"])
     lines = line_spectra(*channels, RATE, period, frequency, SETTINGS.spectra.noise_lines)
-    spectra = xr.Dataset(
-        {name: (("window", "frequency"), values[None]) for name, values in vars(lines).items()},
-        {"frequency": frequency},
-    )
-    mobility = command_mobility(spectra)
-    mobility = mobility.merge(gate(spectra, mobility["coherence"], SETTINGS.mobility))
-    return measured_rows(mobility)[0]
+    return measured_rows(gated_mobility(stacked([lines], frequency), SETTINGS.mobility))[0]
 
 
 @pytest.fixture(scope="module", params=[DEEP, SHALLOW], ids=["deep", "shallow"])

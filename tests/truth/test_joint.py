@@ -1,6 +1,7 @@
 """Joint fits of a string that grows longer find what the time-domain simulator was given: shared, walking, jumping."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,7 +62,8 @@ def run() -> Run:
     alone = [
         fit(window, truth.known, Prior.silent(), SETTINGS.fits) for window, truth in zip(windows, truths, strict=True)
     ]
-    unfinished = Run(truths, windows, depth, alone, None)  # type: ignore[arg-type]
+    not_yet: Any = None
+    unfinished = Run(truths, windows, depth, alone, not_yet)
     return replace(unfinished, together=unfinished.joint(windows))
 
 

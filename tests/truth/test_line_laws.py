@@ -1,5 +1,7 @@
 """Laws that any passive torsional line obeys, and closed forms at its limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -48,8 +50,8 @@ def test_input_admittance_is_the_chain_matrix_applied(section: Section, load: np
 @settings(max_examples=60, deadline=None)
 @given(section=SECTIONS, load=LOADS, share=st.floats(0.05, 0.95))
 def test_a_section_cut_in_two_is_the_same_section(section: Section, load: np.ndarray, share: float) -> None:
-    upper = Section(**(vars(section) | {"length": section.length * share}))
-    lower = Section(**(vars(section) | {"length": section.length * (1 - share)}))
+    upper = replace(section, length=section.length * share)
+    lower = replace(section, length=section.length * (1 - share))
     whole = input_admittance(section, load, S)
     np.testing.assert_allclose(input_admittance(upper, input_admittance(lower, load, S), S), whole, rtol=1e-7)
 

@@ -1,13 +1,14 @@
 """Records that are not the truth: linear transfers against the time-domain simulator and its recorder."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
 from drillid.physics.dual import derivatives
-from drillid.physics.equipment import DrillingSystem, ImpedanceMatching
+from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching
 from drillid.physics.nonlinear import NonlinearRig, SpeedSensor
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.sensor import Recording, recorded, sensed
@@ -74,12 +75,12 @@ def plain() -> Simulation:
     ids=["scale", "sign", "offset", "first order", "second order", "fifth order", "all"],
 )
 def test_recorded_mobility_is_the_true_one_times_the_transfer_of_its_channel(
-    size: dict[str, float], plain: Simulation
+    size: dict[str, Any], plain: Simulation
 ) -> None:
     rows = Recorder(SAMPLE_INTERVAL, **size).record(plain.speed, TIME_STEP)
     measured = row_mobility(rows, Recorder(SAMPLE_INTERVAL))
     truth = command_mobility(SYSTEM, S)
-    recording = Recording(**size)  # type: ignore[arg-type]
+    recording = Recording(**size)
     assert worst(measured, recorded(truth, S, recording)) < LARGEST_ERROR
     assert worst(measured, truth) > 10 * LARGEST_ERROR
 
@@ -96,8 +97,8 @@ def test_what_both_channels_share_drops_out(plain: Simulation) -> None:
 
 
 @pytest.mark.parametrize("controller", [CONTROLLER, MATCHED], ids=["PI", "impedance matching"])
-def test_a_scale_that_control_sees_changes_the_rig(controller: object) -> None:
-    system = replace(SYSTEM, top_drive=replace(TOP_DRIVE, controller=controller))  # type: ignore[arg-type]
+def test_a_scale_that_control_sees_changes_the_rig(controller: Controller) -> None:
+    system = replace(SYSTEM, top_drive=replace(TOP_DRIVE, controller=controller))
     result = vibrated(NonlinearRig(system, sensor=SpeedSensor(scale=1.1)))
     measured = [
         row_mobility(speed[:: round(SAMPLE_INTERVAL / TIME_STEP)], Recorder(SAMPLE_INTERVAL))
@@ -150,7 +151,7 @@ def test_derivatives_are_exact() -> None:
     """Central differences, good to about 1e-8, in every size of the transfer and of the scale that control sees."""
     point = np.array([1.02, 0.03, 0.02, 6.0, 1.1])
 
-    def response(scale: object, offset: object, jitter: object, corner: object, seen: object) -> object:
+    def response(scale: object, offset: object, jitter: object, corner: object, seen: object) -> Any:
         return recorded(command_mobility(sensed(SYSTEM, seen), S), S, Recording(scale, offset, jitter, corner, 3))
 
     value, slopes = derivatives(response, point)
@@ -159,7 +160,7 @@ def test_derivatives_are_exact() -> None:
         ahead, behind = point.copy(), point.copy()
         ahead[row] += 1e-5 * size
         behind[row] -= 1e-5 * size
-        difference = (response(*ahead) - response(*behind)) / (2e-5 * size)  # type: ignore[operator]
+        difference = (response(*ahead) - response(*behind)) / (2e-5 * size)
         np.testing.assert_allclose(slopes[row], difference, rtol=1e-6, atol=1e-8 * np.max(np.abs(value)) / size)
 
 

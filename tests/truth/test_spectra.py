@@ -8,7 +8,7 @@ from scipy.stats import f as fisher
 from scipy.stats import kstest
 
 from drillid.config import SpectraSettings
-from drillid.cross_spectra import Spectra, welch_spectra
+from drillid.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.excitation import band_limited_noise, exponential_sweeps
 from drillid.local_polynomial import local_spectra
 from drillid.mobility import command_mobility, sharing
@@ -38,8 +38,7 @@ def measured(seed: int, sweep: np.ndarray, noise: float, gain: np.ndarray | floa
 
 
 def mobility_of(spectra: Spectra, frequency: np.ndarray) -> xr.Dataset:
-    dataset = xr.Dataset({name: ("frequency", values) for name, values in vars(spectra).items()})
-    return command_mobility(dataset.assign_coords(frequency=frequency))
+    return command_mobility(stacked([spectra], frequency).isel(window=0))
 
 
 def test_the_period_is_found_and_a_single_chirp_has_none() -> None:

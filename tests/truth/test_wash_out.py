@@ -1,5 +1,6 @@
 """The demo's hidden wash-out, simulated in time and recorded with a recorder's faults, is found; nothing else is."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -22,7 +23,7 @@ def flagged(name: str, folder: Path) -> pd.DataFrame:
     assert SETTINGS.simulate is not None
     write_demo_logs(name, logs, SETTINGS.simulate)
     folders = WellFolders(folder / "results", name)
-    loaded = type(well)(**(vars(well) | {"logs": logs})).load()
+    loaded = replace(well, logs=logs).load()
     for stage in (records, windows, spectra, mobility, fits, discrepancy):
         stage.process(loaded, folders, SETTINGS)
     return pd.read_csv(folders.stage("discrepancy") / "intervals.csv")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from drillid.command_line import app
 from drillid.field_files import COLUMNS, ramped_speed
-from drillid.field_well import RPM
+from drillid.units import RPM
 
 SURVEY = "depth_m,inclination_deg\n0,0\n300,0\n700,40\n2700,45\n"
 

@@ -1,5 +1,6 @@
 """Rows, gains in time and absent data of `make discoveries`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from benchmarks.discoveries_rows import COLUMNS, Discovery, printed, table
 from drillid.discrepancy import Verdict
 from drillid.discrepancy.wells import verdict_table
 from drillid.field_well import RATE, Friction
+from tests.verdicts import LAG
 
 
 def misses(torque: float, bit: float, figures: int, seed: int = 0) -> Misses:
@@ -45,24 +47,7 @@ def test_further_figures_must_pay_their_price() -> None:
 def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None:
     said = [
         Verdict("none", "", 0.7, 1000.0, 1100.0, evidence="chance 0.5"),
-        Verdict(
-            verdict="clock_offset|drive_lag",
-            family="drive",
-            probability=0.99,
-            from_m=1100.0,
-            to_m=1200.0,
-            cause="drive_lag",
-            size=0.05,
-            size_low=0.04,
-            size_high=0.06,
-            unit="s",
-            gain=3.0,
-            gain_low=2.0,
-            gain_high=4.0,
-            held_out_windows=6,
-            what_would_separate="the command",
-            evidence="linear",
-        ),
+        replace(LAG, verdict="clock_offset|drive_lag", evidence="linear"),
     ]
     verdict_table("W1", said).to_csv(tmp_path / "verdicts.csv", index=False)
     part = discoveries_wells.discover(tmp_path, tmp_path)
@@ -71,14 +56,14 @@ def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None
     assert tuple(rows.columns) == COLUMNS
     assert rows["class"].tolist() == ["", "clock_offset|drive_lag"]
     assert rows.loc[1, ["size", "size_low", "gain_high", "gain_unit", "held_out"]].tolist() == [
-        *(0.05, 0.04, 4.0),
-        *("log score a window", "6 windows in turn"),
+        *(LAG.size, LAG.size_low, LAG.gain_high),
+        *("log score a window", "12 windows in turn"),
     ]
     assert rows.loc[0, "gain_unit"] == ""
     assert (tmp_path / "wells.png").stat().st_size > 5_000
     text = printed(part.rows)
-    assert "0.05 (0.04 to 0.06) s" in text
-    assert "To separate: the command." in text
+    assert "0.0494 (0.0489 to 0.0499) s" in text
+    assert "To separate: a sweep to higher frequency." in text
 
 
 def test_absent_data_are_said_and_the_table_is_written_all_the_same(

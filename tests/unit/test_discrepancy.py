@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -215,4 +216,5 @@ def test_a_verdict_on_an_interval_is_told_in_its_windows_alone() -> None:
 
 def examined(rows: list[int], *verdicts: Verdict) -> ExaminedSet:
     """A set of which only the verdicts are looked at."""
-    return ExaminedSet(np.array(rows), SimpleNamespace(verdicts=verdicts))  # type: ignore[arg-type]
+    examination: Any = SimpleNamespace(verdicts=verdicts)
+    return ExaminedSet(np.array(rows), examination)

@@ -8,6 +8,7 @@ import yaml
 from drillid import docs
 from drillid.config import Settings
 from drillid.rig import Rig
+from drillid.sheets import read_sheets
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = docs.documents(ROOT)
@@ -37,7 +38,8 @@ def test_every_key_is_described(model: type) -> None:
 
 
 @pytest.mark.parametrize("name", ["config/demo/config.yaml", "config/shared-rigs/config.yaml"])
-def test_a_configuration_of_the_repository_validates(name: str) -> None:
-    settings = Settings.from_yaml(ROOT / name)
-    for rig in (ROOT / settings.rigs).glob("*.yaml"):
-        Rig.from_yaml(rig)
+def test_a_configuration_of_the_repository_validates(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    settings = Settings.from_yaml(Path(name))
+    rigs = {path: Rig.from_yaml(path) for path in Path(settings.rigs).glob("*.yaml")}
+    assert {listing.rig_file for listing in read_sheets(settings).values()} == rigs.keys()

@@ -28,6 +28,8 @@ from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, make_well, windows_
 COUNTS = {"many": 10, "one": 1, "gap": 4, "none": 0}
 SETTINGS = Settings(figures=FiguresSettings(dpi=50))
 DRAWINGS = figures.drawings()
+OF_SETS = {"verdicts", "evidence", "distinguishability", "model_residuals", "held_out", "reflectogram"}
+"""Figures of what the discovery engine examined."""
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +120,12 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
     stackless = {"stacks": many.stacks.isel(stack=[]), "stack_fits": many.stack_fits.isel(stack=[])}
     found = {"examination": EXAMINATIONS.empty(), "verdicts": many.verdicts.iloc[:0]}
     bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless, **found)
-    DRAWINGS[name](bare).canvas.draw()
+    figure = DRAWINGS[name](bare)
+    figure.canvas.draw()
+    said = " ".join(text.get_text() for axis in figure.axes for text in axis.texts)
+    assert ("nothing was examined" in said) == (name in OF_SETS)
+    if name.startswith("bit_"):
+        assert np.ma.getmaskarray(image(panels(figure)[0]).get_array()).all()
 
 
 def test_the_flagged_band_spans_the_interval(many: WellResults) -> None:

@@ -11,6 +11,7 @@ from drillid.errors import EstimationError
 from drillid.physics.equipment import Controller
 from drillid.physics.model import DELAY, INERTIA_TD, LENGTH
 from drillid.rig import Rig
+from drillid.windows import window_channels
 from tests.simulated import RATE, RIG, SHALLOW, Processed
 
 
@@ -23,10 +24,7 @@ def of_well(healthy: Processed) -> Evidence:
 
 def test_a_well_gives_what_its_time_series_give(healthy: Processed, of_well: Evidence) -> None:
     records, windows = healthy.dataset("records", "records"), healthy.dataset("windows", "windows")
-    first, samples = windows["first_sample"].values, windows["samples"].values
-    spans = [slice(begin, begin + count) for begin, count in zip(first, samples, strict=True)]
-    channels = ("torque_sweep", "speed", "torque_command")
-    series = [Series(*(records[name].values[span] for name in channels)) for span in spans]
+    series = [Series(*window_channels(records, windows, row)) for row in range(windows.sizes["window"])]
     own = gather(series, RATE, of_well.conditions, of_well.knowledge, Settings())
     assert own.windows == of_well.windows == 4
     np.testing.assert_array_equal(own.used, of_well.used)

@@ -1,5 +1,8 @@
 """The joint fit as a dataset of the fits stage, in the depth dataset and in the figure."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -62,15 +65,12 @@ def test_time_that_two_windows_hold_counts_once() -> None:
 
 
 def test_the_band_is_drawn_and_broken_at_a_change() -> None:
-    class Results:
-        windows = xr.Dataset({"hole_depth": ("window", [100.0, 110.0, 120.0, 130.0])})
-        joint = xr.Dataset(
-            {"change_parameter": ("change", ["delay", "kappa"]), "change_depth": ("change", [115.0, 125.0])}
-        )
-
+    windows = xr.Dataset({"hole_depth": ("window", [100.0, 110.0, 120.0, 130.0])})
+    changes = {"change_parameter": ("change", ["delay", "kappa"]), "change_depth": ("change", [115.0, 125.0])}
+    results: Any = SimpleNamespace(windows=windows, joint=xr.Dataset(changes))
     axis = Figure().subplots()
     band = np.array([[0.0, 1.0, 5.0, 6.0], [1.0, 2.0, 6.0, 7.0], [2.0, 3.0, 7.0, 8.0]])
-    draw_joint(axis, Results(), "delay", band)  # type: ignore[arg-type]
+    draw_joint(axis, results, "delay", band)
     above, below, change = axis.lines
     assert above.get_xdata().tolist() == [1.0, 2.0, 2.0]
     assert above.get_ydata().tolist() == [100.0, 110.0, 115.0]

@@ -219,3 +219,13 @@ def test_steady_parts_hold_all_samples_and_none_varies_more(values: list[float],
     parts = steady_parts(set_point, largest)
     assert [parts[0][0], *(stop for _, stop in parts)] == [*(first for first, _ in parts), len(values)]
     assert all(np.ptp(set_point[first:stop]) <= largest for first, stop in parts)
+
+
+def test_channels_of_a_window_are_its_samples_of_the_records(tmp_path: Path) -> None:
+    log = drilling(40)
+    found, *_ = run(tmp_path, log)
+    whole = WellFolders(tmp_path / "results", "W1").read("records", "records")
+    speed, flow = windows.window_channels(whole, found, 1, ("speed", "flow"))
+    np.testing.assert_array_equal(speed, whole["speed"].values[1000:2000])
+    np.testing.assert_array_equal(flow, whole["flow"].values[1000:2000])
+    assert windows.window_channels(whole, found, 0).shape == (3, 1000)

@@ -144,7 +144,7 @@ def test_the_child_ends_when_its_job_is_killed(fleet: Checkout) -> None:
     with subprocess.Popen(command, cwd=fleet.root, env=environment(fleet), stderr=subprocess.DEVNULL) as job:
         child = int(awaited(lambda: fleet.pids()[0].split()[2]))
         job.kill()
-    awaited(lambda: not alive(child) or None)
+    assert awaited(lambda: not alive(child) or None)
 
 
 def alive(process: int) -> bool:

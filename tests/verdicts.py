@@ -1,0 +1,21 @@
+"""A verdict of the discovery engine with all its figures."""
+
+from drillid.discrepancy import Verdict
+
+LAG = Verdict(
+    "drive_lag",
+    "drive",
+    0.997,
+    1800.0,
+    1950.0,
+    cause="drive_lag",
+    size=0.0494,
+    size_low=0.0489,
+    size_high=0.0499,
+    unit="s",
+    gain=339.2,
+    gain_low=309.6,
+    gain_high=368.2,
+    held_out_windows=12,
+    what_would_separate="a sweep to higher frequency",
+)
