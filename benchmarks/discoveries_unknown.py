@@ -63,7 +63,7 @@ def _evidence(base: Fit, port: str) -> float:
     from scipy.special import logsumexp
 
     measured, inertia = base.problem.measured, base.problem.setup(base.figures).system.top_drive.inertia
-    real = unknown.basis(measured.frequency)
+    real = unknown.smooth_functions(measured.frequency, unknown.FUNCTIONS)
     scale = 1.0 if port == "record" else float(inertia) * float(np.median(np.abs(laplace(measured.frequency))))
     both = np.concatenate([real, 1j * real]) * scale
     rest, none, count = np.linalg.slogdet(base.information)[1], np.zeros(len(both)), base.figures.size

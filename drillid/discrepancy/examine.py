@@ -16,6 +16,7 @@ from drillid.discrepancy.screen import screen
 from drillid.discrepancy.set_fit import fit_set, with_own_deviation
 from drillid.discrepancy.set_model import SetModel
 from drillid.discrepancy.sign_verdicts import with_signs
+from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import NONE, Verdict
 
 LINEAR_SHARE = 0.6
@@ -40,7 +41,7 @@ def examine(
     model, base = with_own_deviation(model, base)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
-    names = {cause.name for cause in causes}
+    names = {*(cause.name for cause in causes), *SYMPTOMS}
     signs = tuple(one for one in pool(evidence.signs) if one.cause in names)
     examination = Examination((), model, base, base, (), before, before, None, signs)
     if before.chance < error_rate * LINEAR_SHARE or is_hopeless(model, base):

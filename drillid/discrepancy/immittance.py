@@ -56,7 +56,7 @@ def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tupl
     """
     projection = project(model, fit, extensions, unknown.directions(model, fit, extensions, port))
     mean, covariance = _posterior(projection)
-    basis = unknown.basis(model.evidence.frequency)
+    basis = unknown.smooth_functions(model.evidence.frequency, unknown.FUNCTIONS)
     half = basis.shape[0]
     scale = 1.0
     if port != "record":

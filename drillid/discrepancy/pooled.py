@@ -74,7 +74,8 @@ def _chance_of_sum(own: list[Sign]) -> float:
     told = np.isfinite(error) & (error > 0) & np.isfinite(size)
     weight = 1 / error if told.all() else np.ones(score.size)
     norm = float(np.sqrt(np.sum(weight**2)))
-    if CATALOGUE[own[0].cause].size.low >= 0 or not told.all():
+    one_sided = own[0].cause not in CATALOGUE or CATALOGUE[own[0].cause].size.low >= 0
+    if one_sided or not told.all():
         return float(ndtr(-np.sum(weight * score) / norm))
     # a score of either sign has half its chance on the side on which its size lies
     signed = -np.sign(size) * ndtri_exp(log_ndtr(-score) - np.log(2.0))

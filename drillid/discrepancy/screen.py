@@ -79,7 +79,7 @@ def screen(
 
 
 def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
-    """Which of the candidates (K,) move another way at their usual size, beyond nuisances, than where they are small."""
+    """Which candidates (K,) move another way at their usual size, beyond nuisances, than where they are small."""
     small, usual = np.arange(count), np.arange(count, 2 * count)
     scale = np.sqrt(information[small, small] * information[usual, usual])
     return np.asarray(np.abs(information[small, usual]) < _STRAIGHT * scale, dtype=bool)

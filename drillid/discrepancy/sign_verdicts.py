@@ -9,6 +9,7 @@ from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, doubt, evidence_left, surely
 from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
+from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
 
 _STUCK, _ROUNDED = "stuck_slip_regimes", "quantisation"
@@ -17,7 +18,12 @@ _SHADOW = 0.1
 
 
 def with_signs(examination: Examination, found: list[PooledSign], error_rate: float) -> Examination:
-    """Verdicts from signs beside, or in place of, those from the linear responses; perhaps none at all."""
+    """Verdicts from signs beside, or in place of, those from the linear responses; perhaps none at all.
+
+    A symptom counts only where there is nothing else: the verdict is then unknown.
+    """
+    symptoms = [_of_symptom(examination, one) for one in found if one.cause in SYMPTOMS]
+    found = [one for one in found if one.cause not in SYMPTOMS]
     linear = examination.verdicts
     told = {name for one in linear for name in one.members}
     chosen = [one for one in found if one.cause not in told and _may_be(one)]
@@ -46,7 +52,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
         for one, sign in zip(shown, chosen, strict=True)
         if one.gain > 0 or sign.log_evidence > WITHOUT_GAIN
     ]
-    return replace(examination, verdicts=verdicts or tuple(doubtful[:1]))
+    return replace(examination, verdicts=verdicts or tuple([*doubtful, *symptoms][:1]))
 
 
 def _bends(cause: str) -> bool:
@@ -72,6 +78,20 @@ def _nameless(one: Verdict) -> Verdict:
     """What is left of a name whose gain is not sure."""
     said = f"{one.evidence}{doubt((one,))}"
     return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)
+
+
+def _of_symptom(examination: Examination, one: PooledSign) -> Verdict:
+    """Something is wrong that no cause of the catalogue stands for."""
+    symptom, depth = SYMPTOMS[one.cause], examination.model.evidence.conditions.hole_depth
+    return Verdict(
+        verdict=UNKNOWN,
+        family=symptom.family,
+        probability=surely(one.log_evidence),
+        from_m=float(depth.min()),
+        to_m=float(depth.max()),
+        evidence=f"{symptom.meaning}, chance {one.chance:.2g} where nothing is wrong",
+        what_would_separate=symptom.separated_by,
+    )
 
 
 def _alike(one: str, other: str) -> bool:

@@ -23,6 +23,7 @@ from drillid.discrepancy.signs_sensor import (
     tone_score,
 )
 from drillid.discrepancy.signs_string import Motion, string_candidates
+from drillid.discrepancy.signs_symptoms import symptom_scores
 from drillid.discrepancy.signs_time import time_candidates
 
 __all__ = ["WindowRecord", "read_signs"]
@@ -34,7 +35,7 @@ _PLAIN = 4.0
 
 
 def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
-    """Signs of all causes that this window's record can tell, at most one a cause.
+    """Signs of all causes and symptoms that this window's record can tell, at most one of each.
 
     A cause that the record cannot tell, as where it has no place in it, has no sign.
 
@@ -63,7 +64,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
         "gear_backlash": backlash_score(remainder, motion),
         "stuck_slip_regimes": standing_score(remainder, motion),
     }
-    scores |= {cause: found for cause, found in alone.items() if found is not None}
+    scores |= {cause: found for cause, found in (alone | symptom_scores(remainder)).items() if found is not None}
     return tuple(
         Sign(cause, window, found.normal, found.size, found.size_error, found.log_ratio)
         for cause, found in scores.items()
@@ -91,7 +92,7 @@ def _one_after_the_other(candidates: list[Candidate], remainder: Remainder) -> d
         if best.normal < _PLAIN:
             return scores | {one.cause: value for one, value in told}
         scores[first.cause] = best
-        taken = first.columns if first.pair else first.columns[best.amplitudes != 0]
+        taken = first.columns if first.together else first.columns[best.amplitudes != 0]
         error = without(error[None], taken)[0]
         waiting = [replace(one, columns=without(one.columns, taken)) for one in waiting if one is not first]
     return scores

@@ -33,8 +33,9 @@ def clock_drift_score(remainder: Remainder) -> Score | None:
         rfft((series - series.mean()) * remainder.taper)
         for series in (remainder.speed, remainder.command - remainder.sweep, remainder.sweep)
     )
-    powers = [median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (told * speed, given + told * speed)]
-    moved = np.where(powers[0] > _CLEAR * powers[1], speed, remainder.mobility * sweep)
+    beyond = given + told * speed
+    answered, missing = (median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (told * speed, beyond))
+    moved = np.where(answered > _CLEAR * missing, speed, remainder.mobility * sweep)
 
     def series(lines: NDArray[np.complex128]) -> Floats:
         return np.asarray(irfft(np.where(inside, lines, 0.0), remainder.samples), dtype=float)
@@ -43,4 +44,4 @@ def clock_drift_score(remainder: Remainder) -> Score | None:
     beside = np.stack([series(moved), series(moved / s), earlier])
     passed = remainder.time - remainder.time.mean()
     drift = Candidate("clock_drift", without((passed * earlier)[None], beside))
-    return score(drift, without(series(given + told * speed)[None], beside)[0], remainder, inflation=1.0)
+    return score(drift, without(series(beyond)[None], beside)[0], remainder, inflation=1.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, ndtr, ndtri, stdtr
+from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
 from drillid.discrepancy.signs_record import Remainder
 
@@ -38,8 +38,8 @@ class Candidate:
     """(settings,) sizes that are searched, the amplitude being free; None where the amplitude is the size."""
     one_sided: bool = False
     """Whether only a positive amplitude makes sense."""
-    pair: bool = False
-    """Whether the two columns are parts of one thing, whose modulus is the size."""
+    together: bool = False
+    """Whether the columns are parts of one thing, whose modulus is the size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,7 @@ def without(series: Floats, others: Floats) -> Floats:
     return np.asarray(series - (series @ basis.T) @ basis, dtype=float)
 
 
-def score(
-    candidate: Candidate, error: Floats, remainder: Remainder, *, inflation: float | None = None
-) -> Score | None:
+def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflation: float | None = None) -> Score | None:
     """Score of a whitened candidate; None where no column is borne by enough of the record.
 
     Parameters
@@ -80,8 +78,8 @@ def score(
     error : (samples,) whitened like the candidate
     inflation : variance of a sum over the noise per variance found from `error`; that of the remainder where not given
     """
-    if candidate.pair:
-        return _score_of_pair(candidate, error, remainder)
+    if candidate.together:
+        return _score_together(candidate, error, remainder)
     columns = candidate.columns
     energy = np.sum(columns**2, axis=1)
     usable = np.flatnonzero(energy > _DEPENDENT * max(float(energy.max()), 1e-300))
@@ -178,22 +176,25 @@ def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
     return float(settings[best] + shift), float(np.hypot(width, spacing / np.sqrt(12)))
 
 
-def _score_of_pair(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | None:
-    """Score of the modulus of two amplitudes: χ² of two degrees of freedom under their joint covariance."""
+def _score_together(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | None:
+    """Score of all amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over the blocks."""
     columns = candidate.columns
-    gram = columns @ columns.T
+    count, gram = columns.shape[0], columns @ columns.T
     shares = np.add.reduceat(np.sum(columns**2, axis=0), _blocks(remainder))
-    if not np.trace(gram) > 0 or np.sum(shares) ** 2 < _LEAST_BLOCKS * np.sum(shares**2):
+    blocks = float(np.sum(shares) ** 2 / max(float(np.sum(shares**2)), np.finfo(float).tiny))
+    if not np.trace(gram) > 0 or blocks < max(_LEAST_BLOCKS, 2 * count):
         return None
     amplitude: Floats = np.asarray(np.linalg.solve(gram, columns @ error), dtype=float)
     products = np.add.reduceat(columns * (error - amplitude @ columns), _blocks(remainder), axis=1)
     inverse = np.linalg.inv(gram)
     covariance = inverse @ (products @ products.T) @ inverse * remainder.inflation
     total = float(amplitude @ np.linalg.solve(covariance, amplitude))
-    normal = float(-ndtri(np.clip(chdtrc(2, total), _LEAST_CHANCE, _LARGEST_CHANCE)))
-    size = float(np.hypot(*amplitude))
+    freedom = blocks - count + 1
+    chance = fdtrc(count, freedom, total * freedom / (count * blocks))
+    size = float(np.hypot.reduce(amplitude))
     along = amplitude / max(size, 1e-300)
-    return Score(normal, size, float(np.sqrt(along @ covariance @ along)), total / 2, amplitude)
+    error_of_size = float(np.sqrt(along @ covariance @ along))
+    return Score(normal_of_chance(float(chance)), size, error_of_size, total / 2, amplitude)
 
 
 def normal_of_chance(chance: float) -> float:

@@ -1,6 +1,6 @@
 """Signs of sensor and recorder: errors that turn with the shaft, tones, coarse steps."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ _MATERIAL = 1.0
 
 def revolution_candidate(remainder: Remainder) -> Candidate:
     """An error of the reading in proportion to the speed, once per revolution, that the control answers."""
-    return Candidate("once_per_revolution", _turning(remainder, 0), pair=True)
+    return Candidate("once_per_revolution", _turning(remainder, 0), together=True)
 
 
 def _turning(remainder: Remainder, further: int) -> Floats:
@@ -72,11 +72,19 @@ def _power(remainder: Remainder, pair: Floats) -> float:
     return float(products @ np.linalg.solve(columns @ columns.T, products))
 
 
-def tone_score(remainder: Remainder, left: Floats) -> Score | None:
-    """The line that stands out most from its neighbours.
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The line that stands out most from its neighbours."""
+
+    place: int
+    score: Score
+
+
+def strongest_line(remainder: Remainder, left: Floats) -> Line | None:
+    """The line that stands out most; None where the record has none to look at.
 
     A line's power over the mean of 2ν neighbours follows F(2, 2ν); a vibration of the string covers its neighbours
-    too, so that it does not stand out, or is answered by the control.
+    too, so that it does not stand out.
 
     Parameters
     ----------
@@ -94,24 +102,36 @@ def tone_score(remainder: Remainder, left: Floats) -> Score | None:
     frequency = remainder.frequency
     usable = (frequency > _LOWEST) & (frequency < _HIGHEST * remainder.record.rate)
     usable[-_FAR_LINES:] = False
-    ratio = np.where(usable, power / np.maximum(noise, np.finfo(float).tiny), 0.0)
-    line = int(np.argmax(ratio))
     if not usable.any():
         return None
+    ratio = np.where(usable, power / np.maximum(noise, np.finfo(float).tiny), 0.0)
+    line = int(np.argmax(ratio))
     chance = np.exp(-freedom * np.log1p(ratio[line] / freedom))
     overall = -np.expm1(usable.sum() * np.log1p(-min(chance, 1 - 1e-12)))
-    overall_normal = normal_of_chance(float(overall))
-    if overall_normal > _DOUBTFUL and _control_answers(remainder, hann, line):
-        return None
     error = np.sqrt(np.sum(hann**2) / np.sum(remainder.taper**2) * remainder.noise[line] / 2) * 2 / hann.sum()
     log_ratio = float(freedom * np.log1p(ratio[line] / freedom))
-    return Score(overall_normal, _tone_amplitude(left * hann, line) * 2 / hann.sum(), float(error), log_ratio)
+    amplitude = _tone_amplitude(left * hann, line) * 2 / hann.sum()
+    return Line(line, Score(normal_of_chance(float(overall)), amplitude, float(error), log_ratio))
 
 
-def _control_answers(remainder: Remainder, hann: Floats, line: int) -> bool:
+def tone_score(remainder: Remainder, left: Floats) -> Score | None:
+    """Score of a tone that is in the record alone; None where the command answers it as motion of the rig.
+
+    Parameters
+    ----------
+    left : as of `strongest_line`
+    """
+    line = strongest_line(remainder, left)
+    if line is None or (line.score.normal > _DOUBTFUL and _control_answers(remainder, line.place)):
+        return None
+    return line.score
+
+
+def _control_answers(remainder: Remainder, line: int) -> bool:
     """Whether the logged command answers a line as motion of the rig, which a tone in the record alone is not."""
     if not remainder.record.has_command:
         return False
+    hann = np.hanning(remainder.samples + 1)[:-1]
     controller = remainder.system.top_drive.controller
     given = remainder.command - remainder.sweep
     answer, asked = (rfft((series - series.mean()) * hann)[line] for series in (given, remainder.speed))

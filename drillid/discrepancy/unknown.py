@@ -30,12 +30,12 @@ AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Standard deviations tried, relative to the response or to the pipe's characteristic admittance."""
 
 
-def basis(frequency: Floats) -> Floats:
-    """Cubic B-splines over log frequency, (FUNCTIONS, F)."""
+def smooth_functions(frequency: Floats, count: int) -> Floats:
+    """Cubic B-splines over log frequency, (count, F)."""
     from scipy.interpolate import BSpline
 
     position = np.log(frequency / frequency[0]) / np.log(frequency[-1] / frequency[0])
-    inner = np.linspace(0.0, 1.0, FUNCTIONS - 2)
+    inner = np.linspace(0.0, 1.0, count - 2)
     knots = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
     return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).toarray().T, dtype=float)
 
@@ -55,7 +55,7 @@ def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], 
         sensitivity = sensitivity * _speed_at(port, system, s) ** 2
     shape = (model.evidence.windows, s.size)
     weighted = np.broadcast_to(sensitivity, shape) * model.weight
-    real = weighted[:, None, :] * basis(model.evidence.frequency)
+    real = weighted[:, None, :] * smooth_functions(model.evidence.frequency, FUNCTIONS)
     both = np.concatenate([real, 1j * real], axis=1)
     missing = np.zeros((both.shape[0], both.shape[1], model.rows - s.size), dtype=complex)
     return np.concatenate([both, missing], axis=-1)
