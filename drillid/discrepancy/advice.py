@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.discrepancy.distinguish import columns, project, separation, smallest_detectable
-from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
+from drillid.discrepancy.evidence import Evidence, Knowledge
 from drillid.discrepancy.set_model import Complex, Extension, Linearised, Point, SetModel
 from drillid.physics.dual import Dual
 from drillid.physics.responses import string_admittance
@@ -162,15 +162,15 @@ def _told(model: SetModel, found: Examination, chosen: Sequence[Extension]) -> _
 def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
     """Every measurement in words, with the model of a set that has it."""
     evidence = model.evidence
-    found = [(words, SetModel(replace(evidence, knowledge=known))) for words, known in _papers(evidence)]
+    found = [(words, model.with_evidence(replace(evidence, knowledge=known))) for words, known in _papers(evidence)]
     if evidence.control is None:
-        control = model.setup(list(model.figures(point))).control(model.s)
+        control = model.setup_at(point).control(model.s)
         logged = np.broadcast_to(np.asarray(control, dtype=complex), evidence.mobility.shape)
         with_command = replace(evidence, control=logged, control_variance=np.zeros(logged.shape))
-        found.append(("the torque command in the log", SetModel(with_command)))
-    found.append(("a measured torque of the string", _WithStringTorque(evidence)))
-    found.append(("as many windows again", SetModel(_joined(evidence, 1.0))))
-    found.append(("as many windows again at a 30 % higher speed", SetModel(_joined(evidence, _FASTER))))
+        found.append(("the torque command in the log", model.with_evidence(with_command)))
+    found.append(("a measured torque of the string", _WithStringTorque(evidence, model.deviation)))
+    found.append(("as many windows again", model.with_evidence(_joined(evidence, 1.0))))
+    found.append(("as many windows again at a 30 % higher speed", model.with_evidence(_joined(evidence, _FASTER))))
     return found
 
 
@@ -181,9 +181,9 @@ def _papers(evidence: Evidence) -> list[tuple[str, Knowledge]]:
     for name, words in _PAPERS.items():
         error = float(getattr(known, name))
         given = np.isfinite(error)
-        better = error / _TIGHTER if given else _USUAL[name] * scale.get(name, 1.0)
+        better: dict[str, Any] = {name: error / _TIGHTER if given else _USUAL[name] * scale.get(name, 1.0)}
         exact = " that is five times as exact" if given else ""
-        told.append((f"a figure of {words}{exact}", Knowledge(**{**vars(known), name: better})))
+        told.append((f"a figure of {words}{exact}", replace(known, **better)))
     return told
 
 
@@ -192,5 +192,5 @@ def _joined(evidence: Evidence, faster: float) -> Evidence:
     rows = np.concatenate([np.arange(evidence.windows)] * 2)
     twice = evidence.subset(rows)
     factor = np.where(np.arange(rows.size) < evidence.windows, 1.0, faster)
-    conditions = Conditions(**{**vars(twice.conditions), "speed": twice.conditions.speed * factor})
+    conditions = replace(twice.conditions, speed=twice.conditions.speed * factor)
     return replace(twice, conditions=conditions, signs=())

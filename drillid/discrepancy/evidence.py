@@ -1,12 +1,13 @@
 """What the engine looks at: mobilities of a set of windows with their noise, and what is known about the rig."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.errors import EstimationError
 from drillid.physics.equipment import Controller
+from drillid.physics.model import KnownEquipment
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -54,6 +55,11 @@ class Knowledge:
     """Of the pipe's length as waves see it."""
     clock_error: float = 0.002
     """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
+
+    @property
+    def equipment(self) -> KnownEquipment:
+        """What a fit of one window takes as given."""
+        return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
 
 
 @dataclass(frozen=True)
@@ -123,9 +129,7 @@ class Evidence:
         """Some of the windows, with their signs renumbered."""
         places = {int(row): place for place, row in enumerate(rows)}
         conditions = Conditions(*(values[rows] for values in vars(self.conditions).values()))
-        signs = tuple(
-            Sign(**{**vars(sign), "window": places[sign.window]}) for sign in self.signs if sign.window in places
-        )
+        signs = tuple(replace(sign, window=places[sign.window]) for sign in self.signs if sign.window in places)
         return Evidence(
             self.frequency,
             self.mobility[rows],

@@ -38,8 +38,7 @@ class Examination:
 
 def evidence_left(after: Screen) -> float:
     """Log Bayes factor of all that may still be wrong, averaged over causes."""
-    names = {one.cause.name for one in after.candidates}
-    values = [*(after.of(name) for name in names), after.unknown_evidence]
+    values = [*after.by_cause.values(), after.unknown_evidence]
     return max(float(logsumexp(values) - np.log(len(values))), 0.0)
 
 

@@ -54,9 +54,7 @@ def examine(
 def _none(examination: Examination) -> Verdict:
     """Nothing, with its posterior at even odds that something is wrong."""
     conditions, before = examination.model.evidence.conditions, examination.before
-    names = {one.cause.name for one in before.candidates}
-    logs = [*(before.of(name) for name in names), before.unknown_evidence]
-    logs += [one.log_evidence for one in examination.signs]
+    logs = [*before.by_cause.values(), before.unknown_evidence, *(one.log_evidence for one in examination.signs)]
     odds = float(logsumexp(logs) - np.log(len(logs)))
     return Verdict(
         verdict=NONE,

@@ -32,7 +32,7 @@ control, the offset between the clocks, the collars, and the circumstances that 
 
 def figures(model: SetModel, point: Point) -> dict[str, Floats]:
     """Figures of every window, each of shape (window,)."""
-    setup, known = model.setup(list(model.figures(point))), model.evidence.knowledge
+    setup, known = model.setup_at(point), model.evidence.knowledge
     system, circumstances = setup.system, model.circumstances
     pipe, top_drive, controller = system.string[0], system.top_drive, system.top_drive.controller
     values = [pipe.kappa, pipe.delta, pipe.length, pipe.polar_moment, top_drive.delay, top_drive.inertia]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.set_fit import fit_local, fit_set
 from drillid.discrepancy.set_model import Extension, Point, SetModel
+from drillid.statistics import TWO_SIDED
 
 Floats = NDArray[np.float64]
 
@@ -53,23 +54,31 @@ def held_out_gain(
     # what two predictions differ by is known; the noise turns it into a gain with as much variance
     error = float(np.sqrt(_SHARING * np.sum(np.abs(before - after) ** 2)))
     held_out = windows if windows >= _LEAST_WINDOWS else 0
-    return Gain(total / windows, (total - 1.96 * error) / windows, (total + 1.96 * error) / windows, held_out)
+    return Gain(total / windows, (total - TWO_SIDED * error) / windows, (total + TWO_SIDED * error) / windows, held_out)
+
+
+def trained_without(model: SetModel, held: NDArray[np.bool_], start: Point, extensions: tuple[Extension, ...]) -> Point:
+    """Figures of the set without the held-out data (W, F); a window that is held out whole then has its own fitted.
+
+    Damping and inertia at the bit and along the string are every window's own, and no other window tells them.
+    """
+    evidence = model.evidence
+    training = model.with_evidence(replace(evidence, used=evidence.used & ~held))
+    trained = fit_set(training, start, extensions).point
+    unseen = np.asarray(held.all(axis=1), dtype=bool)
+    if not unseen.any():
+        return trained
+    # windows are alike: what is left to one begins where the others are
+    local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
+    return fit_local(model, replace(trained, local=local), extensions)
 
 
 def _residuals(
     model: SetModel, held: NDArray[np.bool_], start: Point, extensions: tuple[Extension, ...]
 ) -> NDArray[np.complex128]:
     """Whitened errors of predicting the held-out rows; zero elsewhere, (W, rows)."""
-    evidence = model.evidence
-    training = SetModel(replace(evidence, used=evidence.used & ~held), model.deviation)
-    trained = fit_set(training, start, extensions).point
-    unseen = np.asarray(held.all(axis=1), dtype=bool)
-    if unseen.any():
-        # windows are alike: what is left to one begins where the others are
-        local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
-        trained = fit_local(model, replace(trained, local=local), extensions)
-    residual = model.linearised(trained, extensions).residual
-    rows = held & evidence.used
+    residual = model.linearised(trained_without(model, held, start, extensions), extensions).residual
+    rows = held & model.evidence.used
     if model.control_weight is not None:
         rows = np.concatenate([rows, rows[:, model.control_weight.any(axis=0)]], axis=1)
     return np.where(rows, residual, 0.0)

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge, Sign
 from drillid.discrepancy.signs import WindowRecord, read_signs
 from drillid.estimation import Prior
-from drillid.fits import speed_controller
-from drillid.physics.equipment import Controller, polar_moment
-from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT, KnownEquipment
+from drillid.fits import knowledge, known_equipment, speed_controller
+from drillid.physics.equipment import Controller
+from drillid.physics.model import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT
 from drillid.schema import PARAMETERS, Gate
-from drillid.windows import sample_rate
+from drillid.windows import sample_rate, window_channels
 
 if TYPE_CHECKING:
     from drillid.rig import Rig
@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 _CLOCK_ERROR = 0.002
 """s, between channels of one log whose rows were put on one grid."""
+_PAPERS = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
+"""Figures that papers tell as such, and their places among the eight parameters."""
 
 
 def gather_well(
@@ -36,62 +38,47 @@ def gather_well(
     """
     depth = windows["bit_depth"].values
     controller = speed_controller(rig, spectra)
-    knowledge = rig_knowledge(rig, controller, float(np.nanmedian(depth)))
+    known = rig_knowledge(rig, controller, float(np.nanmedian(depth)))
     conditions = Conditions(
         *(
             windows[name].values.astype(float)
             for name in ("hole_depth", "bit_depth", "speed", "torque", "weight_on_bit")
         )
     )
-    rate, known = sample_rate(records), known_equipment(knowledge)
+    rate = sample_rate(records)
     fitted = fits["value"].values
     kept = []
     for row in range(depth.size):
-        first, samples = int(windows["first_sample"][row]), int(windows["samples"][row])
-        sweep, speed, command = (
-            np.asarray(records[name][first : first + samples].values, dtype=float)
-            for name in ("torque_sweep", "speed", "torque_command")
-        )
+        sweep, speed, command = window_channels(records, windows, row)
         finite = all(np.isfinite(values).all() for values in (fitted[row], sweep, speed))
         period = float(spectra["sweep_period"][row])
-        kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], known) if finite else None)
-    return assembled(mobility, conditions, knowledge, fitted, all_signs(kept))
+        kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], known.equipment) if finite else None)
+    return assembled(mobility, conditions, known, fitted, all_signs(kept))
 
 
 def rig_knowledge(rig: Rig, controller: Controller, bit_depth: float) -> Knowledge:
     """What the papers of a rig say with the bit at `bit_depth` (m); `controller` is theirs, or read from the log."""
-    collars, pipe, inertia, delay = rig.collars_at(bit_depth), rig.pipe, rig.top_drive_inertia, rig.drive_delay
-    told: dict[str, float] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
+    papers, collars = knowledge(rig, bit_depth), rig.collars_at(bit_depth)
+    known = known_equipment(rig, controller, bit_depth)
+    told = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
+    for name, place in _PAPERS.items():
+        if np.isfinite(papers.value[place]):
+            told[name], told[f"{name}_error"] = float(papers.value[place]), float(papers.error[place])
     if collars:
-        told["collar_length"], told["collar_relative"] = collars.length, collars.relative
-        told["collar_polar_moment"] = polar_moment(collars.outer_diameter, collars.inner_diameter)
-    if delay:
-        told["delay"], told["delay_error"] = delay.value, delay.tolerance
-    if inertia:
-        told["inertia_td"], told["inertia_td_error"] = inertia.value, inertia.relative * inertia.value
-    if pipe:
-        moment = polar_moment(pipe.outer_diameter, pipe.inner_diameter)
-        told["polar_moment"], told["polar_moment_error"] = moment, pipe.relative * moment
-        told["length_relative"] = pipe.length_relative
-    return Knowledge(controller, clock_error=_CLOCK_ERROR, **told)
+        told["collar_relative"] = collars.relative
+    if rig.pipe:
+        told["length_relative"] = rig.pipe.length_relative
+    collar = {"collar_length": known.collar_length, "collar_polar_moment": known.collar_polar_moment}
+    return Knowledge(controller, clock_error=_CLOCK_ERROR, **told, **collar)
 
 
-def known_equipment(knowledge: Knowledge) -> KnownEquipment:
-    """What a fit of one window takes as given."""
-    return KnownEquipment(knowledge.controller, knowledge.collar_length, knowledge.collar_polar_moment)
-
-
-def prior(knowledge: Knowledge, bit_depth: float) -> Prior:
+def prior(known: Knowledge, bit_depth: float) -> Prior:
     """What a fit of one window takes from the papers, with the bit at `bit_depth` (m)."""
-    length = bit_depth - knowledge.collar_length
-    known = {
-        LENGTH: (length, knowledge.length_relative * length),
-        POLAR_MOMENT: (knowledge.polar_moment, knowledge.polar_moment_error),
-        DELAY: (knowledge.delay, knowledge.delay_error),
-        INERTIA_TD: (knowledge.inertia_td, knowledge.inertia_td_error),
-    }
+    length = bit_depth - known.collar_length
+    told = {place: (getattr(known, name), getattr(known, f"{name}_error")) for name, place in _PAPERS.items()}
+    told[LENGTH] = (length, known.length_relative * length)
     value, error = np.full((2, len(PARAMETERS)), np.nan)
-    for place, (figure, deviation) in known.items():
+    for place, (figure, deviation) in told.items():
         if np.isfinite(deviation):
             value[place], error[place] = figure, deviation
     return Prior(value, error)
@@ -104,7 +91,7 @@ def all_signs(records: Sequence[WindowRecord | None]) -> tuple[Sign, ...]:
 
 
 def assembled(
-    mobility: xr.Dataset, conditions: Conditions, knowledge: Knowledge, fitted: Floats, signs: tuple[Sign, ...]
+    mobility: xr.Dataset, conditions: Conditions, known: Knowledge, fitted: Floats, signs: tuple[Sign, ...]
 ) -> Evidence:
     """Evidence from mobilities (window, frequency) and the eight parameters of each window, (window, 8)."""
     control = mobility["control_response"].values
@@ -116,7 +103,7 @@ def assembled(
         degrees_of_freedom=mobility["degrees_of_freedom"].values,
         used=mobility["gate"].values == Gate.USED,
         conditions=conditions,
-        knowledge=knowledge,
+        knowledge=known,
         fitted=fitted,
         control=control if logged else None,
         control_variance=mobility["control_response_variance"].values if logged else None,

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.discrepancy.causes import Setup
-from drillid.discrepancy.set_fit import fit_local, fit_set
-from drillid.discrepancy.set_model import Extension, Point, SetModel
+from drillid.discrepancy.gain import trained_without
+from drillid.discrepancy.set_model import Extension, Point
 from drillid.physics.responses import laplace
 
 if TYPE_CHECKING:
@@ -48,14 +48,10 @@ def held_out_predictions(found: Examination) -> tuple[int, Prediction, Predictio
     row = int(np.argsort(evidence.conditions.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
     held[row, :: 2 if evidence.windows == 1 else 1] = True
-    training = SetModel(replace(evidence, used=evidence.used & ~held), found.model.deviation)
 
     def predicted(start: Point, extensions: tuple[Extension, ...]) -> Prediction:
-        point = fit_set(training, start, extensions).point
-        if evidence.windows > 1:
-            point = fit_local(found.model, point, extensions)
-        setup = found.model.setup(list(found.model.figures(point)))
-        return Prediction(found.model.extended(setup, list(point.sizes), extensions), row)
+        point = trained_without(found.model, held, start, extensions)
+        return Prediction(found.model.setup_at(point, extensions), row)
 
     base = predicted(found.base.point, ())
     return row, base, predicted(found.extended.point, found.extensions) if found.extensions else base

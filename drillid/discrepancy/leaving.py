@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.gain import Gain
+from drillid.discrepancy.pooled import evidence_of_chance
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
+from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,7 +21,6 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 _NAME = "regime_change"
-_TWO_SIDED = 1.96
 
 
 def change_verdict(
@@ -57,8 +59,8 @@ def change_verdict(
         to_m=to_m,
         cause=_NAME if named else "",
         size=size,
-        size_low=size - _TWO_SIDED * deviation,
-        size_high=size + _TWO_SIDED * deviation,
+        size_low=size - TWO_SIDED * deviation,
+        size_high=size + TWO_SIDED * deviation,
         unit=CATALOGUE[_NAME].size.unit,
         gain=gain.value,
         gain_low=gain.low,
@@ -72,13 +74,9 @@ def change_verdict(
 def probability(chance: float) -> float:
     """Largest probability of a change that a chance supports, at even odds.
 
-    The Bayes factor against no change is at most −1/(e p ln p) (Sellke, Bayarri and Berger 2001, The American
-    Statistician 55, 62–71), and nothing is supported from p = 1/e on.
+    The chance stands for a Bayes factor of no more than `pooled.evidence_of_chance` says.
     """
-    if chance >= np.exp(-1):
-        return 0.5
-    bound = -np.exp(1.0) * max(chance, 1e-300) * np.log(max(chance, 1e-300))
-    return float(1 / (1 + bound))
+    return float(expit(evidence_of_chance(chance)))
 
 
 def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Gain:
@@ -96,7 +94,7 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Ga
     if gains.size == 1:
         return Gain(float(gains[0]), float("nan"), float("nan"), 0)
     value, error = float(gains.mean()), float(gains.std(ddof=1) / np.sqrt(gains.size))
-    return Gain(value, value - _TWO_SIDED * error, value + _TWO_SIDED * error, gains.size)
+    return Gain(value, value - TWO_SIDED * error, value + TWO_SIDED * error, gains.size)
 
 
 def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:

@@ -15,6 +15,7 @@ from drillid.discrepancy.set_fit import SetFit, fit_set
 from drillid.discrepancy.set_model import Extension, SetModel
 from drillid.discrepancy.track import stretch
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
+from drillid.statistics import TWO_SIDED
 
 _FIRSTS = 3
 """Causes with which a second one is tried."""
@@ -37,14 +38,14 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     first = posterior(_with_own_signs(refined, examination.signs), before.unknown_evidence)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
-    left = evidence_left(after)
     chosen: list[tuple[Posterior, Refined]] = [(first, best)]
     if after.chance < CLOSURE_RATE:
-        other = _other(examination, first, causes, generator)
+        other = _other(examination, first, after, causes, generator)
         if other is not None:
-            chosen, after, left = other
+            chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
-    if before.unknown_evidence > total or (after.chance < CLOSURE_RATE and left > max(_LEFT, _LEFT_SHARE * total)):
+    open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, _LEFT_SHARE * total)
+    if before.unknown_evidence > total or open_still:
         return _unknown(examination, before.unknown_evidence)
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
@@ -88,17 +89,22 @@ def _bounded_in_depth(
 
 
 def _other(
-    examination: Examination, first: Posterior, causes: list[Cause], generator: np.random.Generator
-) -> tuple[list[tuple[Posterior, Refined]], Screen, float] | None:
-    """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes."""
+    examination: Examination, first: Posterior, left: Screen, causes: list[Cause], generator: np.random.Generator
+) -> tuple[list[tuple[Posterior, Refined]], Screen] | None:
+    """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes.
+
+    Parameters
+    ----------
+    left : the screen beside the likeliest cause
+    """
     model = examination.model
-    best: tuple[float, list[tuple[Posterior, Refined]], Screen, float] | None = None
+    best: tuple[float, list[tuple[Posterior, Refined]], Screen] | None = None
     firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
     for one in firsts:
-        seen = screen(model, one.fit, (one.extension,), causes, generator)
+        seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
         own = _with_first(first, one)
         if seen.chance >= CLOSURE_RATE:
-            option = (one.log_evidence, [(own, one)], seen, evidence_left(seen))
+            option = (one.log_evidence, [(own, one)], seen)
         else:
             seconds = refine(model, one.fit, (one.extension,), seen, causes)
             if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
@@ -106,7 +112,7 @@ def _other(
             second = posterior(seconds, seen.unknown_evidence)
             after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
             total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
-            option = (total, [(own, one), (second, second.best)], after, evidence_left(after))
+            option = (total, [(own, one), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
     return None if best is None else best[1:]
@@ -136,8 +142,8 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         to_m=float(depth.max()),
         cause=cause.name,
         size=size,
-        size_low=max(size - 1.96 * error, limits.low),
-        size_high=min(size + 1.96 * error, limits.high),
+        size_low=max(size - TWO_SIDED * error, limits.low),
+        size_high=min(size + TWO_SIDED * error, limits.high),
         unit=limits.unit,
         location_m=location,
         gain=gain.value,

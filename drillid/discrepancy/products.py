@@ -23,7 +23,7 @@ from drillid.discrepancy.set_model import Extension
 from drillid.discrepancy.verdict import UNKNOWN
 from drillid.discrepancy.wells import ExaminedSet, WellData
 from drillid.schema import EXAMINATIONS, PARAMETERS, WINDOW_COORDINATES
-from drillid.windows import sample_rate
+from drillid.windows import sample_rate, window_channels
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -107,7 +107,7 @@ def _of_set(one: ExaminedSet, data: WellData, error_rate: float) -> Columns:
 
 def _evidence(found: Examination) -> Columns:
     """Evidence of every cause, by the best fit where there is one, and of the ports."""
-    linear = {one.cause.name: found.before.of(one.cause.name) for one in found.before.candidates}
+    linear = found.before.by_cause
     if found.posterior is not None:
         linear |= {one.name: one.log_evidence for one in found.posterior.refined}
     signs = {one.cause: one for one in found.signs}
@@ -164,7 +164,7 @@ def _held_out(one: ExaminedSet, data: WellData) -> Columns:
     frequency = one.examination.model.evidence.frequency
     time, speed, by_base, by_extended = np.full((4, PHASES), np.nan)
     error, period = np.nan, float(data.spectra["sweep_period"][window])
-    channels = _channels(data, window)
+    channels = window_channels(data.records, data.windows, window, ("torque_sweep", "speed"))
     if period > 0 and np.isfinite(channels).all():
         rate, used = sample_rate(data.records), one.examination.model.weight[row] > 0
         band = float(frequency[used].min()), float(frequency[used].max())
@@ -182,10 +182,3 @@ def _held_out(one: ExaminedSet, data: WellData) -> Columns:
         "period_extended": (("phase",), by_extended),
         "period_error": ((), error),
     }
-
-
-def _channels(data: WellData, window: int) -> Floats:
-    """Sweep and speed of a window, (2, samples)."""
-    first, samples = int(data.windows["first_sample"][window]), int(data.windows["samples"][window])
-    names = ("torque_sweep", "speed")
-    return np.stack([np.asarray(data.records[name][first : first + samples], dtype=float) for name in names])

@@ -58,7 +58,7 @@ def refine(
     come near the best are then fitted at more shapes. Where the base model is `hopeless`, or the misfit obvious, they
     start from the papers as well.
     """
-    linear = {cause.name: screened.of(cause.name) for cause in {one.cause for one in screened.candidates}}
+    linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
     obvious = hopeless or best > _OBVIOUS
     every = every or obvious

@@ -65,7 +65,7 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
     Windows and frequencies count by the noise of their reflection, times a Hann window so that one echo does not
     ring.
     """
-    setup = model.extended(model.setup(list(model.figures(fit.point))), list(fit.point.sizes), extensions)
+    setup = model.setup_at(fit.point, extensions)
     s, system, mobility = model.s, setup.system, setup.mobility(model.s)
     admittance, characteristic = string_admittance(system, s), propagation(system.string[0], s)[1]
     command, _ = torque_transfers(system.top_drive, s)

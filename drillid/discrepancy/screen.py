@@ -43,6 +43,11 @@ class Screen:
         return float(logsumexp(own) - np.log(len(own)))
 
     @property
+    def by_cause(self) -> dict[str, float]:
+        """Log Bayes factor of every cause."""
+        return {name: self.of(name) for name in dict.fromkeys(one.cause.name for one in self.candidates)}
+
+    @property
     def unknown_evidence(self) -> float:
         """Log Bayes factor of an unknown disturbance, averaged over the ports."""
         return float(logsumexp(list(self.unknown.values())) - np.log(len(self.unknown)))

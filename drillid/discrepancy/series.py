@@ -7,21 +7,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from drillid.cross_spectra import stacked
 from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
-from drillid.discrepancy.gather import all_signs, assembled, known_equipment, prior
+from drillid.discrepancy.gather import all_signs, assembled, prior
 from drillid.discrepancy.signs import WindowRecord
 from drillid.errors import EstimationError
 from drillid.estimation import fit
 from drillid.fits import measured_rows
 from drillid.local_polynomial import local_spectra
-from drillid.mobility import closed_loop_responses, command_mobility, gate
+from drillid.mobility import closed_loop_responses, gated_mobility
 from drillid.periodic import line_spectra, sweep_period
-from drillid.spectra import frequency_grid
+from drillid.spectra import is_usual, usual_sweep
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from drillid.config import Settings
     from drillid.cross_spectra import Spectra
 
@@ -60,12 +62,10 @@ def gather(
         raise EstimationError(
             "evidence", f"{len(windows)} windows and {conditions.bit_depth.size} conditions", "Give one for each window"
         )
-    periods = [sweep_period(one.sweep, rate, settings.spectra.frequency_minimum_hz) for one in windows]
+    periods = np.array([sweep_period(one.sweep, rate, settings.spectra.frequency_minimum_hz) for one in windows])
     spectra = _spectra(windows, rate, periods, settings)
-    mobility = command_mobility(spectra)
-    mobility = mobility.merge(gate(spectra, mobility["coherence"], settings.mobility))
-    mobility = mobility.merge(closed_loop_responses(spectra))
-    known = known_equipment(knowledge)
+    mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
+    known = knowledge.equipment
     fitted = np.stack(
         [
             fit(measured, known, prior(knowledge, float(depth)), settings.fits).value
@@ -74,7 +74,7 @@ def gather(
     )
     rows = zip(windows, periods, fitted, strict=True)
     records = [
-        WindowRecord(*_channels(one), rate, period, own, known) if np.isfinite(own).all() else None
+        WindowRecord(*_channels(one), rate, float(period), own, known) if np.isfinite(own).all() else None
         for one, period, own in rows
     ]
     return assembled(mobility, conditions, knowledge, fitted, all_signs(records))
@@ -84,18 +84,14 @@ def _channels(window: Series) -> tuple[Floats, Floats, Floats]:
     return window.sweep, window.speed, window.command
 
 
-def _spectra(windows: Sequence[Series], rate: float, periods: list[float], settings: Settings) -> xr.Dataset:
-    """Spectra (window, frequency) on the grid of the usual sweep."""
-    chosen = settings.spectra
-    repeating = [period for period in periods if period > 0]
-    usual = float(np.median(repeating)) if repeating else 0.0
-    frequency = frequency_grid(usual or chosen.segment_s / 2, chosen, rate)
+def _spectra(windows: Sequence[Series], rate: float, periods: Floats, settings: Settings) -> xr.Dataset:
+    """Spectra (window, frequency) on the grid of the usual sweep; `periods` are (window,)."""
+    usual, frequency = usual_sweep(periods, settings.spectra, rate)
+    lines = settings.spectra.noise_lines
 
-    def of(window: Series, period: float) -> Spectra:
-        if usual and abs(period - usual) < 0.5 / rate:
-            return line_spectra(*_channels(window), rate, usual, frequency, chosen.noise_lines)
-        return local_spectra(*_channels(window), rate, frequency, chosen.noise_lines // 4)
+    def of(window: Series, repeats: bool) -> Spectra:
+        if repeats:
+            return line_spectra(*_channels(window), rate, usual, frequency, lines)
+        return local_spectra(*_channels(window), rate, frequency, lines // 4)
 
-    lines = [of(*row) for row in zip(windows, periods, strict=True)]
-    stacked = {name: (("window", "frequency"), np.stack([vars(one)[name] for one in lines])) for name in vars(lines[0])}
-    return xr.Dataset(stacked, {"frequency": frequency})
+    return stacked([of(*row) for row in zip(windows, is_usual(periods, usual, rate), strict=True)], frequency)

@@ -47,6 +47,13 @@ class Normal:
     local: Floats
     """(W, 4) the deviations."""
 
+    @property
+    def corner(self) -> Floats:
+        """(W, 4, 4) of the windows' own figures, with the prior of their deviations."""
+        places = list(LOCAL)
+        own: Floats = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
+        return own
+
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
         """The windows' own figures eliminated.
 
@@ -56,8 +63,7 @@ class Normal:
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
         places = list(LOCAL)
-        corner = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
-        corner = corner + damping * corner * np.eye(len(places))
+        corner = self.corner * (1 + damping * np.eye(len(places)))
         border = self.each[:, places]
         right = self.own[:, places] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
@@ -136,7 +142,7 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
 
 
 def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
-    """Cost of each window's residuals and deviations, (W,)."""
+    """Cost of each window's residuals and of its deviations by Student's t, (W,)."""
     pulls = (_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / _TAIL), axis=1)
     return np.asarray(0.5 * (np.sum(np.abs(residual) ** 2, axis=1) + pulls), dtype=float)
 
@@ -151,9 +157,7 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
         return model, fit
     for _ in range(_ROUNDS):
         normal = _curvature(model, fit.point, ())[2]
-        places = list(LOCAL)
-        corner = normal.each[:, places][:, :, places] + normal.local_precision[:, :, None] * np.eye(len(places))
-        unsure = np.diagonal(np.linalg.inv(corner), axis1=1, axis2=2)
+        unsure = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
         weight = normal.local_precision * model.deviation**2
         seen = np.sum(weight * (fit.point.local**2 + unsure), axis=0)
         deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + seen) / (_USUAL_WINDOWS + model.evidence.windows))
@@ -198,9 +202,7 @@ def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...])
     """Cost, χ² of the mobilities and normal equations."""
     linear = model.linearised(point, extensions)
     prior, pull = _priors(model, point, extensions)
-    squares = (point.local / model.deviation) ** 2
-    pulls = float(np.sum(pull**2 / prior) + np.sum((_TAIL + 1) * np.log1p(squares / _TAIL)))
-    cost = 0.5 * (float(np.sum(np.abs(linear.residual) ** 2)) + pulls)
+    cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, linear.residual)))
     normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(model, point), point.local)
     return cost, linear.mobility_chi2(model.s.size), normal
 

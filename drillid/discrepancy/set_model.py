@@ -217,6 +217,15 @@ class SetModel:
             setup = extension.cause.extend(setup, here, extension.shape, self.circumstances)
         return setup
 
+    def setup_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Setup:
+        """The model of all windows at a point, with figures of shape (W, 1)."""
+        sizes = point.sizes.tolist() if extensions else []
+        return self.extended(self.setup(list(self.figures(point))), sizes, extensions)
+
+    def with_evidence(self, evidence: Evidence) -> "SetModel":
+        """The same model of other data: windows deviate as far as they have been found to."""
+        return SetModel(evidence, self.deviation)
+
     def linearised(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Linearised:
         """Residuals and exact derivatives to the figures and to the sizes."""
         count = SHARED + len(extensions)
@@ -229,26 +238,24 @@ class SetModel:
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Derivative (W, rows) of the whitened responses to the size of a further cause at zero."""
         size = Dual(np.zeros((1, 1)), np.ones(1))
-        base = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
-        return self._whitened(self.extended(base, [size], (further,)), 1).jacobian[:, 0]
+        grown = self.extended(self.setup_at(point, extensions), [size], (further,))
+        return self._whitened(grown, 1).jacobian[:, 0]
 
     def change(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Change (W, rows) of the whitened responses per size of a further cause, from none to its usual size."""
         size = further.cause.size.typical
-        base = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
+        base = self.setup_at(point, extensions)
         there = self._whitened(self.extended(base, [size], (further,)), 0)
         return (self._whitened(base, 0).residual - there.residual) / size
 
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Command mobility of every window, shape (W, F)."""
-        setup = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
-        shape = self.evidence.mobility.shape
-        return np.asarray(np.broadcast_to(setup.mobility(self.s), shape), dtype=complex)
+        mobility = self.setup_at(point, extensions).mobility(self.s)
+        return np.asarray(np.broadcast_to(mobility, self.evidence.mobility.shape), dtype=complex)
 
     def misfit(self, point: Point, extensions: tuple[Extension, ...]) -> float:
         """Sum of squared whitened residuals."""
-        setup = self.extended(self.setup(list(self.figures(point))), list(point.sizes), extensions)
-        return float(np.sum(np.abs(self._whitened(setup, 0).residual) ** 2))
+        return float(np.sum(np.abs(self._whitened(self.setup_at(point, extensions), 0).residual) ** 2))
 
     def _whitened(self, setup: Setup, count: int) -> Linearised:
         pieces = [_weighted(setup.mobility(self.s), self.evidence.mobility, self.weight, count)]

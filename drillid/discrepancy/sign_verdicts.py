@@ -11,6 +11,7 @@ from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
+from drillid.statistics import TWO_SIDED
 
 _STUCK, _ROUNDED = "stuck_slip_regimes", "quantisation"
 _SHADOW = 0.1
@@ -62,7 +63,7 @@ def _bends(cause: str) -> bool:
 
 def _may_be(one: PooledSign) -> bool:
     """Whether a sign's size is one that it may have: a bit whose speed swings by less than its mean does not stand."""
-    return one.cause != _STUCK or one.size + 1.96 * one.size_error >= 1.0
+    return one.cause != _STUCK or one.size + TWO_SIDED * one.size_error >= 1.0
 
 
 def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
@@ -115,8 +116,8 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
         to_m=float(evidence.conditions.hole_depth.max()),
         cause=one.cause,
         size=one.size,
-        size_low=one.size - 1.96 * one.size_error,
-        size_high=one.size + 1.96 * one.size_error,
+        size_low=one.size - TWO_SIDED * one.size_error,
+        size_high=one.size + TWO_SIDED * one.size_error,
         unit=cause.size.unit,
         gain=gain.value,
         gain_low=gain.low,

@@ -42,7 +42,7 @@ def smooth_functions(frequency: Floats, count: int) -> Floats:
 
 def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> Complex:
     """Whitened directions (W, 2 FUNCTIONS, rows) of a disturbance at a port, the same in all windows."""
-    setup = model.extended(model.setup(list(model.figures(fit.point))), list(fit.point.sizes), extensions)
+    setup = model.setup_at(fit.point, extensions)
     mobility, s = setup.mobility(model.s), model.s
     system = setup.system
     if port == "record":
