@@ -21,6 +21,8 @@ _OBVIOUS = 15.0
 """Where linear evidence is so large, the linear order of the causes is not to be trusted: all are refined."""
 _CONTENDER = 0.5
 """Share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious."""
+_BEHIND = 20.0
+"""Cost above the least that is known from which a fit is out of the running, in units of log-likelihood."""
 _SHAPES_WITHIN = 2.0
 _MOST_SHAPES = 2
 _MOST_FIXED = 2
@@ -65,19 +67,26 @@ def refine(
     taken = {one.cause.name for one in extensions}
     names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
     search = _Search(model, base, extensions, sizes=every, papers=False)
-    found = [search.best(_first_shapes(screened, name)) for name in names]
+    found: list[Refined] = []
+    for name in sorted(names, key=lambda one: -linear[one]):
+        found.append(search.best(_first_shapes(screened, name), _least_cost(found)))
     if obvious:
         search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
-        found += [search.best(search.nearest(one)) for one in fixed]
+        found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
     top = max((one.log_evidence for one in found), default=-np.inf)
     near = min(top - _WITHIN, _CONTENDER * top)
     most = None if obvious else _MOST_SHAPES
+    least = _least_cost(found)
     found = [
-        one if one.log_evidence < near or one.extension.cause.size.fixed else search.settled(one, screened, most)
+        one if one.log_evidence < near or one.extension.cause.size.fixed else search.settled(one, screened, most, least)
         for one in found
     ]
     return sorted(found, key=lambda one: -one.log_evidence)
+
+
+def _least_cost(found: Sequence[Refined]) -> float:
+    return min((one.fit.cost for one in found), default=np.inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +101,17 @@ class _Search:
     papers: bool
     """Whether they start from the papers as well."""
 
-    def best(self, shapes: Iterable[Extension]) -> Refined:
-        """The best of some shapes."""
-        return max((self._fitted(one) for one in shapes), key=lambda one: one.log_evidence)
+    def best(self, shapes: Iterable[Extension], least: float = np.inf) -> Refined:
+        """The best of some shapes; `least` is the cost of the best that is known."""
+        found: list[Refined] = []
+        for one in shapes:
+            found.append(self._fitted(one, min(least, _least_cost(found))))
+        return max(found, key=lambda one: one.log_evidence)
 
-    def settled(self, found: Refined, screened: Screen, most: int | None) -> Refined:
+    def settled(self, found: Refined, screened: Screen, most: int | None, least: float) -> Refined:
         """The best of the likeliest shapes, and a continuous shape followed step by step from there."""
         shapes = _shapes(screened, found.name, most)
-        best = max(found, self.best(shapes), key=lambda one: one.log_evidence)
+        best = max(found, self.best(shapes, least), key=lambda one: one.log_evidence)
         step, places = best.extension.cause.shape_step, best.extension.cause.shapes
         while step > 0:
             near = [
@@ -127,7 +139,7 @@ class _Search:
         }
         return sorted(own, key=lambda one: misfit[one])[:_MOST_FIXED]
 
-    def _fitted(self, further: Extension) -> Refined:
+    def _fitted(self, further: Extension, least: float) -> Refined:
         size = further.cause.size
         # a large size may not be reached from a usual one
         large = np.sqrt(size.typical * size.high)
@@ -139,14 +151,17 @@ class _Search:
             for origin in origins
             for one in sizes
         ]
-        return self._from(further, sized)
+        return self._from(further, sized, least)
 
     def _near(self, found: Refined, shape: float) -> Refined:
-        return self._from(Extension(found.extension.cause, shape), [found.fit.point])
+        return self._from(Extension(found.extension.cause, shape), [found.fit.point], found.fit.cost)
 
-    def _from(self, further: Extension, points: Iterable[Point]) -> Refined:
-        every = (*self.extensions, further)
-        fit = min((fit_set(self.model, point, every) for point in points), key=lambda one: one.cost)
+    def _from(self, further: Extension, points: Iterable[Point], least: float) -> Refined:
+        every, fits = (*self.extensions, further), []
+        for point in points:
+            fits.append(fit_set(self.model, point, every, least + _BEHIND))
+            least = min(least, fits[-1].cost)
+        fit = min(fits, key=lambda one: one.cost)
         return Refined(further, fit, _evidence(self.base, fit, further.cause))
 
 

@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 _ITERATIONS = 60
 _CONVERGED = 1e-2
 """Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
+_PATIENCE = 10.0
+"""Falls like the last that a fit may still need to the cost that is asked for."""
 _TAIL = 3.0
 """Degrees of freedom of the windows' deviations."""
 _LARGEST_DAMPING = 1e8
@@ -92,8 +94,13 @@ class SetFit:
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[SHARED:]), dtype=float)
 
 
-def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = ()) -> SetFit:
-    """Follow the cost from a start to its least value; sizes stay within their physical bounds."""
+def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
+    """Follow the cost from a start to its least value; sizes stay within their physical bounds.
+
+    Parameters
+    ----------
+    enough : cost that is asked for; a fit that falls too slowly to come there is left where it is
+    """
     low, high = _bounds(extensions)
     point = Point(
         np.clip(start.shared, LOWEST, HIGHEST), start.local, np.clip(start.sizes, low[SHARED:], high[SHARED:])
@@ -107,7 +114,7 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
         if fall > 0:
             point, (cost, chi2, normal) = trial, found
             damping = max(damping / 8, 1e-9)
-            if fall < _CONVERGED:
+            if fall < max(_CONVERGED, (cost - enough) / _PATIENCE):
                 break
         else:
             damping *= 8
