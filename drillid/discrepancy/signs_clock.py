@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 from scipy.ndimage import median_filter
 
-from drillid.discrepancy.signs_record import Remainder
+from drillid.discrepancy.signs_record import TAPER_S, Remainder
 from drillid.discrepancy.signs_score import Candidate, Score, score, without
 from drillid.physics.top_drive import control
 
@@ -23,6 +23,8 @@ _CLEAR = 10.0
 recorded; at others it is reckoned from the sweep, as noise in what is looked for would make it seem smaller."""
 _LINES = 61
 """Lines over which these powers are taken together."""
+_ENDS = 2.0
+"""Tapers at either end that are left out: the control's answer to a speed that fades is not a fading answer."""
 
 
 def clock_drift_score(remainder: Remainder) -> Score | None:
@@ -37,8 +39,10 @@ def clock_drift_score(remainder: Remainder) -> Score | None:
     answered, missing = (median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (told * speed, beyond))
     moved = np.where(answered > _CLEAR * missing, speed, remainder.mobility * sweep)
 
+    whole = np.minimum(remainder.time, remainder.time[::-1]) > _ENDS * TAPER_S
+
     def series(lines: NDArray[np.complex128]) -> Floats:
-        return np.asarray(irfft(np.where(inside, lines, 0.0), remainder.samples), dtype=float)
+        return np.asarray(irfft(np.where(inside, lines, 0.0), remainder.samples) * whole, dtype=float)
 
     earlier = series(-s * told * moved)
     beside = np.stack([series(moved), series(moved / s), earlier])

@@ -23,7 +23,7 @@ Complex = NDArray[np.complex128]
 
 _BAND = (0.02, 10.0)
 """Hz, in which the model is trusted."""
-_TAPER_S = 10.0
+TAPER_S = 10.0
 """Cosine taper at either end, s."""
 _NOISE_LINES = 61
 """Lines between harmonics whose median gives the noise."""
@@ -89,8 +89,8 @@ class Remainder:
         self.system: DrillingSystem = drilling_system(record.fitted, record.known)
         self.highest = min(_BAND[1], 0.3 * record.rate)
         self.inside = (self.frequency >= _BAND[0]) & (self.frequency <= self.highest)
-        ramp = np.minimum(self.time, self.time[::-1]) / _TAPER_S
-        self.taper: Floats = np.sin(np.pi / 2 * np.minimum(ramp + 0.5 / record.rate / _TAPER_S, 1.0)) ** 2
+        ramp = np.minimum(self.time, self.time[::-1]) / TAPER_S
+        self.taper: Floats = np.sin(np.pi / 2 * np.minimum(ramp + 0.5 / record.rate / TAPER_S, 1.0)) ** 2
 
     @cached_property
     def s(self) -> Complex:

@@ -15,6 +15,7 @@ from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.signs import WindowRecord, read_signs
 from drillid.discrepancy.signs_drive import rate_limited
 from drillid.discrepancy.signs_sensor import lattice_step
+from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.errors import EstimationError
 from drillid.excitation import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.physics.nonlinear import Course, Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, Weakening
@@ -39,8 +40,10 @@ ALWAYS = (
     "coulomb_contact",
     "once_per_revolution",
     "delay_jitter",
+    "line",
+    "change",
 )
-"""Causes that every window of steady drilling can show."""
+"""Causes and symptoms that every window of steady drilling can show."""
 
 
 def records(
@@ -125,10 +128,10 @@ def test_windows_without_the_causes_place_have_no_such_sign(null_signs: list[dic
 
 
 def _plain(record: WindowRecord, cause: str) -> Sign:
-    """The sign of a cause that stands out, and more than any other."""
+    """The sign of a cause that stands out, and more than that of any other."""
     signs = signs_of(record)
     assert signs[cause].score > 5
-    assert signs[cause].score == max(sign.score for sign in signs.values()), signs
+    assert signs[cause].score == max(sign.score for name, sign in signs.items() if name not in SYMPTOMS), signs
     return signs[cause]
 
 
@@ -224,6 +227,22 @@ def test_regime_change() -> None:
     jumping = course(lambda share: _with_damping(35.0 if share < 0.5 else 85.0))
     sign = _plain(records(jumping, 56, truth=QUIET)[0], "regime_change")
     assert sign.size == pytest.approx(50.0, rel=0.3)
+
+
+def test_a_response_that_drifts_is_a_change_whatever_drifts() -> None:
+    def stiffer(share: float) -> NonlinearRig:
+        pipe = replace(SHALLOW.pipe, shear_modulus=SHALLOW.pipe.shear_modulus * (1 + 0.1 * (share - 0.5)))
+        return replace(RIG, system=replace(SHALLOW.system, string=(pipe, SHALLOW.collars)))
+
+    signs = signs_of(records(course(stiffer), 57, truth=QUIET)[0])
+    assert signs["change"].score > 4
+    assert signs["line"].score < 3.719
+
+
+def test_a_tone_is_a_line(null_records: list[WindowRecord]) -> None:
+    signs = signs_of(recorded(null_records[0], Recorder(SAMPLE_INTERVAL, tones=(Tone(8.3137, 0.002),))))
+    assert signs["line"].score > 4
+    assert signs["change"].score < 3.719
 
 
 def test_a_bit_that_sticks_and_slips() -> None:

@@ -1,0 +1,29 @@
+"""Signs of several windows, taken together."""
+
+import pytest
+from scipy.special import ndtr
+
+from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.pooled import pool
+
+
+def signs(cause: str, sizes: list[float], score: float = 1.5) -> list[Sign]:
+    """One window's sign for each size, with the same two-sided score and error."""
+    return [Sign(cause, window, score, size, 1.0, 0.0) for window, size in enumerate(sizes)]
+
+
+def test_windows_that_agree_say_more_than_windows_that_do_not() -> None:
+    agreed, opposed = (pool(signs("clock_drift", sizes))[0] for sizes in ([2.0] * 4, [2.0, -2.0] * 2))
+    assert agreed.chance < 0.01 < opposed.chance
+
+
+def test_one_window_keeps_its_chance() -> None:
+    # the sum and the strongest are the same here, and the smaller of two chances is doubled
+    assert pool(signs("clock_drift", [2.0]))[0].chance == pytest.approx(2 * ndtr(-1.5))
+
+
+def test_a_window_that_tells_the_size_better_counts_more() -> None:
+    sharp, blunt = (Sign("parameter_drift", 0, score, 1.0, error, 0.0) for score, error in ((3.0, 0.1), (0.0, 10.0)))
+    dull = Sign("parameter_drift", 0, 0.0, 1.0, 0.1, 0.0)
+    assert pool([sharp, blunt])[0].chance < pool([sharp, dull])[0].chance
+    assert pool([sharp, blunt])[0].chance == pytest.approx(2 * ndtr(-3.0), rel=0.2)
