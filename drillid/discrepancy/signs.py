@@ -20,10 +20,10 @@ from drillid.discrepancy.signs_sensor import (
     beside_neighbours,
     quantisation_score,
     revolution_candidate,
+    strongest_line,
     tone_score,
 )
 from drillid.discrepancy.signs_string import Motion, string_candidates
-from drillid.discrepancy.signs_symptoms import symptom_scores
 from drillid.discrepancy.signs_time import time_candidates
 
 __all__ = ["WindowRecord", "read_signs"]
@@ -56,15 +56,17 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
         scores["once_per_revolution"] = beside_neighbours(remainder, scores["once_per_revolution"])
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
+    line = strongest_line(remainder, remainder.left)
     alone = {
         "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
         "aliased_tone": tone_score(remainder, left),
+        "line": None if line is None else line.score,
         "quantisation": quantisation_score(remainder),
         "delay_jitter": jitter_score(remainder, left),
         "gear_backlash": backlash_score(remainder, motion),
         "stuck_slip_regimes": standing_score(remainder, motion),
     }
-    scores |= {cause: found for cause, found in (alone | symptom_scores(remainder)).items() if found is not None}
+    scores |= {cause: found for cause, found in alone.items() if found is not None}
     return tuple(
         Sign(cause, window, found.normal, found.size, found.size_error, found.log_ratio)
         for cause, found in scores.items()

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 class Symptom:
     """Something that a rig as the model has it does not show, whatever its cause."""
 
-    name: str
     family: str
     """Part of the chain where it shows."""
     meaning: str
@@ -17,15 +16,6 @@ class Symptom:
 
 
 SYMPTOMS = {
-    one.name: one
-    for one in (
-        Symptom(
-            "line",
-            "sensor",
-            "a tone stands out of the record's noise",
-            "the same tone at other speeds of the top drive",
-        ),
-        Symptom("change", "time", "the response changes while the window lasts", "shorter windows"),
-    )
+    "line": Symptom("sensor", "a tone stands out of the record's noise", "windows at other speeds of the top drive")
 }
 """By name; none is the name of a cause."""
