@@ -64,10 +64,13 @@ blind: $(READY)
 	$(BIN)/python -m benchmarks.blind --cases $(CASES) --document
 
 # the wells' verdicts first, as far as they are missing or out of date
+discoveries: export OPENBLAS_NUM_THREADS := 1
 discoveries: $(READY)
 	test ! -d ../shared/data/rig-logs || $(SNAKEMAKE) --configfile config/shared-rigs/config.yaml
 	$(BIN)/python -m benchmarks.discoveries
 
+# two processes on two cores: threads of one would wait for those of the other
+test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 --dist loadscope
 

@@ -1,5 +1,7 @@
 """What is hidden in a case: causes, pairs of causes, and sizes from undetectable to obvious."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blind.cases import EFFECTS, Case, Hidden, plain_case
@@ -32,14 +34,14 @@ def draw(seed: int, windows: int | None = None) -> Case:
     hidden: tuple[Hidden, ...] = ()
     for name in sorted(names):
         hidden = (*hidden, sized(case, name, generator, span))
-    return Case(**{**vars(case), "hidden": hidden, "removed": removed})
+    return replace(case, hidden=hidden, removed=removed)
 
 
 def obvious(seed: int, name: str, windows: int, detectability: float = 20.0) -> Case:
     """A case with one cause that the ideal test cannot miss."""
     case, generator = plain_case(seed, windows)
     hidden = sized(case, name, generator, (detectability, detectability))
-    return Case(**{**vars(case), "hidden": (hidden,)})
+    return replace(case, hidden=(hidden,))
 
 
 def sized(case: Case, name: str, generator: np.random.Generator, span: tuple[float, float]) -> Hidden:

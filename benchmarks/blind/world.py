@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,22 +49,22 @@ class World:
     """rad/s, set point."""
     change: Change | None = None
 
-    def with_system(self, **figures: object) -> "World":
+    def with_system(self, **figures: Any) -> "World":
         """The same with other parts of the drilling system."""
-        return replace(self, rig=replace(self.rig, system=replace(self.rig.system, **figures)))  # type: ignore[arg-type]
+        return replace(self, rig=replace(self.rig, system=replace(self.rig.system, **figures)))
 
-    def with_top_drive(self, **figures: object) -> "World":
+    def with_top_drive(self, **figures: Any) -> "World":
         """The same with other figures of the top drive."""
-        return self.with_system(top_drive=replace(self.rig.system.top_drive, **figures))  # type: ignore[arg-type]
+        return self.with_system(top_drive=replace(self.rig.system.top_drive, **figures))
 
-    def with_controller(self, **figures: object) -> "World":
+    def with_controller(self, **figures: Any) -> "World":
         """The same with other figures of the speed control."""
-        controller = replace(self.rig.system.top_drive.controller, **figures)  # type: ignore[arg-type]
+        controller = replace(self.rig.system.top_drive.controller, **figures)
         return self.with_top_drive(controller=controller)
 
-    def with_recorder(self, **figures: object) -> "World":
+    def with_recorder(self, **figures: Any) -> "World":
         """The same with another record of the speed."""
-        return replace(self, recorder=replace(self.recorder, **figures))  # type: ignore[arg-type]
+        return replace(self, recorder=replace(self.recorder, **figures))
 
     @property
     def pipe(self) -> Section:

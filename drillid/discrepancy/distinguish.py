@@ -42,14 +42,18 @@ def candidates(catalogue: Sequence[Cause]) -> list[Extension]:
 
 def columns(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
     """Directions (W, K, rows) of further causes at size zero."""
-    if not further:
-        return np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
-    return np.stack([model.derivative(fit.point, extensions, one) for one in further], axis=1)
+    return _beside(model, [model.derivative(fit.point, extensions, one) for one in further])
 
 
 def secants(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
     """Directions (W, K, rows) in which further causes move the responses from size zero to their usual sizes."""
-    return np.stack([model.change(fit.point, extensions, one) for one in further], axis=1)
+    return _beside(model, [model.change(fit.point, extensions, one) for one in further])
+
+
+def _beside(model: SetModel, directions: Sequence[Complex]) -> Complex:
+    """None or more directions (W, rows) beside each other, (W, K, rows)."""
+    none = np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
+    return np.concatenate([none, *(one[:, None] for one in directions)], axis=1)
 
 
 def project(
