@@ -52,8 +52,9 @@ def secants(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], fur
 
 def _beside(model: SetModel, directions: Sequence[Complex]) -> Complex:
     """None or more directions (W, rows) beside each other, (W, K, rows)."""
-    none = np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
-    return np.concatenate([none, *(one[:, None] for one in directions)], axis=1)
+    if not directions:
+        return np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
+    return np.stack(directions, axis=1)
 
 
 def project(

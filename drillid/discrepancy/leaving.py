@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import expit, ndtr, stdtrit
 
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.gain import Gain
@@ -34,7 +34,7 @@ def change_verdict(
 ) -> Verdict:
     """The verdict on one flagged interval.
 
-    Without gain on held-out windows the change has no name and is `unknown`.
+    Without a sure gain on held-out windows the change has no name and is `unknown`.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def change_verdict(
     gain = held_out_gain(
         [(value[inside], error[inside], value[usual], error[usual]) for value, error in tracks.values()]
     )
-    named = gain.value > 0
+    named = gain.low > 0
     return Verdict(
         verdict=_NAME if named else UNKNOWN,
         family=CATALOGUE[_NAME].family,
@@ -84,17 +84,19 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Ga
 
     Both predict a Gaussian: the mean of their windows, with the errors of both and the scatter of the rest of the
     run. A window that is alone has no others: its own log-likelihood ratio less one for the fitted level stands in
-    (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723).
+    (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723), with twice its mean as variance.
 
     Parameters
     ----------
     tracks : value and error inside, value and error in the rest, of each parameter
     """
     gains = np.sum([_gains(*track) for track in tracks], axis=0)
-    if gains.size == 1:
-        return Gain(float(gains[0]), float("nan"), float("nan"), 0)
-    value, error = float(gains.mean()), float(gains.std(ddof=1) / np.sqrt(gains.size))
-    return Gain(value, value - TWO_SIDED * error, value + TWO_SIDED * error, gains.size)
+    value, count = float(gains.mean()), gains.size
+    if count == 1:
+        half, held_out = TWO_SIDED * np.sqrt(2 * max(value + 1, 0.5)), 0
+    else:
+        half, held_out = stdtrit(count - 1, ndtr(TWO_SIDED)) * gains.std(ddof=1) / np.sqrt(count), count
+    return Gain(value, float(value - half), float(value + half), held_out)
 
 
 def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:
