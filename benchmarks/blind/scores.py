@@ -7,6 +7,8 @@ from drillid.discrepancy.verdict import NONE, UNKNOWN
 
 _BINS = 10
 _CONFIDENCE = 0.95
+_NO_CAUSE = ("class with it", "class without it", "several", UNKNOWN, NONE)
+"""What a verdict may be but a single cause."""
 
 TARGETS: dict[str, tuple[str, float | tuple[float, float]]] = {
     "false_alarm": ("<=", 0.05),
@@ -104,14 +106,20 @@ def calibration_error(table: pd.DataFrame) -> float:
 
 
 def confusion(table: pd.DataFrame) -> pd.DataFrame:
-    """How often each single cause, kept in the catalogue and of a size to be seen, is named what."""
+    """How often each single cause, kept in the catalogue and of a size to be seen, is named what.
+
+    Causes come first, in the same order in rows and columns, and then what is no cause.
+    """
     kept = table[(table["hidden"] == NONE) | (~table["removed"] & (table["large"] | ~table["linear"]))]
     kept = kept[~kept["hidden"].str.contains("+", regex=False)]
     named = kept["named"].where(~kept["named"].str.contains("+", regex=False), "several")
     short = named.where(~named.str.contains("|", regex=False), "class with it").where(
         ~(named.str.contains("|", regex=False) & ~kept["contains"]), "class without it"
     )
-    return pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
+    found = pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
+    causes = sorted((set(found.index) | set(found.columns)) - set(_NO_CAUSE))
+    rows, columns = ([name for name in (*causes, *_NO_CAUSE) if name in axis] for axis in (found.index, found.columns))
+    return found.loc[rows, columns]
 
 
 def holds(name: str, value: float) -> bool | None:
