@@ -16,8 +16,9 @@ from drillid.physics.top_drive import control
 
 Floats = NDArray[np.float64]
 
-_LOWEST = 0.15
-"""Hz, above which tapered ends do no harm to the control's integral."""
+_LOWEST = 0.5
+"""Hz, below which the control's integral answers tapered ends for longer than a block of the noise, and clocks show
+least."""
 _CLEAR = 10.0
 """Power of the answer to the recorded speed per power of what the command has beside it, from which a line is taken as
 recorded; at others it is reckoned from the sweep, as noise in what is looked for would make it seem smaller."""
