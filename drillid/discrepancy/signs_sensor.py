@@ -92,9 +92,11 @@ def strongest_line(remainder: Remainder, left: Floats) -> Line | None:
     """
     hann = np.hanning(remainder.samples + 1)[:-1]
     power = np.abs(rfft(left * hann)) ** 2 / remainder.modelled_noise
+    within = int(np.flatnonzero(remainder.repeating).max()) + 1 if remainder.periods else 0
     for place in range(remainder.periods):
-        # lines at and beside the sweep's harmonics have lost some of their noise with the mean over periods
-        power[place :: remainder.periods] /= np.median(power[place :: remainder.periods]) / np.log(2)
+        # in the sweep's band lines at and beside its harmonics have lost some of their noise with the mean over periods
+        power[place : within : remainder.periods] /= np.median(power[place : within : remainder.periods]) / np.log(2)
+    power[within:] /= np.median(power[within:]) / np.log(2)
     window = np.ones(2 * _FAR_LINES + 1)
     window[_FAR_LINES - _OWN_LINES : _FAR_LINES + _OWN_LINES + 1] = 0
     noise = np.convolve(power, window / window.sum(), "same")
