@@ -12,15 +12,18 @@ from benchmarks.blind.scores import calibration, confusion
 from drillid.discrepancy.verdict import NONE
 
 _EDGES = np.geomspace(0.5, 40.0, 10)
+_LEAST = 3
+"""Cases of which a share is drawn."""
 
 
 def efficiency(table: pd.DataFrame, path: Path) -> None:
-    """Share of cases detected and named rightly against the ideal test's √λ."""
+    """Share of cases detected and named rightly against the ideal test's √λ, where a bin has enough of them."""
     single = table[~table["removed"] & table["linear"] & (table["hidden"] != NONE)]
     single = single[~single["hidden"].str.contains("+", regex=False)]
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
-    places = np.digitize(single["detectability"], _EDGES)
-    grouped = single.groupby(places)
+    single = single[single["detectability"].between(_EDGES[0], _EDGES[-1])]
+    grouped = single.groupby(np.digitize(single["detectability"], _EDGES)).filter(lambda one: len(one) >= _LEAST)
+    grouped = grouped.groupby(np.digitize(grouped["detectability"], _EDGES))
     middle, cases = grouped["detectability"].median(), grouped.size()
     for column, label, marker in (("detected", "engine, detected", "o"), ("right", "engine, named rightly", "s")):
         share = grouped[column].mean()
@@ -32,7 +35,7 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
     axes.set(xscale="log", xlabel="detectability √λ", ylabel="share of cases", ylim=(-0.03, 1.03))
     axes.set_title(f"Detection efficiency, {len(single)} single linear causes")
     axes.grid(alpha=0.3)
-    axes.legend(loc="upper left")
+    axes.legend(loc="lower right")
     _save(figure, path)
 
 

@@ -114,7 +114,7 @@ def confusion(table: pd.DataFrame) -> pd.DataFrame:
     kept = kept[~kept["hidden"].str.contains("+", regex=False)]
     named = kept["named"].where(~kept["named"].str.contains("+", regex=False), "several")
     short = named.where(~named.str.contains("|", regex=False), "class with it").where(
-        ~(named.str.contains("|", regex=False) & ~kept["contains"]), "class without it"
+        ~named.str.contains("|", regex=False) | (kept["contains"] & (kept["hidden"] != NONE)), "class without it"
     )
     found = pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
     causes = sorted((set(found.index) | set(found.columns)) - set(_NO_CAUSE))
