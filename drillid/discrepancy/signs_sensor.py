@@ -20,8 +20,8 @@ _ANSWERED = 0.5
 """Share of the control's answer that may be missing for a line to be motion."""
 _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
-_HANN_LINES = 1.5
-"""Independent lines per line under a Hann window, inverted."""
+_HANN_LINES = 1 + 2 * (2 / 3) ** 2 + 2 * (1 / 6) ** 2
+"""Lines per independent line under a Hann window: the sum of correlations between the power of a line and of others."""
 _REPEATED = 3
 """Times that a value must occur to count as a step and not as chance."""
 _NEIGHBOURS = 8
@@ -100,7 +100,7 @@ def strongest_line(remainder: Remainder, left: Floats) -> Line | None:
     window = np.ones(2 * _FAR_LINES + 1)
     window[_FAR_LINES - _OWN_LINES : _FAR_LINES + _OWN_LINES + 1] = 0
     noise = np.convolve(power, window / window.sum(), "same")
-    freedom = window.sum() / _HANN_LINES**2
+    freedom = window.sum() / _HANN_LINES
     frequency = remainder.frequency
     usable = (frequency > _LOWEST) & (frequency < _HIGHEST * remainder.record.rate)
     usable[-_FAR_LINES:] = False
