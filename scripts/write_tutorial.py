@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from drillid.literate import differences, write_page  # noqa: E402
+from drillid.literate import differences, write_page  # noqa: E402  # once the path is told
 
 if __name__ == "__main__":
     folder, kept = Path(sys.argv[1]), (ROOT / "docs" / "tutorial.md").read_text()

@@ -22,8 +22,8 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
     single = single[~single["hidden"].str.contains("+", regex=False)]
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     single = single[single["detectability"].between(_EDGES[0], _EDGES[-1])]
-    grouped = single.groupby(np.digitize(single["detectability"], _EDGES)).filter(lambda one: len(one) >= _LEAST)
-    grouped = grouped.groupby(np.digitize(grouped["detectability"], _EDGES))
+    binned = single.assign(place=np.digitize(single["detectability"], _EDGES))
+    grouped = binned.groupby("place").filter(lambda one: len(one) >= _LEAST).groupby("place")
     middle, cases = grouped["detectability"].median(), grouped.size()
     for column, label, marker in (("detected", "engine, detected", "o"), ("right", "engine, named rightly", "s")):
         share = grouped[column].mean()

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.distinguish import columns, project, separation, smallest_detectable
 from drillid.discrepancy.evidence import Evidence, Knowledge
-from drillid.discrepancy.set_model import Complex, Extension, Linearised, Point, SetModel
-from drillid.physics.dual import Dual
+from drillid.discrepancy.set_model import Extension, Linearised, Point, SetModel, weighted
+from drillid.physics.dual import primal
 from drillid.physics.responses import string_admittance
 
 if TYPE_CHECKING:
@@ -66,16 +66,13 @@ class _WithStringTorque(SetModel):
     def _whitened(self, setup: Setup, count: int) -> Linearised:
         seen = super()._whitened(setup, count)
         response = string_admittance(setup.system, self.s) / setup.recording.transfer(self.s)
-        value = response.value if isinstance(response, Dual) else response
+        value = primal(response)
         relative = np.where(self.weight > 0, self.weight * np.abs(self.evidence.mobility), 0.0)
         weight = np.nan_to_num(relative) / np.abs(value)
-        shape = (self.evidence.windows, count, self.s.size)
-        tangents: Complex = np.zeros(shape, dtype=complex)
-        if isinstance(response, Dual):
-            full = np.broadcast_to(response.full_tangents(), (count, *self.evidence.mobility.shape))
-            tangents = np.moveaxis(np.asarray(full * weight, dtype=complex), 0, 1)
-        residual = np.concatenate([seen.residual, np.zeros((shape[0], shape[2]), dtype=complex)], axis=-1)
-        return Linearised(residual, np.concatenate([seen.jacobian, tangents], axis=-1))
+        # what would be measured is not known; only how sharply it would tell
+        residual, slopes = weighted(response, np.broadcast_to(value, weight.shape), weight, count)
+        joined = [np.concatenate(pair, axis=-1) for pair in ((seen.residual, residual), (seen.jacobian, slopes))]
+        return Linearised(*joined)
 
 
 def identified_figures(found: Examination) -> SetFit:

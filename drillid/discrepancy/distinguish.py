@@ -6,7 +6,7 @@ much alike two causes are (Pukelsheim 2006, Optimal Design of Experiments, chapt
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,14 @@ def columns(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], fur
 
 def secants(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
     """Directions (W, K, rows) in which further causes move the responses from size zero to their usual sizes."""
-    return _beside(model, [model.change(fit.point, extensions, one) for one in further])
+    point, before = fit.point, model.residual(fit.point, extensions)
+
+    def direction(one: Extension) -> Complex:
+        usual = one.cause.size.typical
+        grown = replace(point, sizes=np.append(point.sizes, usual))
+        return (before - model.residual(grown, (*extensions, one))) / usual
+
+    return _beside(model, [direction(one) for one in further])
 
 
 def _beside(model: SetModel, directions: Sequence[Complex]) -> Complex:

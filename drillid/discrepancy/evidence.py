@@ -67,7 +67,7 @@ class Sign:
     """What one window's own record shows of a cause that the linear responses do not show, or show late."""
 
     cause: str
-    """Identifier in the catalogue."""
+    """Identifier in the catalogue, or name of a symptom."""
     window: int
     score: float
     """Standard normal where the cause is absent, large where it is present; the search for it is counted."""

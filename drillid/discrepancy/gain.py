@@ -77,7 +77,7 @@ def _residuals(
     model: SetModel, held: NDArray[np.bool_], start: Point, extensions: tuple[Extension, ...]
 ) -> NDArray[np.complex128]:
     """Whitened errors of predicting the held-out rows; zero elsewhere, (W, rows)."""
-    residual = model.linearised(trained_without(model, held, start, extensions), extensions).residual
+    residual = model.residual(trained_without(model, held, start, extensions), extensions)
     rows = held & model.evidence.used
     if model.control_weight is not None:
         rows = np.concatenate([rows, rows[:, model.control_weight.any(axis=0)]], axis=1)

@@ -76,7 +76,7 @@ def _of_windows(sets: Sequence[ExaminedSet], data: WellData) -> Columns:
 def _residual(found: Examination, fit: SetFit, extensions: tuple[Extension, ...]) -> Complex:
     """Whitened residuals of the mobilities, NaN where they are not used, (W, F)."""
     model = found.model
-    residual = model.linearised(fit.point, extensions).residual[:, : model.s.size]
+    residual = model.residual(fit.point, extensions)[:, : model.s.size]
     return np.where(model.weight > 0, residual, complex(np.nan, np.nan))
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.causes import Cause, Circumstances, Setup
 from drillid.discrepancy.evidence import Evidence
-from drillid.physics.dual import Dual
+from drillid.physics.dual import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
 from drillid.physics.model import DELTA, LENGTH
 from drillid.physics.responses import laplace
@@ -241,41 +241,37 @@ class SetModel:
         grown = self.extended(self.setup_at(point, extensions), [size], (further,))
         return self._whitened(grown, 1).jacobian[:, 0]
 
-    def change(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
-        """Change (W, rows) of the whitened responses per size of a further cause, from none to its usual size."""
-        size = further.cause.size.typical
-        base = self.setup_at(point, extensions)
-        there = self._whitened(self.extended(base, [size], (further,)), 0)
-        return (self._whitened(base, 0).residual - there.residual) / size
-
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Command mobility of every window, shape (W, F)."""
         mobility = self.setup_at(point, extensions).mobility(self.s)
         return np.asarray(np.broadcast_to(mobility, self.evidence.mobility.shape), dtype=complex)
 
+    def residual(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
+        """Whitened residuals (W, rows), without derivatives."""
+        return self._whitened(self.setup_at(point, extensions), 0).residual
+
     def misfit(self, point: Point, extensions: tuple[Extension, ...]) -> float:
         """Sum of squared whitened residuals."""
-        return float(np.sum(np.abs(self._whitened(self.setup_at(point, extensions), 0).residual) ** 2))
+        return float(np.sum(np.abs(self.residual(point, extensions)) ** 2))
 
     def _whitened(self, setup: Setup, count: int) -> Linearised:
-        pieces = [_weighted(setup.mobility(self.s), self.evidence.mobility, self.weight, count)]
+        pieces = [weighted(setup.mobility(self.s), self.evidence.mobility, self.weight, count)]
         if self.control_weight is not None and self.evidence.control is not None:
             rows = self.control_weight.any(axis=0)
             response = setup.control(self.s[rows])
-            pieces.append(_weighted(response, self.evidence.control[:, rows], self.control_weight[:, rows], count))
+            pieces.append(weighted(response, self.evidence.control[:, rows], self.control_weight[:, rows], count))
         residuals, jacobians = zip(*pieces, strict=True)
         return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))
 
 
-def _weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
+def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
     """Whitened residual (W, F) and derivatives (W, count, F) of a modelled response."""
     measured = np.where(weight > 0, measured, 0.0)
-    if not isinstance(response, Dual):
-        value = np.broadcast_to(response, measured.shape)
-        return (measured - value) * weight, np.zeros((measured.shape[0], count, measured.shape[1]), complex)
-    value = np.broadcast_to(response.value, measured.shape)
-    tangents = np.asarray(np.broadcast_to(response.full_tangents(), (count, *measured.shape)) * weight, dtype=complex)
-    return (measured - value) * weight, np.moveaxis(tangents, 0, 1)
+    residual = (measured - np.broadcast_to(primal(response), measured.shape)) * weight
+    slopes = np.zeros((count, *measured.shape), dtype=complex)
+    if isinstance(response, Dual):
+        slopes[response.places] = response.tangents * weight
+    return residual, np.moveaxis(slopes, 0, 1)
 
 
 def _middle(fitted: Floats, place: int) -> float:

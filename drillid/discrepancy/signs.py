@@ -59,7 +59,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     line = strongest_line(remainder, remainder.left)
     alone = {
         "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
-        "aliased_tone": tone_score(remainder, left),
+        "aliased_tone": tone_score(remainder, strongest_line(remainder, left) if explained.any() else line),
         "line": None if line is None else line.score,
         "quantisation": quantisation_score(remainder),
         "delay_jitter": jitter_score(remainder, left),

@@ -116,14 +116,8 @@ def strongest_line(remainder: Remainder, left: Floats) -> Line | None:
     return Line(line, Score(normal_of_chance(float(overall)), amplitude, float(error), log_ratio))
 
 
-def tone_score(remainder: Remainder, left: Floats) -> Score | None:
-    """Score of a tone that is in the record alone; None where the command answers it as motion of the rig.
-
-    Parameters
-    ----------
-    left : as of `strongest_line`
-    """
-    line = strongest_line(remainder, left)
+def tone_score(remainder: Remainder, line: Line | None) -> Score | None:
+    """Score of a line as a tone in the record alone; None where the command answers it as motion of the rig."""
     if line is None or (line.score.normal > _DOUBTFUL and _control_answers(remainder, line.place)):
         return None
     return line.score
