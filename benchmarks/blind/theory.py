@@ -66,12 +66,14 @@ class Theory:
         self.line = np.abs(np.fft.rfft(sweep)[harmonics]) * 2 / samples
         # the noise is that of the rig as it is, with what is hidden in it
         worlds = [case.world(number) for number in range(self.windows)]
-        self.weights = [self._weight(world, number) for number, world in enumerate(worlds)]
+        self.weights = [
+            [self._weight(world, number, share) for share in self.shares] for number, world in enumerate(worlds)
+        ]
         self.control_weights = [self._control_weight(world) for world in worlds]
 
-    def _weight(self, world: World, window: int) -> Floats:
-        """(F,) one over the deviation of real and imaginary part of the mobility."""
-        density = noise_density(self.case, world, window, self.s)
+    def _weight(self, world: World, window: int, share: float) -> Floats:
+        """(F,) one over the deviation of real and imaginary part of the mobility of a part, at a share of the window."""
+        density = noise_density(self.case, world, window, self.s, share)
         variance = 2 * density / WINDOW_S / self.line**2
         return np.asarray(np.sqrt(2 * SPARSE / variance / self.shares.size), dtype=float)
 
@@ -87,10 +89,10 @@ class Theory:
         """Whitened responses of a window with causes, or with the nuisances moved, (rows,)."""
         world = self.case.world(window, figures, hidden)
         pieces = []
-        for share in self.shares:
+        for share, weight in zip(self.shares, self.weights[window], strict=True):
             system = world.linear(share)
             recorded = world.recording(share, WINDOW_S).transfer(self.s)
-            pieces.append(command_mobility(system, self.s) * recorded * self.weights[window])
+            pieces.append(command_mobility(system, self.s) * recorded * weight)
             if self.case.command_logged:
                 taken = control(system.top_drive.controller, self.s)
                 pieces.append(taken / recorded * self.control_weights[window])
@@ -104,9 +106,9 @@ class Theory:
         return np.stack([(self.response(window, hidden, figures + step) - here) / _STEP for step in steps], axis=1)
 
 
-def noise_density(case: Case, world: World, window: int, s: Complex) -> Floats:
-    """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""
-    system = world.linear(0.5)
+def noise_density(case: Case, world: World, window: int, s: Complex, share: float = 0.5) -> Floats:
+    """One-sided power density of the recorded speed's noise at a share of the window, (rad/s)²/Hz."""
+    system = world.linear(share)
     loaded = top_admittance(system.top_drive, s) + string_admittance(system, s)
     # by reciprocity, the top answers a torque at the bit as the bit answers one at the top
     transfer = bit_speed_ratio(system, s) / loaded

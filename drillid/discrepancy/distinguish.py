@@ -18,6 +18,8 @@ from drillid.discrepancy.set_model import SHARED, Complex, Extension, SetModel
 Floats = NDArray[np.float64]
 
 _LEAST_INFORMATION = 1e-30
+_ABSORBED = 1e-9
+"""Share of a direction's information below which the nuisance figures follow it wholly: the rest is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +85,8 @@ def project(
     solved = np.linalg.solve(matrix[np.ix_(nuisance, nuisance)], np.column_stack([border, vector[nuisance]]))
     information = matrix[np.ix_(wanted, wanted)] - border.T @ solved[:, :-1]
     score = vector[wanted] - border.T @ solved[:, -1]
+    absorbed = np.diag(information) < _ABSORBED * np.diag(matrix)[wanted]
+    score[absorbed] = information[absorbed] = information[:, absorbed] = 0.0
     return Projection(score, (information + information.T) / 2 + _LEAST_INFORMATION * np.eye(score.size))
 
 

@@ -45,8 +45,9 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
             chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
     open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, _LEFT_SHARE * total)
-    if before.unknown_evidence > total or open_still:
-        return _unknown(examination, before.unknown_evidence)
+    at_bound = any(one.extension.cause.size.at_bound(one.fit.point.sizes[-1]) for _, one in chosen)
+    if before.unknown_evidence > total or open_still or at_bound:
+        return _unknown(examination, max(before.unknown_evidence, total if at_bound else 0.0))
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))

@@ -32,7 +32,8 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
         # a bit that sticks leaves every other sign of the rig as well
         chosen = [one for one in chosen if one.cause == _STUCK or CATALOGUE[one.cause].family == "sensor"]
     chosen = _plainest(chosen)
-    regimes = [one for one in chosen if CATALOGUE[one.cause].regime]
+    shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
+    regimes = [one for one in chosen if CATALOGUE[one.cause].regime and shown[one.cause].gain_low > 0]
     if linear and regimes:
         # a rig that changes or saturates within a window bends the linear responses too
         nothing_named = all(one.verdict == UNKNOWN for one in linear)
@@ -43,15 +44,14 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     # beside a cause that is plain a faint sign is more likely its shadow than a second cause
     plain = max((one.log_evidence for one in chosen), default=0.0)
     chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
-    shown = [_sign_verdict(examination, one, found) for one in chosen]
-    named = [one for one in shown if one.gain_low > 0]
+    named = [shown[one.cause] for one in chosen if shown[one.cause].gain_low > 0]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     verdicts = (*linear, *named)
     doubtful = [
-        _nameless(one)
-        for one, sign in zip(shown, chosen, strict=True)
-        if one.gain > 0 or sign.log_evidence > WITHOUT_GAIN
+        _nameless(shown[one.cause])
+        for one in chosen
+        if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
     return replace(examination, verdicts=verdicts or tuple([*doubtful, *symptoms][:1]))
 
@@ -108,6 +108,7 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
     shares = np.exp(logs - logsumexp(logs))
     members = [other.cause for other, share in zip(rivals, shares, strict=True) if share > 1 - CLASS_MASS]
     gain = sign_gain([sign for sign in evidence.signs if sign.cause == one.cause])
+    reach = TWO_SIDED * one.size_error * _misfit(examination)
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
@@ -116,8 +117,8 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
         to_m=float(evidence.conditions.hole_depth.max()),
         cause=one.cause,
         size=one.size,
-        size_low=one.size - TWO_SIDED * one.size_error,
-        size_high=one.size + TWO_SIDED * one.size_error,
+        size_low=one.size - reach,
+        size_high=one.size + reach,
         unit=cause.size.unit,
         gain=gain.value,
         gain_low=gain.low,
@@ -126,3 +127,9 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
         what_would_separate=separator(members),
         evidence=f"a sign of its own in the record, chance {one.chance:.2g} where it is absent",
     )
+
+
+def _misfit(examination: Examination) -> float:
+    """Factor on errors that are reckoned with a model that does not fit (Birge 1932, Physical Review 40, 207–227)."""
+    residuals = 2 * np.count_nonzero(examination.model.weight)
+    return float(np.sqrt(max(examination.extended.chi2 / residuals, 1.0)))

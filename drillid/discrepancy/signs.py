@@ -14,6 +14,7 @@ from drillid.discrepancy.signs_clock import clock_drift_score
 from drillid.discrepancy.signs_drive import drive_candidates
 from drillid.discrepancy.signs_dwell import backlash_score, standing_score
 from drillid.discrepancy.signs_jitter import jitter_score
+from drillid.discrepancy.signs_path import FIGURES, along_the_way
 from drillid.discrepancy.signs_record import Remainder, WindowRecord
 from drillid.discrepancy.signs_score import Candidate, Score, score, whitened, without
 from drillid.discrepancy.signs_sensor import (
@@ -23,6 +24,7 @@ from drillid.discrepancy.signs_sensor import (
     strongest_line,
     tone_score,
 )
+from drillid.discrepancy.signs_step import without_steps
 from drillid.discrepancy.signs_string import Motion, string_candidates
 from drillid.discrepancy.signs_time import time_candidates
 
@@ -43,7 +45,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     ----------
     window : number of the window in its set
     """
-    remainder = Remainder(record)
+    remainder = without_steps(Remainder(record))
     motion = Motion(remainder)
     candidates = [
         *drive_candidates(remainder),
@@ -54,6 +56,9 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     scores = _one_after_the_other([whitened(one, remainder) for one in candidates], remainder)
     if "once_per_revolution" in scores:
         scores["once_per_revolution"] = beside_neighbours(remainder, scores["once_per_revolution"])
+    for cause in FIGURES:
+        if cause in scores and scores[cause].normal >= _PLAIN:
+            scores[cause] = along_the_way(cause, scores[cause], remainder)
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)

@@ -77,13 +77,18 @@ class Remainder:
     """A window less all that repeats with its sweep, and the density of its noise.
 
     With a sweep that does not repeat, the fitted model's answer to it is taken out instead.
+
+    Parameters
+    ----------
+    taken : (samples,) rad/s, what of the speed is accounted for already; nothing where not given
     """
 
-    def __init__(self, record: WindowRecord) -> None:
+    def __init__(self, record: WindowRecord, taken: Floats | None = None) -> None:
         self.record = record
         whole = int(record.speed.size / record.rate / record.period + 1e-9) if record.period > 0 else 0
         self.periods = whole if whole >= _LEAST_PERIODS else 0
         self.samples = round(whole * record.period * record.rate) if self.periods else record.speed.size
+        self.taken: Floats = np.zeros(self.samples) if taken is None else taken
         self.time: Floats = np.arange(self.samples) / record.rate
         self.frequency: Floats = rfftfreq(self.samples, 1 / record.rate)
         self.system: DrillingSystem = drilling_system(record.fitted, record.known)
@@ -156,9 +161,9 @@ class Remainder:
 
     @cached_property
     def left(self) -> Floats:
-        """Speed less its answer to the sweep, rad/s."""
-        told = self.speed if self.periods else self.speed - self.filtered(self.mobility, self.sweep)
-        return self.without_sweep(told)
+        """Speed less its answer to the sweep and what is taken, rad/s."""
+        told = self.speed - self.taken
+        return self.without_sweep(told if self.periods else told - self.filtered(self.mobility, self.sweep))
 
     @cached_property
     def modelled_noise(self) -> Floats:
@@ -207,13 +212,17 @@ class Remainder:
         return np.where(self.inside, np.sqrt(self.samples / np.maximum(self.noise, least)), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as the remainder's noise sees it: noise has about unit variance a sample."""
-        return self.filtered(self._weight.astype(complex), self.without_sweep(series) * self.taper)
+        """A series (..., samples) in rad/s as the remainder's noise sees it, less what repeats with the sweep."""
+        return self.weighted(self.without_sweep(series))
+
+    def weighted(self, series: Floats) -> Floats:
+        """A series (..., samples) in rad/s as the remainder's noise sees it: noise has about unit density in the band."""
+        return self.filtered(self._weight.astype(complex), series * self.taper)
 
     @cached_property
     def error(self) -> Floats:
         """The whitened remainder, (samples,)."""
-        return self.filtered(self._weight.astype(complex), self.left * self.taper)
+        return self.weighted(self.left)
 
     @cached_property
     def inflation(self) -> float:

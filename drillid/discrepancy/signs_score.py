@@ -62,12 +62,17 @@ def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:
 
 def without(series: Floats, others: Floats) -> Floats:
     """Rows (..., samples) less their projection on other rows (further, samples)."""
-    scale = np.sqrt(np.sum(others**2, axis=1))
-    if not np.any(scale > 0):
-        return series
-    _, values, basis = np.linalg.svd(others[scale > 0] / scale[scale > 0, None], full_matrices=False)
-    basis = basis[values > 1e-6 * values[0]]
+    basis = orthonormal(others)
     return np.asarray(series - (series @ basis.T) @ basis, dtype=float)
+
+
+def orthonormal(rows: Floats) -> Floats:
+    """Orthonormal rows (rank, samples) that span what rows (further, samples) span."""
+    scale = np.sqrt(np.sum(rows**2, axis=1))
+    if not np.any(scale > 0):
+        return np.empty((0, rows.shape[1]))
+    _, values, basis = np.linalg.svd(rows[scale > 0] / scale[scale > 0, None], full_matrices=False)
+    return np.asarray(basis[values > 1e-6 * values[0]], dtype=float)
 
 
 def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflation: float | None = None) -> Score | None:
@@ -111,14 +116,14 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
     return Score(overall, size, size_error, log_ratio, amplitudes)
 
 
-def _blocks(remainder: Remainder) -> NDArray[np.intp]:
+def block_starts(remainder: Remainder) -> NDArray[np.intp]:
     """First sample of each block."""
     return np.arange(0, remainder.samples, round(_BLOCK_S * remainder.record.rate))
 
 
 def _deviations(columns: Floats, error: Floats, amplitude: Floats, remainder: Remainder) -> tuple[Floats, Floats]:
     """Standard error of each amplitude before inflation, and how many blocks bear its column."""
-    starts = _blocks(remainder)
+    starts = block_starts(remainder)
     products = np.add.reduceat(columns * (error - amplitude[:, None] * columns), starts, axis=1)
     shares = np.add.reduceat(columns**2, starts, axis=1)
     energy = shares.sum(axis=1)
@@ -180,12 +185,12 @@ def _score_together(candidate: Candidate, error: Floats, remainder: Remainder) -
     """Score of all amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over the blocks."""
     columns = candidate.columns
     count, gram = columns.shape[0], columns @ columns.T
-    shares = np.add.reduceat(np.sum(columns**2, axis=0), _blocks(remainder))
+    shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(remainder))
     blocks = float(np.sum(shares) ** 2 / max(float(np.sum(shares**2)), np.finfo(float).tiny))
     if not np.trace(gram) > 0 or blocks < max(_LEAST_BLOCKS, 2 * count):
         return None
     amplitude: Floats = np.asarray(np.linalg.solve(gram, columns @ error), dtype=float)
-    products = np.add.reduceat(columns * (error - amplitude @ columns), _blocks(remainder), axis=1)
+    products = np.add.reduceat(columns * (error - amplitude @ columns), block_starts(remainder), axis=1)
     inverse = np.linalg.inv(gram)
     covariance = inverse @ (products @ products.T) @ inverse * remainder.inflation
     total = float(amplitude @ np.linalg.solve(covariance, amplitude))

@@ -2,7 +2,7 @@
 
 The change of the response with a figure of the model, times how far that figure has moved, is looked for in what
 does not repeat with the sweep. The sweep is known, so that the noise has no part in what is looked for.
-The change is taken as its first derivative: sizes that move a mode by its own width come out too small.
+Here the change is taken as its first derivative; `signs_path` has the size of one that is plain.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_der
 
 Floats = NDArray[np.float64]
 
-_CHANGES = np.linspace(0.15, 0.85, 15)
+CHANGES = np.linspace(0.15, 0.85, 15)
 """Shares of the window at which the response is tried to jump."""
 
 _SETTLING_S = 10.0
@@ -37,12 +37,16 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
     )
     passed = (np.arange(remainder.samples) + 0.5) / remainder.samples
     duration = remainder.samples / record.rate
-    since = (passed - _CHANGES[:, None]) * duration
-    jumps = np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2 * by_damping
     drift = [] if record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
     return [
         *drift,
         Candidate("length_growth", ((passed - 0.5) * by_length)[None], one_sided=True),
         Candidate("parameter_drift", ((passed - 0.5) * by_damping)[None]),
-        Candidate("regime_change", jumps),
+        Candidate("regime_change", jump(remainder, CHANGES) * by_damping),
     ]
+
+
+def jump(remainder: Remainder, moments: Floats) -> Floats:
+    """From 0 to 1 at each of some moments (jumps,), shares of the window; shape (jumps, samples)."""
+    since = remainder.time + 0.5 / remainder.record.rate - moments[:, None] * remainder.samples / remainder.record.rate
+    return np.asarray(np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2, dtype=float)

@@ -44,7 +44,7 @@ def test_response_and_noise_are_those_of_the_simulator(
     assert 0.85 < square.mean() < 1.25
     theory = Theory(replace(loaded, hidden=()))
     frequency = np.abs(theory.s) / (2 * np.pi)
-    variance = 4 / theory.weights[0] ** 2
+    variance = 4 / theory.weights[0][0] ** 2
     ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / variance
     assert 0.85 < np.median(ratio) < 1.15
 

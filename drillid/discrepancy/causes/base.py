@@ -53,6 +53,8 @@ class Circumstances:
 
 WIDE = 5.0
 """Factor by which sizes may exceed what is usual: half of the prior is so much wider."""
+_WITHIN = 1 - 1e-6
+"""Share of a bound that counts as reaching it."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,10 @@ class Size:
     def fixed(self) -> bool:
         """Whether there is nothing to fit: the cause is present or not."""
         return self.low == self.high
+
+    def at_bound(self, value: float) -> bool:
+        """Whether a fitted size ran into a bound beyond which it is no longer physical; none is no bound."""
+        return not self.fixed and (value >= self.high * _WITHIN or (self.low < 0 and value <= self.low * _WITHIN))
 
 
 class Cause:
