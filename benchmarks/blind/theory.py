@@ -72,7 +72,7 @@ class Theory:
         self.control_weights = [self._control_weight(world) for world in worlds]
 
     def _weight(self, world: World, window: int, share: float) -> Floats:
-        """(F,) one over the deviation of real and imaginary part of the mobility of a part, at a share of the window."""
+        """(F,) one over the deviation of real and imaginary part of a part's mobility, at a share of the window."""
         density = noise_density(self.case, world, window, self.s, share)
         variance = 2 * density / WINDOW_S / self.line**2
         return np.asarray(np.sqrt(2 * SPARSE / variance / self.shares.size), dtype=float)

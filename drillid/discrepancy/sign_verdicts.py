@@ -49,9 +49,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
         linear = ()
     verdicts = (*linear, *named)
     doubtful = [
-        _nameless(shown[one.cause])
-        for one in chosen
-        if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
+        _nameless(shown[one.cause]) for one in chosen if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
     return replace(examination, verdicts=verdicts or tuple([*doubtful, *symptoms][:1]))
 

@@ -62,12 +62,14 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)
+    rounded = quantisation_score(remainder)
     alone = {
         "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
         "aliased_tone": tone_score(remainder, strongest_line(remainder, left) if explained.any() else line),
         "line": None if line is None else line.score,
-        "quantisation": quantisation_score(remainder),
-        "delay_jitter": jitter_score(remainder, left),
+        "quantisation": rounded,
+        # coarse steps are noise that grows with the sweep, as jitter is
+        "delay_jitter": None if rounded else jitter_score(remainder, left),
         "gear_backlash": backlash_score(remainder, motion),
         "stuck_slip_regimes": standing_score(remainder, motion),
     }

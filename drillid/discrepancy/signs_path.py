@@ -59,7 +59,7 @@ class _Way:
         record = remainder.record
         self.level = float(record.fitted[self.place])
         self.spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * remainder.inside
-        mobility, derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)
+        _, derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)
         others = np.delete(derivatives, self.place, axis=0) * self.spectrum
         self.others = orthonormal(remainder.weighted(irfft(others, remainder.samples)))
         told = remainder.speed - remainder.taken

@@ -216,7 +216,7 @@ class Remainder:
         return self.weighted(self.without_sweep(series))
 
     def weighted(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as the remainder's noise sees it: noise has about unit density in the band."""
+        """A series (..., samples) in rad/s as the remainder's noise sees it, which then has about unit density."""
         return self.filtered(self._weight.astype(complex), series * self.taper)
 
     @cached_property

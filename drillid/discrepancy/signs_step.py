@@ -49,4 +49,3 @@ def _largest_step(remainder: Remainder) -> Floats | None:
     step = irfft(answer * np.exp(-s * place / rate), remainder.samples)
     seen = remainder.whitened(step)
     return np.asarray(step * (seen @ remainder.error) / (seen @ seen), dtype=float)
-
