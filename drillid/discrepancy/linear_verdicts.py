@@ -54,7 +54,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     kept = tuple(one for one in verdicts if one.gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
-    if total < WITHOUT_GAIN and all(one.gain <= 0 for one in verdicts):
+    if total < WITHOUT_GAIN and (before.unknown_evidence < 0 or all(one.gain <= 0 for one in verdicts)):
         return examination
     return _unknown(examination, before.unknown_evidence, verdicts)
 

@@ -14,7 +14,7 @@ from drillid.discrepancy.signs_clock import clock_drift_score
 from drillid.discrepancy.signs_drive import drive_candidates
 from drillid.discrepancy.signs_dwell import backlash_score, standing_score
 from drillid.discrepancy.signs_jitter import jitter_score
-from drillid.discrepancy.signs_path import FIGURES, along_the_way
+from drillid.discrepancy.signs_path import along_the_way
 from drillid.discrepancy.signs_record import Remainder, WindowRecord
 from drillid.discrepancy.signs_score import Candidate, Score, score, whitened, without
 from drillid.discrepancy.signs_sensor import (
@@ -56,9 +56,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     scores = _one_after_the_other([whitened(one, remainder) for one in candidates], remainder)
     if "once_per_revolution" in scores:
         scores["once_per_revolution"] = beside_neighbours(remainder, scores["once_per_revolution"])
-    for cause in FIGURES:
-        if cause in scores and scores[cause].normal >= _PLAIN:
-            scores[cause] = along_the_way(cause, scores[cause], remainder)
+    scores = along_the_way(scores, remainder, _PLAIN)
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)

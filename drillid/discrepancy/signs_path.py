@@ -5,6 +5,7 @@ change, and the moment of a jump, are fitted to the whole window; the rig's othe
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,47 +18,72 @@ from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_der
 
 Floats = NDArray[np.float64]
 
-FIGURES = {"length_growth": LENGTH, "parameter_drift": DAMPING_BHA, "regime_change": DAMPING_BHA}
+_FIGURES = {"length_growth": LENGTH, "parameter_drift": DAMPING_BHA, "regime_change": DAMPING_BHA}
 """What changes, of the eight figures of the model, by cause."""
 _KNOTS = 5
 """Moments between which an even change's response is interpolated."""
 _EVALUATIONS = 30
 _LEAST = 1e-3
 """Of a figure's fitted value, below which it does not go."""
+_LOWEST = 1.0
+"""N m s/rad, or m, that a fitted value is taken for at least."""
 
 
-def along_the_way(cause: str, found: Score, remainder: Remainder) -> Score:
-    """The score of a change in time with the size, and its error, of the change as a whole."""
+def along_the_way(scores: dict[str, Score], remainder: Remainder, plain: float) -> dict[str, Score]:
+    """Scores with the sizes of changes from the score `plain` on, and their errors, told by the change as a whole.
+
+    Of causes that move the same figure, the one whose way fits better has the better score.
+    """
+    scores = dict(scores)
+    for figure in dict.fromkeys(_FIGURES.values()):
+        causes = [cause for cause in scores if _FIGURES.get(cause) == figure]
+        order = sorted((scores[cause] for cause in causes), key=lambda one: -one.normal)
+        if not order or order[0].normal < plain:
+            continue
+        fitted = {cause: _fitted(cause, scores[cause], remainder) for cause in causes}
+        for cause, score in zip(sorted(causes, key=lambda one: fitted[one].misfit), order, strict=True):
+            told, own = fitted[cause], scores[cause].amplitudes
+            scores[cause] = replace(score, size=told.size, size_error=told.size_error, amplitudes=own)
+    return scores
+
+
+class _Fitted(NamedTuple):
+    """A way at its best."""
+
+    size: float
+    size_error: float
+    misfit: float
+    """Half the sum of squares, and one for each fitted figure (Akaike 1974)."""
+
+
+def _fitted(cause: str, found: Score, remainder: Remainder) -> _Fitted:
     from scipy.optimize import least_squares
 
     way = _Way(cause, remainder)
     moment = CHANGES[int(np.argmax(np.abs(found.amplitudes)))] if way.jumps else 0.5
-    level = way.level
-    size = max(found.size, -0.9 * level)
-    begin = max(level - size * (1 - moment if way.jumps else 0.5), _LEAST * level)
-    start = np.array([begin, begin + size, moment][: way.count])
-    low = np.array([_LEAST * level, _LEAST * level, CHANGES[0]])[: way.count]
+    low = np.array([_LEAST * way.level, _LEAST * way.level, CHANGES[0]])[: way.count]
     high = np.array([np.inf, np.inf, CHANGES[-1]])[: way.count]
-    scale = np.array([level, level, 0.1])[: way.count]
-    start = np.clip(start, low * (1 + 1e-6), high * (1 - 1e-6) if way.jumps else high)
+    # the fitted value is about the mean over the window
+    begin = way.level - found.size * (1 - moment)
+    start = np.clip(np.array([begin, begin + found.size, moment])[: way.count], low * (1 + _LEAST), high)
+    scale = np.array([way.level, way.level, 0.1])[: way.count]
     best = least_squares(
         way.left, start, bounds=(low, high), x_scale=scale, diff_step=1e-4, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-5
     )
-    size = float(best.x[1] - best.x[0])
-    covariance = _covariance(best.jac, best.fun, remainder)
-    error = float(np.sqrt(np.array([-1.0, 1.0]) @ covariance[:2, :2] @ np.array([-1.0, 1.0])))
-    return replace(found, size=size, size_error=error)
+    change = np.array([-1.0, 1.0])
+    error = float(np.sqrt(change @ _covariance(best.jac, best.fun, remainder)[:2, :2] @ change))
+    return _Fitted(float(best.x[1] - best.x[0]), error, float(best.cost) + way.count)
 
 
 class _Way:
     """A window whose figure goes from one value to another."""
 
     def __init__(self, cause: str, remainder: Remainder) -> None:
-        self.remainder, self.place = remainder, FIGURES[cause]
+        self.remainder, self.place = remainder, _FIGURES[cause]
         self.jumps = cause == "regime_change"
         self.count = 3 if self.jumps else 2
         record = remainder.record
-        self.level = float(record.fitted[self.place])
+        self.level = max(float(record.fitted[self.place]), _LOWEST)
         self.spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * remainder.inside
         _, derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)
         others = np.delete(derivatives, self.place, axis=0) * self.spectrum
