@@ -5,12 +5,13 @@ The full proof is `make blind`. Seeds are fixed here; the engine sees logs and p
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from benchmarks.blind import cases
-from benchmarks.blind.cases import Case, evidence_of, plain_case
+from benchmarks.blind.cases import Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import obvious
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.judge import ideals, judge
@@ -79,3 +80,11 @@ def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:
         right[name] = sum(judge(case, always(name), ideal).right for case, ideal in zip(hidden, known, strict=True))
     assert right["none"] == right["unknown"] == 0
     assert all(right[name] == 1 for name in HIDDEN)
+
+
+def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
+    rpm = Hidden("sign_or_unit", 1.0, 0.7)
+    case = replace(obvious(2050, rpm.name, 1, _DETECTABILITY), hidden=(rpm,))
+    without = [cause for name, cause in CATALOGUE.items() if name != "sign_or_unit"]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == ["unknown"]
