@@ -13,7 +13,7 @@ from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
-_STUCK, _ROUNDED = "stuck_slip_regimes", "quantisation"
+_STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 
@@ -29,8 +29,10 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     told = {name for one in linear for name in one.members}
     chosen = [one for one in found if one.cause not in told and _may_be(one)]
     if any(one.cause == _STUCK for one in chosen):
-        # a bit that sticks leaves every other sign of the rig as well
-        chosen = [one for one in chosen if one.cause == _STUCK or CATALOGUE[one.cause].family == "sensor"]
+        # a bit that sticks leaves every other sign of the rig as well, and swings like a tone
+        sensors = (name for name, cause in CATALOGUE.items() if cause.family == "sensor" and name != _TONE)
+        kept = {_STUCK, *sensors}
+        chosen = [one for one in chosen if one.cause in kept]
     chosen = _plainest(chosen)
     shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
     regimes = [one for one in chosen if CATALOGUE[one.cause].regime and shown[one.cause].gain_low > 0]

@@ -67,7 +67,7 @@ class TorqueRateLimit(Cause):
 
     name, family, port = "torque_rate_limit", "drive", "drive"
     meaning = "the drive's torque cannot change as fast as it is asked to"
-    looks_like = ("drive_lag", "torque_limit")
+    looks_like = ("drive_lag", "torque_limit", "delay_jitter")
     separated_by = "a sweep of smaller amplitude"
     regime = True
     size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
