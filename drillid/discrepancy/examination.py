@@ -11,7 +11,7 @@ from drillid.discrepancy.pooled import PooledSign
 from drillid.discrepancy.screen import Screen
 from drillid.discrepancy.set_fit import SetFit
 from drillid.discrepancy.set_model import Extension, SetModel
-from drillid.discrepancy.verdict import UNPROVED, Verdict
+from drillid.discrepancy.verdict import UNKNOWN, UNPROVED, Verdict
 
 CLOSURE_RATE = 0.01
 """Chance below which an extended model has not passed the tests that the base model failed."""
@@ -47,7 +47,13 @@ def surely(log_evidence: float) -> float:
     return float(expit(log_evidence - np.log(len(CATALOGUE))))
 
 
-def doubt(unproved: tuple[Verdict, ...]) -> str:
-    """Names that were in sight, in words."""
+def doubt(unproved: tuple[Verdict, ...], reason: str = "its gain on held-out data is not sure") -> str:
+    """Names that were in sight, in words, and why they are not given."""
     names = ", ".join(one.verdict for one in unproved)
-    return f"; {names} {UNPROVED}" if names else ""
+    return f"; {names} {UNPROVED}: {reason}" if names else ""
+
+
+def nameless(one: Verdict, reason: str = "its gain on held-out data is not sure") -> Verdict:
+    """What is left of a name that is not given."""
+    said = f"{one.evidence}{doubt((one,), reason)}"
+    return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)

@@ -9,7 +9,7 @@ from scipy.special import expit, logsumexp
 from drillid.discrepancy.calibration import calibrated
 from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.examination import Examination
+from drillid.discrepancy.examination import Examination, nameless
 from drillid.discrepancy.linear_verdicts import explained, is_hopeless
 from drillid.discrepancy.pooled import pool
 from drillid.discrepancy.screen import screen
@@ -19,6 +19,7 @@ from drillid.discrepancy.sign_verdicts import with_signs
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import NONE, Verdict
 
+_EVEN = 0.5
 LINEAR_SHARE = 0.6
 """Of the error rate, what is given to the linear responses; the rest is shared among the signs."""
 
@@ -47,8 +48,19 @@ def examine(
     if before.chance < error_rate * LINEAR_SHARE or is_hopeless(model, base):
         examination = explained(examination, causes, generator)
     found = [one for one in signs if one.chance < error_rate * (1 - LINEAR_SHARE) / len(signs)]
-    result = with_signs(examination, found, error_rate)
-    return replace(result, verdicts=tuple(calibrated(one) for one in result.verdicts or (_none(result),)))
+    return _at_even_odds(with_signs(examination, found, error_rate))
+
+
+def _at_even_odds(examination: Examination) -> Examination:
+    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given."""
+    told = examination.verdicts or (_none(examination),)
+    verdicts = tuple(calibrated(one) for one in told)
+    kept = tuple(one for one in verdicts if not one.members or one.probability >= _EVEN)
+    if kept:
+        return replace(examination, verdicts=kept)
+    unknown = nameless(max(told, key=lambda one: one.probability), "it is likelier something else, or nothing")
+    base = replace(examination, extended=examination.base, extensions=(), after=examination.before)
+    return replace(base, verdicts=(calibrated(unknown),))
 
 
 def _none(examination: Examination) -> Verdict:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from drillid.discrepancy.causes import CATALOGUE
-from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, doubt, evidence_left, surely
+from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, evidence_left, nameless, surely
 from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.symptoms import SYMPTOMS
@@ -51,7 +51,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
         linear = ()
     verdicts = (*linear, *named)
     doubtful = [
-        _nameless(shown[one.cause]) for one in chosen if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
+        nameless(shown[one.cause]) for one in chosen if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
     return replace(examination, verdicts=verdicts or tuple([*doubtful, *symptoms][:1]))
 
@@ -73,12 +73,6 @@ def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
         if not any(_alike(one.cause, other.cause) for other in chosen):
             chosen.append(one)
     return chosen
-
-
-def _nameless(one: Verdict) -> Verdict:
-    """What is left of a name whose gain is not sure."""
-    said = f"{one.evidence}{doubt((one,))}"
-    return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)
 
 
 def _of_symptom(examination: Examination, one: PooledSign) -> Verdict:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 NONE = "none"
 UNKNOWN = "unknown"
-UNPROVED = "would fit, without a sure gain on held-out data"
+UNPROVED = "would fit, but is not proved"
 """Ends the evidence of an unknown for which names are in sight."""
 
 
