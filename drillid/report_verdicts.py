@@ -143,7 +143,8 @@ def _what(row: Mapping[Any, Any]) -> str:
         open_to = (
             "that no known cause explains" if UNPROVED not in row["evidence"] else "of which no cause is proved yet"
         )
-        return f"Something is wrong {open_to}: {place}."
+        surely = "is" if float(row["probability"]) >= 0.5 else "may be"
+        return f"Something {surely} wrong {open_to}: {place}."
     members: Sequence[str] = str(row["class"]).split("|")
     if row["cause"] == "regime_change" and " up by " in row["evidence"]:
         return f"The assembly moves in another way than in the rest of the run: {row['evidence']}."
