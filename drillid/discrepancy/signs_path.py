@@ -32,18 +32,26 @@ _LOWEST = 1.0
 def along_the_way(scores: dict[str, Score], remainder: Remainder, plain: float) -> dict[str, Score]:
     """Scores with the sizes of changes from the score `plain` on, and their errors, told by the change as a whole.
 
-    Of causes that move the same figure, the one whose way fits better has the better score.
+    Of causes that move the same figure, the one whose way fits best has the best score, and the others fall behind it
+    as their ways do.
     """
     scores = dict(scores)
     for figure in dict.fromkeys(_FIGURES.values()):
         causes = [cause for cause in scores if _FIGURES.get(cause) == figure]
-        order = sorted((scores[cause] for cause in causes), key=lambda one: -one.normal)
-        if not order or order[0].normal < plain:
+        best = max((scores[cause] for cause in causes), key=lambda one: one.normal, default=None)
+        if best is None or best.normal < plain:
             continue
         fitted = {cause: _fitted(cause, scores[cause], remainder) for cause in causes}
-        for cause, score in zip(sorted(causes, key=lambda one: fitted[one].misfit), order, strict=True):
-            told, own = fitted[cause], scores[cause].amplitudes
-            scores[cause] = replace(score, size=told.size, size_error=told.size_error, amplitudes=own)
+        least = min(one.misfit for one in fitted.values())
+        for cause, way in fitted.items():
+            behind = way.misfit - least
+            scores[cause] = replace(
+                scores[cause],
+                normal=float(np.sqrt(max(best.normal**2 - 2 * behind, 0.0))),
+                log_ratio=max(best.log_ratio - behind, 0.0),
+                size=way.size,
+                size_error=way.size_error,
+            )
     return scores
 
 
