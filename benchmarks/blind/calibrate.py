@@ -46,7 +46,7 @@ def lines(found: pd.DataFrame) -> dict[str, Line]:
     return fitted
 
 
-def main(cases: Annotated[int, typer.Option(help="how many; about half of them hide nothing")] = 172) -> None:
+def main(cases: Annotated[int, typer.Option(help="how many; about half of them hide nothing")] = 300) -> None:
     """Ask the engine about cases, and print the lines that make its probabilities true."""
     table, _ = run(cases, FIRST)
     found, console = claims(table), Console()

@@ -1,6 +1,6 @@
 """What the engine has found out about a set of windows, and what it weighs it by."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -34,6 +34,11 @@ class Examination:
     """The screen of the extended model; that of the base model where nothing was named."""
     posterior: Posterior | None
     signs: tuple[PooledSign, ...]
+
+
+def unextended(examination: Examination) -> Examination:
+    """The same before anything was named."""
+    return replace(examination, verdicts=(), extended=examination.base, extensions=(), after=examination.before)
 
 
 def evidence_left(after: Screen) -> float:

@@ -9,7 +9,7 @@ from scipy.special import expit, logsumexp
 from drillid.discrepancy.calibration import calibrated
 from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.examination import Examination, nameless
+from drillid.discrepancy.examination import Examination, nameless, unextended
 from drillid.discrepancy.linear_verdicts import explained, is_hopeless
 from drillid.discrepancy.pooled import pool
 from drillid.discrepancy.screen import screen
@@ -59,8 +59,7 @@ def _at_even_odds(examination: Examination) -> Examination:
     if kept:
         return replace(examination, verdicts=kept)
     unknown = nameless(max(told, key=lambda one: one.probability), "it is likelier something else, or nothing")
-    base = replace(examination, extended=examination.base, extensions=(), after=examination.before)
-    return replace(base, verdicts=(calibrated(unknown),))
+    return replace(unextended(examination), verdicts=(calibrated(unknown),))
 
 
 def _none(examination: Examination) -> Verdict:

@@ -6,7 +6,15 @@ import numpy as np
 from scipy.special import logsumexp
 
 from drillid.discrepancy.causes import CATALOGUE
-from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, evidence_left, nameless, surely
+from drillid.discrepancy.examination import (
+    CLOSURE_RATE,
+    WITHOUT_GAIN,
+    Examination,
+    evidence_left,
+    nameless,
+    surely,
+    unextended,
+)
 from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.symptoms import SYMPTOMS
@@ -25,22 +33,11 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     """
     symptoms = [_of_symptom(examination, one) for one in found if one.cause in SYMPTOMS]
     found = [one for one in found if one.cause not in SYMPTOMS]
-    linear = examination.verdicts
-    told = {name for one in linear for name in one.members}
-    chosen = [one for one in found if one.cause not in told and _may_be(one)]
-    if any(one.cause == _STUCK for one in chosen):
-        # a bit that sticks leaves every other sign of the rig as well, and swings like a tone
-        sensors = (name for name, cause in CATALOGUE.items() if cause.family == "sensor" and name != _TONE)
-        kept = {_STUCK, *sensors}
-        chosen = [one for one in chosen if one.cause in kept]
-    chosen = _plainest(chosen)
+    chosen = _plainest(_possible(examination, found))
     shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
-    regimes = [one for one in chosen if CATALOGUE[one.cause].regime and shown[one.cause].gain_low > 0]
-    if linear and regimes:
-        # a rig that changes or saturates within a window bends the linear responses too
-        nothing_named = all(one.verdict == UNKNOWN for one in linear)
-        if nothing_named or sum(one.log_evidence for one in regimes) > evidence_left(examination.before):
-            examination, linear = replace(examination, extended=examination.base, extensions=()), ()
+    if _bent(examination, [one for one in chosen if shown[one.cause].gain_low > 0]):
+        examination = unextended(examination)
+    linear = examination.verdicts
     if linear:
         chosen = [one for one in chosen if one.chance < error_rate * CLOSURE_RATE / len(examination.signs)]
     # beside a cause that is plain a faint sign is more likely its shadow than a second cause
@@ -49,11 +46,31 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     named = [shown[one.cause] for one in chosen if shown[one.cause].gain_low > 0]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
-    verdicts = (*linear, *named)
     doubtful = [
         nameless(shown[one.cause]) for one in chosen if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
-    return replace(examination, verdicts=verdicts or tuple([*doubtful, *symptoms][:1]))
+    return replace(examination, verdicts=(*linear, *named) or tuple([*doubtful, *symptoms][:1]))
+
+
+def _possible(examination: Examination, found: list[PooledSign]) -> list[PooledSign]:
+    """Signs of what may be there and has no name yet."""
+    told = {name for one in examination.verdicts for name in one.members}
+    chosen = [one for one in found if one.cause not in told and _may_be(one)]
+    if all(one.cause != _STUCK for one in chosen):
+        return chosen
+    # a bit that sticks leaves every other sign of the rig as well, and swings like a tone
+    sensors = (name for name, cause in CATALOGUE.items() if cause.family == "sensor" and name != _TONE)
+    kept = {_STUCK, *sensors}
+    return [one for one in chosen if one.cause in kept]
+
+
+def _bent(examination: Examination, proved: list[PooledSign]) -> bool:
+    """Whether a rig that changes or saturates within a window has bent the linear responses."""
+    linear, regimes = examination.verdicts, [one for one in proved if CATALOGUE[one.cause].regime]
+    if not linear or not regimes:
+        return False
+    nothing_named = all(one.verdict == UNKNOWN for one in linear)
+    return nothing_named or sum(one.log_evidence for one in regimes) > evidence_left(examination.before)
 
 
 def _bends(cause: str) -> bool:
