@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.field import BOUNDS, DEPTH, FITTED_S, JITTER
+from benchmarks.jackknife import jackknife_error
 from drillid.field_log import FieldLog
 from drillid.field_well import RATE, SURVEY, Friction, rig_at, start_up
 from drillid.physics.nonlinear import NonlinearRig
+from drillid.statistics import TWO_SIDED
 from drillid.units import RPM
 
 Floats = NDArray[np.float64]
@@ -82,10 +84,8 @@ def gain(before: Misses, after: Misses, series: str, last: float = 60.0) -> tupl
     squares = [one.squares(series, FITTED_S, last) for one in (before, after)]
     falls = np.sqrt(squares[0].mean()) - np.sqrt(squares[1].mean())
     count = squares[0].size
-    left = np.array(
-        [np.subtract(*(np.sqrt(np.delete(one, place).mean()) for one in squares)) for place in range(count)]
-    )
-    error = np.sqrt((count - 1) / count * np.sum((left - left.mean()) ** 2)) * t.ppf(0.975, count - 1)
+    left = [np.subtract(*(np.sqrt(np.delete(one, place).mean()) for one in squares)) for place in range(count)]
+    error = jackknife_error(left) * t.ppf(0.975, count - 1)
     return float(falls), float(falls - error), float(falls + error)
 
 
@@ -121,7 +121,7 @@ def intervals(model: Misses, log: FieldLog) -> dict[str, tuple[float, float, flo
     errors = np.sqrt(np.diag(np.linalg.inv(information + prior)))
     values = [getattr(model.friction, name) for name in model.fitted]
     return {
-        name: (value, float(value * np.exp(-1.96 * error)), float(value * np.exp(1.96 * error)))
+        name: (value, float(value * np.exp(-TWO_SIDED * error)), float(value * np.exp(TWO_SIDED * error)))
         for name, value, error in zip(model.fitted, values, errors, strict=True)
     }
 

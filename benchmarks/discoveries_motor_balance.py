@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.jackknife import jackknife_error
 from benchmarks.motor import HIGHEST_HZ, LOWEST_HZ
 
 Floats = NDArray[np.float64]
@@ -66,12 +67,11 @@ def _term(left: Complex, right: list[Complex], term: Complex, scale: float) -> T
     wanted, kept = left[odd].mean(0), left[even].mean(0)
     figures, plain = _solved(fitted, wanted), _solved(fitted[:, :-1], wanted)
     places = np.arange(_LINES.size) // _BLOCK
-    each = np.array([_share(_solved(fitted[places != one], wanted[places != one]), scale) for one in np.unique(places)])
-    error = np.sqrt((each.size - 1) / each.size * np.sum((each - each.mean()) ** 2))
+    each = [_share(_solved(fitted[places != one], wanted[places != one]), scale) for one in np.unique(places)]
     size = np.sqrt(np.mean(np.abs(kept) ** 2))
     misses = (kept - held[:, :-1] @ plain, kept - held @ figures)
     before, after = (float(np.sqrt(np.mean(np.abs(one) ** 2)) / size) for one in misses)
-    return Term(_share(figures, scale), float(error), before, after)
+    return Term(_share(figures, scale), jackknife_error(each), before, after)
 
 
 def _share(figures: Floats, scale: float) -> float:

@@ -15,6 +15,7 @@ from benchmarks.motor import DATA
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.naming import separator
 from drillid.discrepancy.verdict import NONE, UNKNOWN
+from drillid.statistics import TWO_SIDED
 
 Complex = NDArray[np.complex128]
 
@@ -94,7 +95,7 @@ def _named(data: str, weighed: Weighed, gain: tuple[float, float, float]) -> Dis
         "",
         family=best.family,
         cause=best.name,
-        size=(size, size - 1.96 * error, size + 1.96 * error),
+        size=(size, size - TWO_SIDED * error, size + TWO_SIDED * error),
         unit=best.size.unit,
         gain=gain,
         gain_unit="log score a line",

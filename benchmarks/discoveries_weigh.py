@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from benchmarks.discoveries_response import Candidate, Fit, Response, extended, log_evidence, with_distortion
 from benchmarks.discoveries_unknown import average, unknown_evidence
+from benchmarks.jackknife import jackknife_error
 from drillid.discrepancy.naming import class_name
 from drillid.discrepancy.verdict import NONE, UNKNOWN
+from drillid.statistics import TWO_SIDED
 
 Complex = NDArray[np.complex128]
 
@@ -85,7 +87,7 @@ def held_out_gain(base: Complex, more: Complex, held: Response) -> tuple[float, 
     """Log score a line, extended less base model, on lines that were not fitted, with its 95 % interval."""
     each = (np.abs(held.value - base) ** 2 - np.abs(held.value - more) ** 2) / held.deviation**2
     blocks = np.add.reduceat(each, np.arange(0, each.size, _BLOCK))
-    error = 1.96 * float(np.sqrt(blocks.size) * blocks.std(ddof=1))
+    error = TWO_SIDED * float(np.sqrt(blocks.size) * blocks.std(ddof=1))
     total = float(each.sum())
     return total / each.size, (total - error) / each.size, (total + error) / each.size
 
@@ -103,6 +105,6 @@ def relative_gain(base: Complex, more: Complex, held: Response) -> tuple[float, 
     before, after = (np.abs(one / held.value - 1) ** 2 for one in (base, more))
     places = np.arange(before.size) // _BLOCK
     shares = [1 - np.sqrt(after[kept].mean() / before[kept].mean()) for kept in (places != one for one in set(places))]
-    error = 1.96 * np.sqrt((len(shares) - 1) * np.var(shares))
+    error = TWO_SIDED * jackknife_error(shares)
     share = float(1 - np.sqrt(after.mean() / before.mean()))
     return share, float(share - error), float(share + error)
