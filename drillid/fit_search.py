@@ -22,12 +22,12 @@ _DELAYS = 61
 
 
 @compiled
-def bins(frequency: Floats, widest: float, octave: float) -> tuple[Floats, int]:
+def bins(frequency: Floats, widest: float, relative: float) -> tuple[Floats, int]:
     """Number of the bin of each frequency; bins are as wide as a share of their frequency, up to the widest, Hz."""
     place = np.zeros(frequency.size)
     start, count = frequency[0], 0
     for k in range(frequency.size):
-        if frequency[k] - start >= min(octave * start, widest) * (1 - 1e-9) and k > 0:
+        if frequency[k] - start >= min(relative * start, widest) * (1 - 1e-9) and k > 0:
             start = frequency[k]
             count += 1
         place[k] = count
@@ -36,10 +36,10 @@ def bins(frequency: Floats, widest: float, octave: float) -> tuple[Floats, int]:
 
 @compiled
 def thinned(
-    frequency: Floats, mobility: Complex, variance: Floats, freedom: Floats, widest: float, octave: float
+    frequency: Floats, mobility: Complex, variance: Floats, freedom: Floats, widest: float, relative: float
 ) -> tuple[Floats, Complex, Floats, Floats]:
     """Means of neighbouring frequencies with equal weights, in bins; variance and freedom are those of the means."""
-    place, count = bins(frequency, widest, octave)
+    place, count = bins(frequency, widest, relative)
     mean_frequency, mean, spread = np.zeros(count), np.zeros(count, np.complex128), np.zeros(count)
     total, members = np.zeros(count), np.zeros(count)
     for k in range(frequency.size):
