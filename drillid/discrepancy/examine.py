@@ -18,6 +18,7 @@ from drillid.discrepancy.set_model import SetModel
 from drillid.discrepancy.sign_verdicts import with_signs
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import NONE, Verdict
+from drillid.errors import EstimationError
 
 _EVEN = 0.5
 LINEAR_SHARE = 0.6
@@ -35,7 +36,18 @@ def examine(
     catalogue : causes that may be named; all where not given
     error_rate : chance that a set in which nothing is wrong gets another verdict than none
     seed : of the draws that give chances
+
+    Raises
+    ------
+    EstimationError
+        If no window has a fit of its own.
     """
+    if not np.isfinite(evidence.fitted).all(axis=1).any():
+        raise EstimationError(
+            "evidence",
+            "no window has a fit of its own",
+            "Take windows in which more passes the coherence gate",
+        )
     causes = list(CATALOGUE.values()) if catalogue is None else list(catalogue)
     model = SetModel(evidence)
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda one: one.cost)

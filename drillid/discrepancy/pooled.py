@@ -94,7 +94,7 @@ def evidence_of_chance(chance: float) -> float:
 
 
 def sign_gain(signs: Sequence[Sign]) -> Gain:
-    """Log score of each window with the size that the other windows show, less without the cause.
+    """Log score of each window with the size that the other windows show, and its error, less without the cause.
 
     About its best size the log-likelihood of a window is taken as a parabola. A window without another that tells the
     size has its own log-likelihood ratio less one, for the size fitted to it (Akaike 1974).
@@ -109,7 +109,10 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(int(told.sum()) - 1, 1), 1.0)
     rest = np.sum(weight) - weight
     others = (np.sum(weight * size) - weight * size) / np.maximum(rest, 1e-300)
-    missed = np.where(rest > 1e-9 * weight, 0.5 * weight * (others - size) ** 2 / spread, 1.0)
+    # the others' size has an error of its own, which widens what they predict
+    unsure = weight / np.maximum(rest, 1e-300)
+    missed = 0.5 * weight * (others - size) ** 2 / (spread * (1 + unsure)) + 0.5 * np.log1p(unsure)
+    missed = np.where(rest > 1e-9 * weight, missed, 1.0)
     gains = ratio - missed
     # a log-likelihood ratio has twice its mean as variance
     error_of_mean = float(np.sqrt(np.sum(2 * np.maximum(ratio, 0.5)))) / ratio.size
