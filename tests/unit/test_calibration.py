@@ -38,10 +38,11 @@ def signs(*told: tuple[float, float, float]) -> list[Sign]:
     return [Sign("torque_limit", row, 1.0, size, error, ratio) for row, (size, error, ratio) in enumerate(told)]
 
 
-def test_windows_that_agree_gain_all_of_their_likelihood() -> None:
+def test_windows_that_agree_gain_their_likelihood_less_the_error_of_the_other() -> None:
     found = sign_gain(signs((5.0, 0.1, 20.0), (5.0, 0.1, 30.0)))
-    assert found.value == pytest.approx(25.0)
-    assert found.low == pytest.approx(25.0 - 1.96 * np.sqrt(100.0) / 2)
+    # what predicts has the error of one window, so that the deviation is √2 of it
+    assert found.value == pytest.approx(25.0 - np.log(2.0) / 2)
+    assert found.value - found.low == pytest.approx(1.96 * np.sqrt(100.0) / 2)
     assert found.windows == 2
 
 

@@ -1,9 +1,12 @@
 """Evidence from time series and from a well's datasets is the same, and holds what the papers say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drillid.config import Settings
+from drillid.discrepancy import examine
 from drillid.discrepancy.evidence import Conditions, Evidence
 from drillid.discrepancy.gather import gather_well, prior, rig_knowledge
 from drillid.discrepancy.series import Series, gather
@@ -44,6 +47,11 @@ def test_the_control_response_is_the_papers_controller(of_well: Evidence) -> Non
     expected = gains.proportional + gains.integral / (2j * np.pi * of_well.frequency)
     error = np.abs(of_well.control / expected - 1)[of_well.used]
     assert np.median(error) < 1e-3
+
+
+def test_a_set_without_any_fit_is_refused(of_well: Evidence) -> None:
+    with pytest.raises(EstimationError, match="no window has a fit"):
+        examine(replace(of_well, fitted=np.full_like(of_well.fitted, np.nan)))
 
 
 def test_silent_papers_leave_the_prior_open() -> None:
