@@ -108,11 +108,13 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     # windows whose sizes differ by more than their errors have larger errors
     spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(int(told.sum()) - 1, 1), 1.0)
     rest = np.sum(weight) - weight
-    others = (np.sum(weight * size) - weight * size) / np.maximum(rest, 1e-300)
+    predicted = rest > 1e-9 * weight
+    rest = np.where(predicted, rest, np.inf)
+    others = (np.sum(weight * size) - weight * size) / rest
     # the others' size has an error of its own, which widens what they predict
-    unsure = weight / np.maximum(rest, 1e-300)
+    unsure = weight / rest
     missed = 0.5 * weight * (others - size) ** 2 / (spread * (1 + unsure)) + 0.5 * np.log1p(unsure)
-    missed = np.where(rest > 1e-9 * weight, missed, 1.0)
+    missed = np.where(predicted, missed, 1.0)
     gains = ratio - missed
     # a log-likelihood ratio has twice its mean as variance
     error_of_mean = float(np.sqrt(np.sum(2 * np.maximum(ratio, 0.5)))) / ratio.size
