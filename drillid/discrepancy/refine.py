@@ -42,6 +42,11 @@ class Refined:
         """The cause's identifier."""
         return self.extension.cause.name
 
+    @property
+    def at_bound(self) -> bool:
+        """Whether its size ran into a bound."""
+        return self.extension.cause.size.at_bound(float(self.fit.point.sizes[-1]))
+
 
 def refine(
     model: SetModel,
@@ -74,7 +79,8 @@ def refine(
         search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
         found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
-    top = max((one.log_evidence for one in found), default=-np.inf)
+    # what fits only at a bound of its size is no name, and does not set the standard
+    top = max((one.log_evidence for one in found if not one.at_bound), default=-np.inf)
     near = min(top - _WITHIN, _CONTENDER * top)
     most = None if obvious else _MOST_SHAPES
     least = _least_cost(found)

@@ -146,6 +146,8 @@ def _dispersion(model: SetModel) -> float:
 
 
 def _root(information: Floats) -> Floats:
-    values, vectors = np.linalg.eigh(information)
-    root: Floats = vectors * np.sqrt(np.maximum(values, 0.0))
+    """Factor R of R Rᵀ, exact in each direction however small it is beside others, whose units differ."""
+    scale = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    root: Floats = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
     return root
