@@ -16,8 +16,8 @@ Each case is drawn from a seed: a rig, a string of 1000 to 5000 m, 1 to 24 windo
 within their tolerances as normal variables, and in about half of the cases a hidden cause, in a tenth of these a pair
 of causes, and in another tenth a cause that the engine's catalogue does not hold. The data come from the non-linear
 time-domain simulator (`drillid.simulate`) with coloured bit noise whose level wanders, a sampled speed control, noise
-and rounding of the recorded speed. The engine is given the logs and the papers and nothing else. What was learnt while
-it was made came from other seeds, and so did the lines of its calibration.
+and rounding of the recorded speed. The engine is given the logs and the papers and nothing else; the lines of its
+calibration come from other seeds.
 
 ## The ideal test
 
