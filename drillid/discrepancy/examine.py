@@ -21,6 +21,7 @@ from drillid.discrepancy.verdict import NONE, Verdict
 from drillid.errors import EstimationError
 
 _EVEN = 0.5
+"""Probability below which a name is likelier wrong than right."""
 LINEAR_SHARE = 0.6
 """Of the error rate, what is given to the linear responses; the rest is shared among the signs."""
 
