@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.verdict import UNPROVED
+from drillid.discrepancy.verdict import EVEN_ODDS, UNPROVED
 from drillid.discrepancy.wells import read_verdicts
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def _what(row: Mapping[Any, Any]) -> str:
         open_to = (
             "that no known cause explains" if UNPROVED not in row["evidence"] else "of which no cause is proved yet"
         )
-        surely = "is" if float(row["probability"]) >= 0.5 else "may be"
+        surely = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
         return f"Something {surely} wrong {open_to}: {place}."
     members: Sequence[str] = str(row["class"]).split("|")
     if row["cause"] == "regime_change" and " up by " in row["evidence"]:

@@ -1,4 +1,4 @@
-"""Run the sealed proof: `python -m benchmarks.blind --cases 634`; what is done already is not done again."""
+"""Run the sealed proof: `python -m benchmarks.blind`; what is done already is not done again."""
 
 import json
 import os

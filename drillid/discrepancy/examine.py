@@ -17,11 +17,9 @@ from drillid.discrepancy.set_fit import fit_set, with_own_deviation
 from drillid.discrepancy.set_model import SetModel
 from drillid.discrepancy.sign_verdicts import with_signs
 from drillid.discrepancy.symptoms import SYMPTOMS
-from drillid.discrepancy.verdict import NONE, Verdict
+from drillid.discrepancy.verdict import EVEN_ODDS, NONE, Verdict
 from drillid.errors import EstimationError
 
-_EVEN = 0.5
-"""Probability below which a name is likelier wrong than right."""
 LINEAR_SHARE = 0.6
 """Of the error rate, what is given to the linear responses; the rest is shared among the signs."""
 
@@ -68,7 +66,7 @@ def _at_even_odds(examination: Examination) -> Examination:
     """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given."""
     told = examination.verdicts or (_none(examination),)
     verdicts = tuple(calibrated(one) for one in told)
-    kept = tuple(one for one in verdicts if not one.members or one.probability >= _EVEN)
+    kept = tuple(one for one in verdicts if not one.members or one.probability >= EVEN_ODDS)
     if kept:
         return replace(examination, verdicts=kept)
     unknown = nameless(max(told, key=lambda one: one.probability), "it is likelier something else, or nothing")

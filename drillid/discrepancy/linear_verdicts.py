@@ -33,7 +33,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     """Name what the linear responses show: one cause, two, or unknown."""
     model, base, before = examination.model, examination.base, examination.before
     refined = refine(model, base, (), before, causes, every=True, hopeless=is_hopeless(model, base))
-    most = max((one.log_evidence for one in refined), default=0.0)
+    most = refined[0].log_evidence if refined else 0.0
     refined = [one for one in refined if not one.at_bound]
     if not refined or refined[0].log_evidence < most - _LEFT:
         return _unknown(examination, max(before.unknown_evidence, most))
@@ -47,9 +47,10 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
             chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
     open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, _LEFT_SHARE * total)
-    at_bound = any(one.at_bound for _, one in chosen)
-    if before.unknown_evidence > total or open_still or at_bound:
-        return _unknown(examination, max(before.unknown_evidence, total if at_bound else 0.0))
+    if any(one.at_bound for _, one in chosen):
+        return _unknown(examination, max(before.unknown_evidence, total))
+    if before.unknown_evidence > total or open_still:
+        return _unknown(examination, max(before.unknown_evidence, 0.0))
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))

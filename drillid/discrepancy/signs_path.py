@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 
 from drillid.discrepancy.signs_record import Remainder
-from drillid.discrepancy.signs_score import Score, block_starts, orthonormal
+from drillid.discrepancy.signs_score import Score, block_starts, orthonormal, without_basis
 from drillid.discrepancy.signs_time import CHANGES, jump
 from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_derivatives
 
@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 
 _FIGURES = {"length_growth": LENGTH, "parameter_drift": DAMPING_BHA, "regime_change": DAMPING_BHA}
 """What changes, of the eight figures of the model, by cause."""
+_JUMP = "regime_change"
 _KNOTS = 5
 """Moments between which an even change's response is interpolated."""
 _EVALUATIONS = 30
@@ -41,7 +42,8 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder, plain: float) 
         best = max((scores[cause] for cause in causes), key=lambda one: one.normal, default=None)
         if best is None or best.normal < plain:
             continue
-        fitted = {cause: _fitted(cause, scores[cause], remainder) for cause in causes}
+        window = _Window(figure, remainder)
+        fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
         least = min(one.misfit for one in fitted.values())
         for cause, way in fitted.items():
             behind = way.misfit - least
@@ -64,60 +66,59 @@ class _Fitted(NamedTuple):
     """Half the sum of squares, and one for each fitted figure (Akaike 1974)."""
 
 
-def _fitted(cause: str, found: Score, remainder: Remainder) -> _Fitted:
+def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
     from scipy.optimize import least_squares
 
-    way = _Way(cause, remainder)
-    moment = CHANGES[int(np.argmax(np.abs(found.amplitudes)))] if way.jumps else 0.5
-    low = np.array([_LEAST * way.level, _LEAST * way.level, CHANGES[0]])[: way.count]
-    high = np.array([np.inf, np.inf, CHANGES[-1]])[: way.count]
+    moment = CHANGES[int(np.argmax(np.abs(found.amplitudes)))] if jumps else 0.5
+    level, count = window.level, 3 if jumps else 2
+    low = np.array([_LEAST * level, _LEAST * level, CHANGES[0]])[:count]
+    high = np.array([np.inf, np.inf, CHANGES[-1]])[:count]
     # the fitted value is about the mean over the window
-    begin = way.level - found.size * (1 - moment)
-    start = np.clip(np.array([begin, begin + found.size, moment])[: way.count], low * (1 + _LEAST), high)
-    scale = np.array([way.level, way.level, 0.1])[: way.count]
+    begin = level - found.size * (1 - moment)
+    start = np.clip(np.array([begin, begin + found.size, moment])[:count], low * (1 + _LEAST), high)
+    scale = np.array([level, level, 0.1])[:count]
+    left = window.left_by_jump if jumps else window.left_by_drift
     best = least_squares(
-        way.left, start, bounds=(low, high), x_scale=scale, diff_step=1e-4, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-5
+        left, start, bounds=(low, high), x_scale=scale, diff_step=1e-4, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-5
     )
     change = np.array([-1.0, 1.0])
-    error = float(np.sqrt(change @ _covariance(best.jac, best.fun, remainder)[:2, :2] @ change))
-    return _Fitted(float(best.x[1] - best.x[0]), error, float(best.cost) + way.count)
+    error = float(np.sqrt(change @ _covariance(best.jac, best.fun, window.remainder)[:2, :2] @ change))
+    return _Fitted(float(best.x[1] - best.x[0]), error, float(best.cost) + count)
 
 
-class _Way:
-    """A window whose figure goes from one value to another."""
+class _Window:
+    """A window in which one figure of the model goes from one value to another."""
 
-    def __init__(self, cause: str, remainder: Remainder) -> None:
-        self.remainder, self.place = remainder, _FIGURES[cause]
-        self.jumps = cause == "regime_change"
-        self.count = 3 if self.jumps else 2
+    def __init__(self, figure: int, remainder: Remainder) -> None:
+        self.remainder, self.figure = remainder, figure
         record = remainder.record
-        self.level = max(float(record.fitted[self.place]), _LOWEST)
+        self.level = max(float(record.fitted[figure]), _LOWEST)
         self.spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * remainder.inside
         _, derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)
-        others = np.delete(derivatives, self.place, axis=0) * self.spectrum
+        others = np.delete(derivatives, figure, axis=0) * self.spectrum
         self.others = orthonormal(remainder.weighted(irfft(others, remainder.samples)))
         told = remainder.speed - remainder.taken
-        self.told = self._without_others(remainder.weighted(told - told.mean()))
+        self.told = without_basis(remainder.weighted(told - told.mean()), self.others)
 
-    def left(self, figures: Floats) -> Floats:
-        """Whitened speed (samples,) that is left with the figure's values at begin and end, and the jump's moment."""
+    def left_by_jump(self, figures: Floats) -> Floats:
+        """Whitened speed (samples,) that is left with the values before and after a jump, and its moment."""
+        after = jump(self.remainder, figures[2:3])[0]
+        return self._left(figures[:2], np.stack([1 - after, after]))
+
+    def left_by_drift(self, figures: Floats) -> Floats:
+        """Whitened speed (samples,) that is left with the values at begin and end of an even change."""
+        knots = np.linspace(0.0, 1.0, _KNOTS)
+        weights = np.maximum(1 - np.abs(self.remainder.passed - knots[:, None]) * (_KNOTS - 1), 0.0)
+        return self._left(figures[0] + (figures[1] - figures[0]) * knots, weights)
+
+    def _left(self, values: Floats, weights: Floats) -> Floats:
+        """With the responses at some values (K,), which count by weights (K, samples)."""
         remainder = self.remainder
-        passed = (np.arange(remainder.samples) + 0.5) / remainder.samples
-        if self.jumps:
-            after = jump(remainder, figures[2:3])[0]
-            values, weights = figures[:2], np.stack([1 - after, after])
-        else:
-            knots = np.linspace(0.0, 1.0, _KNOTS)
-            values = figures[0] + (figures[1] - figures[0]) * knots
-            weights = np.maximum(1 - np.abs(passed - knots[:, None]) * (_KNOTS - 1), 0.0)
         points = np.tile(remainder.record.fitted, (values.size, 1))
-        points[:, self.place] = values
+        points[:, self.figure] = values
         mobility, _ = command_mobility_with_derivatives(points, remainder.record.known, remainder.s)
         answers = irfft(mobility * self.spectrum, remainder.samples)
-        return self.told - self._without_others(remainder.weighted(np.sum(weights * answers, axis=0)))
-
-    def _without_others(self, series: Floats) -> Floats:
-        return np.asarray(series - (series @ self.others.T) @ self.others, dtype=float)
+        return self.told - without_basis(remainder.weighted(np.sum(weights * answers, axis=0)), self.others)
 
 
 def _covariance(slopes: Floats, error: Floats, remainder: Remainder) -> Floats:

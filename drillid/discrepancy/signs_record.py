@@ -16,7 +16,7 @@ from drillid.errors import EstimationError
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.model import KnownEquipment, drilling_system
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
-from drillid.physics.top_drive import control
+from drillid.physics.top_drive import control, drive
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -90,6 +90,7 @@ class Remainder:
         self.samples = round(whole * record.period * record.rate) if self.periods else record.speed.size
         self.taken: Floats = np.zeros(self.samples) if taken is None else taken
         self.time: Floats = np.arange(self.samples) / record.rate
+        self.passed: Floats = (np.arange(self.samples) + 0.5) / self.samples
         self.frequency: Floats = rfftfreq(self.samples, 1 / record.rate)
         self.system: DrillingSystem = drilling_system(record.fitted, record.known)
         self.highest = min(_BAND[1], 0.3 * record.rate)
@@ -106,6 +107,16 @@ class Remainder:
     def mobility(self) -> Complex:
         """Command mobility of the fitted model at all lines, 0 at the mean."""
         return np.asarray(np.ravel(command_mobility(self.system, self.s)) * (self.frequency > 0), dtype=complex)
+
+    @cached_property
+    def moved(self) -> Complex:
+        """Speed per torque on the top drive at all lines, rad/(N m s), 0 at the mean."""
+        return self.mobility / np.ravel(drive(self.system.top_drive, self.s))
+
+    @cached_property
+    def moved_from_bit(self) -> Complex:
+        """The same per torque at the bit: by reciprocity it moves the top as a torque at the top moves the bit."""
+        return self.moved * np.ravel(bit_speed_ratio(self.system, self.s))
 
     @property
     def sweep(self) -> Floats:
@@ -171,8 +182,7 @@ class Remainder:
 
         Torque of the bit is taken as noise behind a low pass, sensor noise as white; their sizes are medians.
         """
-        passed = np.abs(self.mobility * np.ravel(bit_speed_ratio(self.system, self.s))) ** 2
-        passed = passed / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
+        passed = np.abs(self.moved_from_bit) ** 2 / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
         power = self.power
         high, low = (self.between & band for band in (self.frequency > self.highest, self.inside))
         floor = float(np.median(power[high])) / np.log(2) if high.any() else 0.0

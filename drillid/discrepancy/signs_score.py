@@ -62,7 +62,11 @@ def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:
 
 def without(series: Floats, others: Floats) -> Floats:
     """Rows (..., samples) less their projection on other rows (further, samples)."""
-    basis = orthonormal(others)
+    return without_basis(series, orthonormal(others))
+
+
+def without_basis(series: Floats, basis: Floats) -> Floats:
+    """Rows (..., samples) less their projection on orthonormal rows (rank, samples)."""
     return np.asarray(series - (series @ basis.T) @ basis, dtype=float)
 
 

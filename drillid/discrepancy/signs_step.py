@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 
 from drillid.discrepancy.signs_record import Remainder
-from drillid.physics.responses import bit_speed_ratio
-from drillid.physics.top_drive import drive
 
 Floats = NDArray[np.float64]
 
@@ -37,9 +35,7 @@ def _largest_step(remainder: Remainder) -> Floats | None:
     All times are tried at once by a matched filter (Turin 1960, IRE Transactions on Information Theory 6, 311–329).
     """
     rate, s = remainder.record.rate, remainder.s
-    # by reciprocity, the top answers a torque at the bit as the bit answers one at the top
-    answer = -remainder.mobility / np.ravel(drive(remainder.system.top_drive, s)) * rate / s
-    answer = answer * np.ravel(bit_speed_ratio(remainder.system, s))
+    answer = -remainder.moved_from_bit * rate / s
     weighted = np.where(remainder.inside, np.conj(answer) / np.maximum(remainder.noise, np.finfo(float).tiny), 0.0)
     matched = irfft(weighted * rfft(remainder.left * remainder.taper), remainder.samples) * remainder.samples
     deviation = float(np.sqrt(2 * np.sum((weighted * answer).real)))

@@ -41,7 +41,6 @@ class Motion:
         self.whole_torque: Complex = np.ravel(drive(top_drive, s)) * command - np.ravel(top_drive.inertia * s) * speed
         self.speed: Complex = speed * self.low_pass
         self.torque: Complex = self.whole_torque * self.low_pass
-        self.moved: Complex = remainder.mobility / np.ravel(drive(top_drive, s))
 
     def string_torque(self) -> Floats:
         """Torque into the string, N m, with its mean."""
@@ -72,7 +71,7 @@ class Motion:
                 np.where(kept, np.ravel(one), 0) for one in chain_entries(section, s * kept + (~kept))
             )
             speed, torque = cosh * speed - series * torque, cosh * torque - shunt * speed
-        moved: Complex = np.asarray(self.moved * ratio, dtype=complex)
+        moved: Complex = np.asarray(remainder.moved * ratio, dtype=complex)
         return np.asarray(irfft(speed, remainder.samples), dtype=float), moved
 
 

@@ -35,7 +35,7 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
         np.asarray(irfft(transfer * spectrum * (remainder.frequency > 0), remainder.samples), dtype=float)
         for transfer in (derivatives[LENGTH], derivatives[DAMPING_BHA], -remainder.s * remainder.mobility)
     )
-    passed = (np.arange(remainder.samples) + 0.5) / remainder.samples
+    passed = remainder.passed
     duration = remainder.samples / record.rate
     drift = [] if record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
     return [
@@ -48,5 +48,5 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
 
 def jump(remainder: Remainder, moments: Floats) -> Floats:
     """From 0 to 1 at each of some moments (jumps,), shares of the window; shape (jumps, samples)."""
-    since = remainder.time + 0.5 / remainder.record.rate - moments[:, None] * remainder.samples / remainder.record.rate
+    since = (remainder.passed - moments[:, None]) * remainder.samples / remainder.record.rate
     return np.asarray(np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2, dtype=float)

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 NONE = "none"
 UNKNOWN = "unknown"
 UNPROVED = "would fit, but is not proved"
-"""Ends the evidence of an unknown for which names are in sight."""
+"""In the evidence of an unknown, after the names that are in sight and before the reason why they are not given."""
+EVEN_ODDS = 0.5
+"""Probability below which a verdict is likelier wrong than right."""
 
 
 @dataclass(frozen=True)
