@@ -30,8 +30,8 @@ _SAME = float(2 * ndtri(TOLD_APART))
 """Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 _FAINT = 0.05
 """Share of a cause's size at which its direction is compared with others."""
-_NEAR = 0.3
-"""Square of the correlation from which another cause is looked at closely."""
+_NEAR = 0.1
+"""Square of the correlation from which another cause is looked at closely; by its whole size it may come nearer."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
@@ -135,11 +135,10 @@ class Ideal:
         return point if point.rival is None else replace(point, rival=self._bounded(point.rival))
 
     def _bounded(self, rival: Hidden) -> Hidden:
-        """A rival whose size is one that it may have."""
+        """A rival whose size is one that it may have; it may be smaller than any that is hidden."""
         effect = EFFECTS[rival.name]
-        low, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
-        sign = -1.0 if effect.signed and rival.size < 0 else 1.0
-        return replace(rival, size=sign * float(np.clip(sign * rival.size, low, high)))
+        _, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
+        return replace(rival, size=float(np.clip(rival.size, -high if effect.signed else 0.0, high)))
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
