@@ -74,10 +74,9 @@ class Recorder:
                 "Choose one that is",
             )
         time = signal_interval * np.arange(signal.size, dtype=float)
-        seen = np.array(signal, dtype=float)
-        for tone in self.tones:
-            seen += tone.amplitude * np.sin(2 * np.pi * tone.frequency * time + tone.phase)
-        rows = self._sampled(self._filtered(seen, signal_interval), time, every)
+        asked = self._asked(time[::every])
+        rows = self._sampled(self._filtered(np.asarray(signal, dtype=float), signal_interval), time, every, asked)
+        rows = rows + self._toned(asked)
         if self.noise > 0:
             if generator is None:
                 raise SettingsError("recorder", "noise needs a random generator", "Pass one")
@@ -94,19 +93,38 @@ class Recorder:
                 f"a filter at {self.filter_frequency} Hz cannot act on samples every {interval} s",
                 "Lower it, or simulate in finer samples",
             )
-        from scipy.signal import bilinear, butter, lfilter, lfilter_zi
+        from scipy.signal import bilinear, lfilter, lfilter_zi
 
         # an analog filter by the trapezoidal rule: its lag is exact where the signal is slow beside its samples
-        analog = butter(self.filter_order, 2 * np.pi * self.filter_frequency, analog=True)
-        forward, backward = bilinear(*analog, fs=1 / interval)
+        forward, backward = bilinear(*self._analog(), fs=1 / interval)
         passed, _ = lfilter(forward, backward, signal, zi=lfilter_zi(forward, backward) * signal[0])
         return np.asarray(passed, dtype=float)
 
-    def _sampled(self, signal: Vector, time: Vector, every: int) -> Vector:
+    def _analog(self) -> tuple[Vector, Vector]:
+        """Numerator and denominator of the filter."""
+        from scipy.signal import butter
+
+        forward, backward = butter(self.filter_order, 2 * np.pi * self.filter_frequency, analog=True)
+        return forward, backward
+
+    def _asked(self, rows: Vector) -> Vector:
+        """Times of the signal that rows at some times show, s."""
+        return np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
+
+    def _sampled(self, signal: Vector, time: Vector, every: int, asked: Vector) -> Vector:
         if self.clock_offset == 0.0 and self.clock_drift == 0.0:
             return signal[::every]
         from scipy.interpolate import make_interp_spline
 
-        rows = time[::every]
-        asked = rows - self.clock_offset - self.clock_drift * rows
         return np.asarray(make_interp_spline(time, signal)(np.clip(asked, time[0], time[-1])), dtype=float)
+
+    def _toned(self, asked: Vector) -> Vector:
+        """Tones behind the filter at some times; they may be too fast to be told from samples of the signal."""
+        from scipy.signal import freqs
+
+        total = np.zeros(asked.size)
+        for tone in self.tones:
+            turning = 2 * np.pi * tone.frequency
+            passed = 1.0 if np.isinf(self.filter_frequency) else freqs(*self._analog(), worN=[turning])[1][0]
+            total += np.imag(tone.amplitude * passed * np.exp(1j * (turning * asked + tone.phase)))
+        return total

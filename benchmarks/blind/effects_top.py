@@ -7,8 +7,12 @@ import numpy as np
 from benchmarks.blind.effect import Context, Effect
 from benchmarks.blind.world import World
 
-_GEAR_STIFFNESS = 1e6
-_GEAR_DAMPING = 500.0
+_GEAR_RESONANCE = 2 * np.pi * 40.0
+"""rad/s, of the top drive's halves against each other: far above the sweep, so that only the play shows."""
+_GEAR_DAMPING = 0.1
+"""Of that resonance, as a share of the critical one."""
+_LARGEST_JITTER = 0.4
+"""Of the delay, the deviation of a jittering one."""
 _BELOW_GEAR = 0.3
 """Share of the top drive's inertia that turns below its gear."""
 
@@ -23,6 +27,11 @@ def _actuator_gain(world: World, size: float, context: Context) -> World:
 
 def _delay_jitter(world: World, size: float, context: Context) -> World:
     return world.with_top_drive(delay_jitter=float(np.sqrt(size)))
+
+
+def _jitter_range(world: World, context: Context) -> tuple[float, float]:
+    """Variances of delays of which hardly any would fall below zero, where they stop."""
+    return 1e-5, (_LARGEST_JITTER * float(world.rig.system.top_drive.delay)) ** 2
 
 
 def _mean_load(world: World) -> float:
@@ -64,8 +73,15 @@ def _torque_filter(world: World, size: float, context: Context) -> World:
 
 def _gear_backlash(world: World, size: float, context: Context) -> World:
     """Play that opens, as the mean torque is small."""
-    inertia = _BELOW_GEAR * float(world.rig.system.top_drive.inertia)
-    gear = replace(world.rig.gear, play=size, output_inertia=inertia, stiffness=_GEAR_STIFFNESS, damping=_GEAR_DAMPING)
+    inertia = float(world.rig.system.top_drive.inertia)
+    against = _BELOW_GEAR * (1 - _BELOW_GEAR) * inertia
+    gear = replace(
+        world.rig.gear,
+        play=size,
+        output_inertia=_BELOW_GEAR * inertia,
+        stiffness=against * _GEAR_RESONANCE**2,
+        damping=2 * _GEAR_DAMPING * against * _GEAR_RESONANCE,
+    )
     light = 0.1 * context.equipment.sweep_amplitude
     return replace(world, rig=replace(world.rig, gear=gear), bit_torque=light)
 
@@ -73,7 +89,7 @@ def _gear_backlash(world: World, size: float, context: Context) -> World:
 EFFECTS = (
     Effect("drive_lag", _drive_lag, (1e-3, 0.15)),
     Effect("actuator_gain", _actuator_gain, (0.01, 0.5), signed=True),
-    Effect("delay_jitter", _delay_jitter, (1e-5, 1e-3)),
+    Effect("delay_jitter", _delay_jitter, _jitter_range),
     Effect("torque_limit", _torque_limit, _limit_range, linear=False),
     Effect("torque_rate_limit", _torque_rate_limit, _rate_range, linear=False),
     Effect("controller_gain", _controller_gain, (0.02, 0.5), signed=True),

@@ -62,6 +62,7 @@ def _pooled(cause: str, own: list[Sign]) -> PooledSign:
     weight = np.where(np.isfinite(weight), weight, 0.0)
     size = np.array([sign.size for sign in own])
     known = weight.sum() > 0
+    size = np.where(weight > 0, size, 0.0) if known else size
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
     # the windows' sizes may differ by more than their errors say
     spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0

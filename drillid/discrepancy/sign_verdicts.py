@@ -35,7 +35,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     found = [one for one in found if one.cause not in SYMPTOMS]
     chosen = _plainest(_possible(examination, found))
     shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
-    if _bent(examination, [one for one in chosen if shown[one.cause].gain_low > 0]):
+    if _bent(examination, [one for one in chosen if _sure(shown[one.cause])]):
         examination = unextended(examination)
     linear = examination.verdicts
     if linear:
@@ -43,7 +43,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     # beside a cause that is plain a faint sign is more likely its shadow than a second cause
     plain = max((one.log_evidence for one in chosen), default=0.0)
     chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
-    named = [shown[one.cause] for one in chosen if shown[one.cause].gain_low > 0]
+    named = [shown[one.cause] for one in chosen if _sure(shown[one.cause])]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     doubtful = [
@@ -76,6 +76,11 @@ def _bent(examination: Examination, proved: list[PooledSign]) -> bool:
 def _bends(cause: str) -> bool:
     """Whether a cause that is told by its sign may be what linear responses show as unknown."""
     return CATALOGUE[cause].is_linear or cause == _ROUNDED
+
+
+def _sure(verdict: Verdict) -> bool:
+    """Whether the windows gain by a cause and agree, where its size is known, that it has one."""
+    return verdict.gain_low > 0 and not verdict.size_low <= 0 <= verdict.size_high
 
 
 def _may_be(one: PooledSign) -> bool:

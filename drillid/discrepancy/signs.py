@@ -60,15 +60,15 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)
-    rounded = quantisation_score(remainder)
+    rounded, loose = quantisation_score(remainder), backlash_score(remainder, motion)
     alone = {
         "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
         "aliased_tone": tone_score(remainder, strongest_line(remainder, left) if explained.any() else line),
         "line": None if line is None else line.score,
         "quantisation": rounded,
-        # coarse steps are noise that grows with the sweep, as jitter is
-        "delay_jitter": None if rounded else jitter_score(remainder, left),
-        "gear_backlash": backlash_score(remainder, motion),
+        # coarse steps and teeth that meet are noise that grows with the sweep, as jitter is
+        "delay_jitter": None if rounded or _is_plain(loose) else jitter_score(remainder, left),
+        "gear_backlash": loose,
         "stuck_slip_regimes": standing_score(remainder, motion),
     }
     scores |= {cause: found for cause, found in alone.items() if found is not None}
@@ -78,10 +78,14 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     )
 
 
+def _is_plain(found: Score | None) -> bool:
+    return found is not None and found.normal >= _PLAIN
+
+
 def _explained(candidate: Candidate, scores: dict[str, Score]) -> Floats:
     """Speed (samples,) that a plain cause accounts for, rad/s."""
     found = scores.get(candidate.cause)
-    if found is None or found.normal < _PLAIN:
+    if found is None or not _is_plain(found):
         return np.zeros(candidate.columns.shape[1])
     return np.asarray(found.amplitudes @ candidate.columns, dtype=float)
 

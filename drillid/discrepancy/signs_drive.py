@@ -23,16 +23,20 @@ _NOTHING = 1e-9
 
 
 def drive_candidates(remainder: Remainder) -> list[Candidate]:
-    """Missing torque of both limits; the limit of torque is unknown where the command is reckoned."""
+    """Missing torque of both limits; they are unknown where the command is reckoned.
+
+    Its mean is not known then, nor how it jerks between the samples of the record.
+    """
     command, rate = remainder.command, remainder.record.rate
     levels = np.quantile(np.abs(command), 1 - _BEYOND)
     cut = np.clip(command, -levels[:, None], levels[:, None]) - command
     rates = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
     slowed = rate_limited(command, rates / rate) - command
-    known = levels if remainder.record.has_command else np.full(levels.size, np.nan)
+    if not remainder.record.has_command:
+        levels, rates = np.full(levels.size, np.nan), np.full(rates.size, np.nan)
     return [
-        Candidate("torque_limit", _moved(remainder, cut, remembers=False), known, one_sided=True),
-        Candidate("torque_rate_limit", _moved(remainder, slowed, remembers=True), rates, one_sided=True),
+        Candidate("torque_limit", _moved(remainder, cut, remembers=False), levels, one_sided=True),
+        Candidate("torque_rate_limit", _moved(remainder, slowed, remembers=True), rates, one_sided=True, whole=True),
     ]
 
 

@@ -6,7 +6,7 @@ spends more.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr
+from scipy.special import ndtr, stdtr
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Score, normal_of_chance
@@ -22,10 +22,10 @@ _STANDING = 0.15
 """Share of the mean speed within which the bit counts as standing."""
 _BETWEEN_FLANKS = 0.15
 """Share of the torque's standard deviation within which a gear may be between its flanks."""
+_ABOVE_GEAR = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""Shares of the top drive's inertia that may turn above the play, as the motor and its gear do."""
 _LEAST_SHARE = 0.005
 """Share of the time about zero below which nothing can be told."""
-_SIZE_ERROR = 1.0
-"""Of the play, which is reckoned from the time between flanks in a rough way."""
 
 
 def standing_score(remainder: Remainder, motion: Motion) -> Score | None:
@@ -36,31 +36,24 @@ def standing_score(remainder: Remainder, motion: Motion) -> Score | None:
     if found is None:
         return None
     swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
-    return Score(found[0], swing, 0.1 * swing, max(found[0], 0.0) ** 2 / 2)
+    return Score(found, swing, 0.1 * swing, max(found, 0.0) ** 2 / 2)
 
 
 def backlash_score(remainder: Remainder, motion: Motion) -> Score | None:
-    """A string torque that dwells at zero; None where it hardly gets there or the command is not logged.
+    """A torque at the gear that dwells at zero; None where it hardly gets there or the command is not logged.
 
-    Between the flanks the string, of characteristic admittance Y₀, is let go as fast as its torque T would have
-    changed: a play p lasts t with p = dT/dt t²/(2 Y₀).
+    How much of the top drive turns above the play is not known: shares are tried, and the chance counts them. Nor is
+    the play: how far the string turns meanwhile is not recorded.
     """
     if not remainder.record.has_command:
         return None
-    torque = _inner(remainder, motion.string_torque())
-    width = _BETWEEN_FLANKS * float(torque.std())
-    found = _dwelling(remainder, torque, width)
-    if found is None:
+    torques = [_inner(remainder, motion.top_torque(above)) for above in _ABOVE_GEAR]
+    found = [_dwelling(remainder, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
+    told = [normal for normal in found if normal is not None]
+    if not told:
         return None
-    normal, excess = found
-    side = np.sign(torque[np.abs(torque) > width])
-    crossings = max(int(np.count_nonzero(np.diff(side))), 1)
-    slope = np.abs(np.gradient(torque) * remainder.record.rate)
-    beside = (np.abs(torque) > 2 * width) & (np.abs(torque) < 6 * width)
-    lasting = max(excess, 0.0) * torque.size / remainder.record.rate / crossings
-    admittance = float(np.ravel(remainder.system.string[0].characteristic_admittance)[0])
-    play = float(np.mean(slope[beside])) * lasting**2 / (2 * admittance) if beside.any() else 0.0
-    return Score(normal, play, _SIZE_ERROR * play, max(normal, 0.0) ** 2 / 2)
+    normal = normal_of_chance(min(len(told) * float(ndtr(-max(told))), 1.0))
+    return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
 
 
 def _inner(remainder: Remainder, series: Floats) -> Floats:
@@ -68,8 +61,8 @@ def _inner(remainder: Remainder, series: Floats) -> Floats:
     return series[ends:-ends]
 
 
-def _dwelling(remainder: Remainder, series: Floats, width: float) -> tuple[float, float] | None:
-    """Standard normal value of the time about zero, and the share of it that is too much.
+def _dwelling(remainder: Remainder, series: Floats, width: float) -> float | None:
+    """Standard normal value of the time about zero.
 
     What is foretold is extrapolated from the shares of two pairs of bands beside zero, as a parabola would.
     """
@@ -84,4 +77,4 @@ def _dwelling(remainder: Remainder, series: Floats, width: float) -> tuple[float
     deviation = float(blocks.std(ddof=1)) / np.sqrt(count)
     if deviation == 0:
         return None
-    return normal_of_chance(float(stdtr(count - 1, -blocks.mean() / deviation))), float(blocks.mean())
+    return normal_of_chance(float(stdtr(count - 1, -blocks.mean() / deviation)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
 from drillid.discrepancy.signs_record import Remainder
@@ -40,6 +41,8 @@ class Candidate:
     """Whether only a positive amplitude makes sense."""
     together: bool = False
     """Whether the columns are parts of one thing, whose modulus is the size."""
+    whole: bool = False
+    """Whether the size is the setting at which the amplitude is one, and not the most likely one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +114,12 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
     size, size_error = float(amplitude[best]), float(deviation[best])
     if candidate.settings is not None:
         # the whole of what is left out, not some share of it
-        ratio = columns[usable] @ error - energy[usable] / 2
-        size, size_error = _size_of_setting(candidate.settings[usable], ratio)
+        settings, ratio = candidate.settings[usable], columns[usable] @ error - energy[usable] / 2
+        size, size_error = (
+            _setting_of_whole(settings, ratio, amplitude, deviation)
+            if candidate.whole
+            else _size_of_setting(settings, ratio)
+        )
     told = (np.maximum if candidate.one_sided else np.hypot)(amplitude[best : best + 1], 0.0) / deviation[best]
     log_ratio = 0.5 * float(_to_normal(told, blocks[best : best + 1], two_sided=False)[0]) ** 2
     amplitudes = np.zeros(columns.shape[0])
@@ -183,6 +190,25 @@ def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
     a, b, _ = np.polyfit(settings[near] - settings[best], ratio[near], 2)
     shift, width = -b / (2 * a), np.sqrt(-0.5 / a)
     return float(settings[best] + shift), float(np.hypot(width, spacing / np.sqrt(12)))
+
+
+def _setting_of_whole(settings: Floats, ratio: Floats, amplitude: Floats, deviation: Floats) -> tuple[float, float]:
+    """Setting at which a rising amplitude is one, the nearest to the most likely, and its error; NaN without any.
+
+    Between settings the amplitude follows a monotone cubic in their logarithm (Fritsch and Butland 1984, SIAM Journal
+    on Scientific and Statistical Computing 5, 300–304).
+    """
+    if settings.size < 2 or not np.isfinite(settings).all():
+        return np.nan, np.inf
+    order = np.argsort(settings)
+    place = np.log(settings[order])
+    curve = PchipInterpolator(place, amplitude[order])
+    roots = np.array([root for root in curve.solve(1.0, extrapolate=False) if curve(root, 1) > 0])
+    if roots.size == 0:
+        return np.nan, np.inf
+    root = float(roots[np.argmin(np.abs(roots - np.log(settings[np.argmax(ratio)])))])
+    size = float(np.exp(root))
+    return size, size * float(np.interp(root, place, deviation[order]) / curve(root, 1))
 
 
 def _score_together(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | None:

@@ -22,6 +22,8 @@ _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
 _HANN_LINES = 1 + 2 * (2 / 3) ** 2 + 2 * (1 / 6) ** 2
 """Lines per independent line under a Hann window: the sum of correlations between the power of a line and of others."""
+_LEAST_KEPT = 0.1
+"""Share of a tone beyond which it is not made up for what has gone with the sweep."""
 _REPEATED = 3
 """Times that a value must occur to count as a step and not as chance."""
 _NEIGHBOURS = 8
@@ -112,8 +114,8 @@ def strongest_line(remainder: Remainder, left: Floats) -> Line | None:
     overall = -np.expm1(usable.sum() * np.log1p(-min(chance, 1 - 1e-12)))
     error = np.sqrt(np.sum(hann**2) / np.sum(remainder.taper**2) * remainder.noise[line] / 2) * 2 / hann.sum()
     log_ratio = float(freedom * np.log1p(ratio[line] / freedom))
-    amplitude = _tone_amplitude(left * hann, line) * 2 / hann.sum()
-    return Line(line, Score(normal_of_chance(float(overall)), amplitude, float(error), log_ratio))
+    amplitude, kept = _tone_amplitude(remainder, left, line)
+    return Line(line, Score(normal_of_chance(float(overall)), amplitude, float(error) / kept, log_ratio))
 
 
 def tone_score(remainder: Remainder, line: Line | None) -> Score | None:
@@ -135,11 +137,19 @@ def _control_answers(remainder: Remainder, line: int) -> bool:
     return bool(abs(answer + asked) < _ANSWERED * abs(asked))
 
 
-def _tone_amplitude(tapered: Floats, line: int) -> float:
-    """Largest modulus of the spectrum within half a line of a line."""
-    places = (line + np.linspace(-0.6, 0.6, 25)) / tapered.size
-    waves = np.exp(-2j * np.pi * places[:, None] * np.arange(tapered.size))
-    return float(np.max(np.abs(waves @ tapered)))
+def _tone_amplitude(remainder: Remainder, left: Floats, line: int) -> tuple[float, float]:
+    """Amplitude of a tone within half a line of a line, rad/s, and the share of it that its neighbours have left.
+
+    Beside a harmonic of the sweep, a part of a tone goes with what repeats.
+    """
+    hann, sample = np.hanning(remainder.samples + 1)[:-1], np.arange(remainder.samples)
+    places = (line + np.linspace(-0.6, 0.6, 25)) / remainder.samples
+    found = np.exp(-2j * np.pi * places[:, None] * sample) @ (left * hann)
+    best = int(np.argmax(np.abs(found)))
+    turned = 2 * np.pi * places[best] * sample + np.angle(found[best])
+    kept = float(2 / hann.sum() * np.sum(np.cos(turned) * hann * remainder.without_sweep(np.cos(turned))))
+    kept = max(kept, _LEAST_KEPT)
+    return float(np.abs(found[best])) * 2 / hann.sum() / kept, kept
 
 
 def quantisation_score(remainder: Remainder) -> Score | None:

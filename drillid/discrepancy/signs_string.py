@@ -38,14 +38,18 @@ class Motion:
         self.low_pass = _passed(remainder.frequency, _LOW_PASS)
         s, top_drive = remainder.s, remainder.system.top_drive
         speed, command = rfft(_steady(remainder.speed)), rfft(_steady(remainder.command))
-        self.whole_torque: Complex = np.ravel(drive(top_drive, s)) * command - np.ravel(top_drive.inertia * s) * speed
+        self.driven: Complex = np.ravel(drive(top_drive, s)) * command
+        self.turned: Complex = np.ravel(top_drive.inertia * s) * speed
         self.speed: Complex = speed * self.low_pass
-        self.torque: Complex = self.whole_torque * self.low_pass
+        self.torque: Complex = (self.driven - self.turned) * self.low_pass
 
-    def string_torque(self) -> Floats:
-        """Torque into the string, N m, with its mean."""
+    def top_torque(self, above: float) -> Floats:
+        """Torque with its mean, N m, in a top drive of which a share of the inertia turns above; into the string at 1.
+
+        Up to 6 Hz; the logged command gives its mean.
+        """
         mean = float(self.remainder.command.mean())
-        torque = self.whole_torque * _passed(self.remainder.frequency, _TOP_LOW_PASS)
+        torque = (self.driven - above * self.turned) * _passed(self.remainder.frequency, _TOP_LOW_PASS)
         return np.asarray(irfft(torque, self.remainder.samples) + mean, dtype=float)
 
     def below(self, share: float) -> tuple[Floats, Complex]:

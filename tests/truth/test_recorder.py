@@ -68,6 +68,12 @@ def test_a_tone_above_half_the_row_rate_is_aliased_unless_filtered() -> None:
     assert abs(amplitude(filtered, 3.0)) < 1e-3
 
 
+def test_a_tone_between_the_samples_of_the_signal_keeps_its_size() -> None:
+    rows = Recorder(ROW, clock_offset=FINE / 2, tones=(Tone(53.0, 0.4),)).record(np.zeros(2000), FINE)
+    time = ROW * np.arange(rows.size) - FINE / 2
+    assert rows == pytest.approx(0.4 * np.sin(2 * np.pi * 53.0 * time))
+
+
 def test_resolution_is_the_step_of_the_rows() -> None:
     rows = Recorder(ROW, resolution=0.03).record(tone(TIME, 0.1), FINE)
     np.testing.assert_allclose(rows / 0.03, np.rint(rows / 0.03), atol=1e-9)
