@@ -24,6 +24,8 @@ ADDITIVE = ("aliased_tone", "once_per_revolution")
 _PARTS = 5
 _ROUNDS = 5
 _SIZE_STEP = 1e-4
+_LEAST = 1e-6
+"""Of a rival's largest size; some causes are not defined at none."""
 TOLD_APART = 0.95
 """Share of sets in which the ideal test between two causes must be right, for them to count as told apart."""
 _SAME = float(2 * ndtri(TOLD_APART))
@@ -138,7 +140,7 @@ class Ideal:
         """A rival whose size is one that it may have; it may be smaller than any that is hidden."""
         effect = EFFECTS[rival.name]
         _, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
-        return replace(rival, size=float(np.clip(rival.size, -high if effect.signed else 0.0, high)))
+        return replace(rival, size=float(np.clip(rival.size, -high if effect.signed else _LEAST * high, high)))
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)

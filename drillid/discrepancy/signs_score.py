@@ -42,7 +42,7 @@ class Candidate:
     together: bool = False
     """Whether the columns are parts of one thing, whose modulus is the size."""
     whole: bool = False
-    """Whether the size is the setting at which the amplitude is one, and not the most likely one."""
+    """Whether the size is the setting at which the amplitude is one, if there is one, and not the most likely one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,19 +193,21 @@ def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
 
 
 def _setting_of_whole(settings: Floats, ratio: Floats, amplitude: Floats, deviation: Floats) -> tuple[float, float]:
-    """Setting at which a rising amplitude is one, the nearest to the most likely, and its error; NaN without any.
+    """Setting at which a rising amplitude is one, the nearest to the most likely, and its error.
+
+    Without any, as where the limit is hardly ever left, it is the most likely one.
 
     Between settings the amplitude follows a monotone cubic in their logarithm (Fritsch and Butland 1984, SIAM Journal
     on Scientific and Statistical Computing 5, 300–304).
     """
     if settings.size < 2 or not np.isfinite(settings).all():
-        return np.nan, np.inf
+        return _size_of_setting(settings, ratio)
     order = np.argsort(settings)
     place = np.log(settings[order])
     curve = PchipInterpolator(place, amplitude[order])
     roots = np.array([root for root in curve.solve(1.0, extrapolate=False) if curve(root, 1) > 0])
     if roots.size == 0:
-        return np.nan, np.inf
+        return _size_of_setting(settings, ratio)
     root = float(roots[np.argmin(np.abs(roots - np.log(settings[np.argmax(ratio)])))])
     size = float(np.exp(root))
     return size, size * float(np.interp(root, place, deviation[order]) / curve(root, 1))
