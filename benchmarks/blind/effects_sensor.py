@@ -18,6 +18,11 @@ def _speed_scale(world: World, size: float, context: Context) -> World:
     return world.with_recorder(scale=1 + size)
 
 
+def nearest_factor(scale: float) -> float:
+    """Of the factors of wrong units the one that a scale comes nearest to."""
+    return min((one for one in SignOrUnit.shapes if one > 0), key=lambda factor: abs(np.log(scale / factor)))
+
+
 def wrong_factor(shape: float) -> float:
     """One of the factors by which a channel's sign or unit is mistaken."""
     factors = SignOrUnit.shapes

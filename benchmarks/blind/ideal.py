@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.special import chndtr, ndtr, ndtri
 
 from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
-from benchmarks.blind.effects_sensor import tone_frequency, wrong_factor
+from benchmarks.blind.effects_sensor import nearest_factor, tone_frequency, wrong_factor
 from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
 from benchmarks.blind.world import NUISANCES
 from drillid.physics.responses import command_mobility, laplace
@@ -261,7 +261,14 @@ class Ideal:
                 continue
             if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < _SAME**2:
                 found.add(one.name)
+        if hidden.name == "speed_scale" and self._is_unit(hidden):
+            found.add("sign_or_unit")
         return frozenset(found)
+
+    def _is_unit(self, scale: Hidden) -> bool:
+        """Whether a scale comes too close to that of a wrong unit, which leaves the rest of it."""
+        rest = replace(scale, size=(1 + scale.size) / nearest_factor(1 + scale.size) - 1)
+        return self._least_distance((rest,)) < _SAME**2
 
 
 @dataclass(frozen=True, eq=False)
