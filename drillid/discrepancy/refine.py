@@ -88,6 +88,8 @@ def refine(
         one if one.log_evidence < near or one.extension.cause.size.fixed else search.settled(one, screened, most, least)
         for one in found
     ]
+    contenders = [one for one in found if one.log_evidence >= near]
+    found = [one if one not in contenders else search.beside(one, contenders) for one in found]
     return sorted(found, key=lambda one: -one.log_evidence)
 
 
@@ -130,6 +132,15 @@ class _Search:
                 break
             best = top
         return best
+
+    def beside(self, found: Refined, others: Sequence[Refined]) -> Refined:
+        """The same, or a better fit from where the best of the others has come; the rest may have several optima."""
+        rivals = [one for one in others if one is not found]
+        if not rivals:
+            return found
+        best = min(rivals, key=lambda one: one.fit.cost)
+        point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, found.fit.point.sizes[-1]))
+        return max(found, self._from(found.extension, [point], found.fit.cost), key=lambda one: one.log_evidence)
 
     def nearest(self, cause: Cause) -> list[Extension]:
         """The shapes of a cause without a size that come nearest as the papers and the base fit have the rest."""
