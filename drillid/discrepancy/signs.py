@@ -56,7 +56,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     scores = _one_after_the_other([whitened(one, remainder) for one in candidates], remainder)
     if "once_per_revolution" in scores:
         scores["once_per_revolution"] = beside_neighbours(remainder, scores["once_per_revolution"])
-    scores = along_the_way(scores, remainder, _PLAIN)
+    scores = along_the_way(scores, remainder)
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)

@@ -1,18 +1,20 @@
-"""Sizes of plain changes in time: the response is followed along the way that a figure goes, not by its derivative.
+"""Changes in time that are in sight: the response is followed along the way that a figure goes, not by its derivative.
 
 While a figure changes, the speed is at every moment taken as that of the rig as it is then. Begin and size of the
 change, and the moment of a jump, are fitted to the whole window; the rig's other figures follow by their derivatives.
 """
 
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
+from scipy.special import ndtr
 
 from drillid.discrepancy.signs_record import Remainder
-from drillid.discrepancy.signs_score import Score, block_starts, orthonormal, without_basis
+from drillid.discrepancy.signs_score import Score, block_starts, normal_of_chance, orthonormal, without_basis
 from drillid.discrepancy.signs_time import CHANGES, jump
 from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_derivatives
 
@@ -21,6 +23,8 @@ Floats = NDArray[np.float64]
 _FIGURES = {"length_growth": LENGTH, "parameter_drift": DAMPING_BHA, "regime_change": DAMPING_BHA}
 """What changes, of the eight figures of the model, by cause."""
 _JUMP = "regime_change"
+_IN_SIGHT = 2.0
+"""Score from which a change is followed."""
 _KNOTS = 5
 """Moments between which an even change's response is interpolated."""
 _EVALUATIONS = 30
@@ -30,27 +34,28 @@ _LOWEST = 1.0
 """N m s/rad, or m, that a fitted value is taken for at least."""
 
 
-def along_the_way(scores: dict[str, Score], remainder: Remainder, plain: float) -> dict[str, Score]:
-    """Scores with the sizes of changes from the score `plain` on, and their errors, told by the change as a whole.
+def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, Score]:
+    """Scores of changes that are in sight, and their sizes and errors, told by the change as a whole.
 
-    Of causes that move the same figure, the one whose way fits best has the best score, and the others fall behind it
-    as their ways do.
+    Of causes that move the same figure, the one whose way fits best has the best score, by what that way gains or by
+    the derivative, and the others fall behind it as their ways do.
     """
     scores = dict(scores)
     for figure in dict.fromkeys(_FIGURES.values()):
         causes = [cause for cause in scores if _FIGURES.get(cause) == figure]
         best = max((scores[cause] for cause in causes), key=lambda one: one.normal, default=None)
-        if best is None or best.normal < plain:
+        if best is None or best.normal < _IN_SIGHT:
             continue
         window = _Window(figure, remainder)
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
-        least = min(one.misfit for one in fitted.values())
+        nearest = min(fitted.values(), key=lambda one: one.misfit)
+        normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
         for cause, way in fitted.items():
-            behind = way.misfit - least
+            behind = way.misfit - nearest.misfit
             scores[cause] = replace(
                 scores[cause],
-                normal=float(np.sqrt(max(best.normal**2 - 2 * behind, 0.0))),
-                log_ratio=max(best.log_ratio - behind, 0.0),
+                normal=float(np.sqrt(max(normal**2 - 2 * behind, 0.0))),
+                log_ratio=max(log_ratio - behind, 0.0),
                 size=way.size,
                 size_error=way.size_error,
             )
@@ -64,6 +69,15 @@ class _Fitted(NamedTuple):
     size_error: float
     misfit: float
     """Half the sum of squares, and one for each fitted figure (Akaike 1974)."""
+    gain: float
+    """Log-likelihood ratio against no change, with the noise as it is over the window."""
+    tried: int
+    """Moments of a change that were looked at."""
+
+    @property
+    def normal(self) -> float:
+        """Standard normal value of the gain by one figure, at the best of the moments."""
+        return normal_of_chance(min(self.tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
 
 
 def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
@@ -82,8 +96,12 @@ def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
         left, start, bounds=(low, high), x_scale=scale, diff_step=1e-4, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-5
     )
     change = np.array([-1.0, 1.0])
-    error = float(np.sqrt(change @ _covariance(best.jac, best.fun, window.remainder)[:2, :2] @ change))
-    return _Fitted(float(best.x[1] - best.x[0]), error, float(best.cost) + count)
+    usual = np.linalg.pinv(best.jac.T @ best.jac)
+    variance = change @ _covariance(best.jac, best.fun, window.remainder, usual)[:2, :2] @ change
+    spread = float(variance / (change @ usual[:2, :2] @ change))
+    gain = max(window.unchanged - float(best.cost), 0.0) / max(spread, 1.0)
+    tried = CHANGES.size if jumps else 1
+    return _Fitted(float(best.x[1] - best.x[0]), float(np.sqrt(variance)), float(best.cost) + count, gain, tried)
 
 
 class _Window:
@@ -99,6 +117,23 @@ class _Window:
         self.others = orthonormal(remainder.weighted(irfft(others, remainder.samples)))
         told = remainder.speed - remainder.taken
         self.told = without_basis(remainder.weighted(told - told.mean()), self.others)
+
+    @cached_property
+    def unchanged(self) -> float:
+        """Half the sum of squares that is left at the best value that does not change."""
+        from scipy.optimize import least_squares
+
+        best = least_squares(
+            lambda figure: self._left(figure, np.ones((1, self.remainder.samples))),
+            [self.level],
+            bounds=(_LEAST * self.level, np.inf),
+            x_scale=[self.level],
+            diff_step=1e-4,
+            max_nfev=_EVALUATIONS,
+            xtol=1e-4,
+            ftol=1e-5,
+        )
+        return float(best.cost)
 
     def left_by_jump(self, figures: Floats) -> Floats:
         """Whitened speed (samples,) that is left with the values before and after a jump, and its moment."""
@@ -121,8 +156,7 @@ class _Window:
         return self.told - without_basis(remainder.weighted(np.sum(weights * answers, axis=0)), self.others)
 
 
-def _covariance(slopes: Floats, error: Floats, remainder: Remainder) -> Floats:
+def _covariance(slopes: Floats, error: Floats, remainder: Remainder, inverse: Floats) -> Floats:
     """Of fitted figures, by the errors of blocks of the record as they are (White 1980)."""
-    inverse = np.linalg.pinv(slopes.T @ slopes)
     products = np.add.reduceat(slopes * error[:, None], block_starts(remainder), axis=0)
     return np.asarray(inverse @ (products.T @ products) @ inverse, dtype=float)

@@ -2,7 +2,7 @@
 
 The change of the response with a figure of the model, times how far that figure has moved, is looked for in what
 does not repeat with the sweep. The sweep is known, so that the noise has no part in what is looked for.
-Here the change is taken as its first derivative; `signs_path` has the size of one that is plain.
+Here the change is taken as its first derivative; `signs_path` follows one that is in sight.
 """
 
 import numpy as np
