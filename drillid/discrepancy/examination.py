@@ -15,6 +15,8 @@ from drillid.discrepancy.verdict import UNKNOWN, UNPROVED, Verdict
 
 CLOSURE_RATE = 0.01
 """Chance below which an extended model has not passed the tests that the base model failed."""
+LEFT_SHARE = 0.02
+"""Of the evidence for a cause, what may be left beside it as its shadow."""
 WITHOUT_GAIN = 10.0
 """Evidence, in units of log-likelihood, of which a set without a name keeps the verdict that something is wrong."""
 _NO_SURE_GAIN = "its gain on held-out data is not sure"

@@ -27,6 +27,15 @@ class Gain:
     windows: int
     """Windows that were held out; 0 where every other frequency of one window was."""
 
+    def joined(self, other: "Gain") -> "Gain":
+        """With the gain of the same cause on other data of the same windows."""
+        value = self.value + other.value
+        reach = float(np.hypot(self.value - self.low, other.value - other.low))
+        return Gain(value, value - reach, value + reach, self.windows)
+
+
+NO_GAIN = Gain(0.0, 0.0, 0.0, 0)
+
 
 def held_out_gain(
     model: SetModel, base: tuple[Point, tuple[Extension, ...]], extended: tuple[Point, tuple[Extension, ...]]

@@ -5,10 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.discrepancy.causes import Cause
-from drillid.discrepancy.examination import CLOSURE_RATE, WITHOUT_GAIN, Examination, doubt, evidence_left, surely
+from drillid.discrepancy.examination import (
+    CLOSURE_RATE,
+    LEFT_SHARE,
+    WITHOUT_GAIN,
+    Examination,
+    doubt,
+    evidence_left,
+    surely,
+)
 from drillid.discrepancy.gain import Gain, held_out_gain
 from drillid.discrepancy.naming import Posterior, class_name, posterior, separator
-from drillid.discrepancy.pooled import PooledSign
+from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
 from drillid.discrepancy.set_fit import SetFit, fit_set
@@ -24,9 +32,8 @@ _PAIR_PRICE = np.log(250.0)
 """Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
-_LEFT_SHARE, _LEFT = 0.02, 4.0
-"""Of the evidence for a cause, what may be left unexplained beside it before its name is withdrawn; and in units of
-log-likelihood at least."""
+_LEFT = 4.0
+"""What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
 
 
 def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
@@ -46,7 +53,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
         if other is not None:
             chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
-    open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, _LEFT_SHARE * total)
+    open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, LEFT_SHARE * total)
     if any(one.at_bound for _, one in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or open_still:
@@ -136,7 +143,9 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
     limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
     depth = evidence.conditions.hole_depth if rows is None else evidence.conditions.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
-    gain = _gain(result, place, without)
+    gain = _gain(result, place, without).joined(
+        sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
+    )
     location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
     return Verdict(
         verdict=class_name(found.members),

@@ -8,7 +8,7 @@ from scipy.special import log_ndtr, ndtr, ndtri_exp
 
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
-from drillid.discrepancy.gain import Gain
+from drillid.discrepancy.gain import NO_GAIN, Gain
 from drillid.statistics import TWO_SIDED
 
 _AGAINST = 30.0
@@ -100,6 +100,8 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     About its best size the log-likelihood of a window is taken as a parabola. A window without another that tells the
     size has its own log-likelihood ratio less one, for the size fitted to it (Akaike 1974).
     """
+    if not signs:
+        return NO_GAIN
     ratio = np.maximum([sign.log_ratio for sign in signs], 0.0)
     size, error = np.array([sign.size for sign in signs]), np.array([sign.size_error for sign in signs])
     told = np.isfinite(size) & np.isfinite(error) & (error > 0)

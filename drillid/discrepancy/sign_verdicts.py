@@ -8,6 +8,7 @@ from scipy.special import logsumexp
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.examination import (
     CLOSURE_RATE,
+    LEFT_SHARE,
     WITHOUT_GAIN,
     Examination,
     evidence_left,
@@ -41,8 +42,9 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     if linear:
         chosen = [one for one in chosen if one.chance < error_rate * CLOSURE_RATE / len(examination.signs)]
     # beside a cause that is plain a faint sign is more likely its shadow than a second cause
-    plain = max((one.log_evidence for one in chosen), default=0.0)
-    chosen = [one for one in chosen if one.log_evidence >= _SHADOW * plain]
+    plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
+    plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
+    chosen = [one for one in chosen if one.log_evidence >= plain]
     named = [shown[one.cause] for one in chosen if _sure(shown[one.cause])]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
