@@ -75,6 +75,8 @@ class Sign:
     size_error: float
     log_ratio: float
     """Log-likelihood of the data that the sign is read from, with the cause at its best size less without."""
+    misfit: float = np.nan
+    """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
 
 
 @dataclass(frozen=True, eq=False)

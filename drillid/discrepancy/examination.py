@@ -19,7 +19,7 @@ LEFT_SHARE = 0.02
 """Of the evidence for a cause, what may be left beside it as its shadow."""
 WITHOUT_GAIN = 10.0
 """Evidence, in units of log-likelihood, of which a set without a name keeps the verdict that something is wrong."""
-_NO_SURE_GAIN = "its gain on held-out data is not sure"
+NO_SURE_GAIN = "its gain on held-out data is not sure"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +55,13 @@ def surely(log_evidence: float) -> float:
     return float(expit(log_evidence - np.log(len(CATALOGUE))))
 
 
-def doubt(unproved: tuple[Verdict, ...], reason: str = _NO_SURE_GAIN) -> str:
+def doubt(unproved: tuple[Verdict, ...], reason: str = NO_SURE_GAIN) -> str:
     """Names that were in sight, in words, and why they are not given."""
     names = ", ".join(one.verdict for one in unproved)
     return f"; {names} {UNPROVED}: {reason}" if names else ""
 
 
-def nameless(one: Verdict, reason: str = _NO_SURE_GAIN) -> Verdict:
+def nameless(one: Verdict, reason: str = NO_SURE_GAIN) -> Verdict:
     """What is left of a name that is not given."""
     said = f"{one.evidence}{doubt((one,), reason)}"
     return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)

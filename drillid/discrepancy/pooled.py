@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr, ndtri_exp
+from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
 
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
@@ -27,6 +27,8 @@ class PooledSign:
     size: float
     size_error: float
     windows: int
+    closure: float = 1.0
+    """Chance of so much that the cause leaves unexplained where it is what is there."""
 
     def evidence_for(self, size: float) -> float:
         """Log-likelihood ratio of the signs for a size that the linear responses show, against none.
@@ -67,7 +69,14 @@ def _pooled(cause: str, own: list[Sign]) -> PooledSign:
     # the windows' sizes may differ by more than their errors say
     spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0
     error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
-    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size)
+    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size, _closure(own))
+
+
+def _closure(own: list[Sign]) -> float:
+    """Chance of misfits so large in all windows that were asked (Fisher 1932); 1 where none was."""
+    misfit = np.array([sign.misfit for sign in own])
+    logs = log_ndtr(-misfit[np.isfinite(misfit)])
+    return float(chdtrc(2 * logs.size, -2 * logs.sum())) if logs.size else 1.0
 
 
 def _chance_of_sum(own: list[Sign]) -> float:

@@ -9,6 +9,7 @@ from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
+    NO_SURE_GAIN,
     WITHOUT_GAIN,
     Examination,
     evidence_left,
@@ -36,7 +37,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     found = [one for one in found if one.cause not in SYMPTOMS]
     chosen = _plainest(_possible(examination, found))
     shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
-    if _bent(examination, [one for one in chosen if _sure(shown[one.cause])]):
+    if _bent(examination, [one for one in chosen if not _doubt(one, shown[one.cause])]):
         examination = unextended(examination)
     linear = examination.verdicts
     if linear:
@@ -45,11 +46,13 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
     plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
     chosen = [one for one in chosen if one.log_evidence >= plain]
-    named = [shown[one.cause] for one in chosen if _sure(shown[one.cause])]
+    named = [shown[one.cause] for one in chosen if not _doubt(one, shown[one.cause])]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     doubtful = [
-        nameless(shown[one.cause]) for one in chosen if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
+        nameless(shown[one.cause], _doubt(one, shown[one.cause]))
+        for one in chosen
+        if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
     return replace(examination, verdicts=(*linear, *named) or tuple([*doubtful, *symptoms][:1]))
 
@@ -80,9 +83,13 @@ def _bends(cause: str) -> bool:
     return CATALOGUE[cause].is_linear or cause == _ROUNDED
 
 
-def _sure(verdict: Verdict) -> bool:
-    """Whether the windows gain by a cause and agree, where its size is known, that it has one."""
-    return verdict.gain_low > 0 and not verdict.size_low <= 0 <= verdict.size_high
+def _doubt(one: PooledSign, verdict: Verdict) -> str:
+    """Why a cause is not named by its sign; nothing where it is."""
+    if not verdict.gain_low > 0:
+        return NO_SURE_GAIN
+    if verdict.size_low <= 0 <= verdict.size_high:
+        return "the windows do not agree that it has a size"
+    return "something like it fits better" if one.closure < CLOSURE_RATE else ""
 
 
 def _may_be(one: PooledSign) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
-from scipy.special import ndtr
+from scipy.special import chdtrc, ndtr
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Score, block_starts, normal_of_chance, orthonormal, without_basis
@@ -26,7 +26,8 @@ _JUMP = "regime_change"
 _IN_SIGHT = 2.0
 """Score from which a change is followed."""
 _KNOTS = 5
-"""Moments between which an even change's response is interpolated."""
+"""Moments between which an even change's response is interpolated, and a free one is even."""
+_AT_KNOTS = np.linspace(0.0, 1.0, _KNOTS)
 _EVALUATIONS = 30
 _LEAST = 1e-3
 """Of a figure's fitted value, below which it does not go."""
@@ -49,6 +50,7 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
         window = _Window(figure, remainder)
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
         nearest = min(fitted.values(), key=lambda one: one.misfit)
+        freely = _least_freely(window, nearest)
         normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
         for cause, way in fitted.items():
             behind = way.misfit - nearest.misfit
@@ -58,6 +60,7 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
                 log_ratio=max(log_ratio - behind, 0.0),
                 size=way.size,
                 size_error=way.size_error,
+                misfit=way.misfit_beside(freely),
             )
     return scores
 
@@ -71,13 +74,29 @@ class _Fitted(NamedTuple):
     """Half the sum of squares, and one for each fitted figure (Akaike 1974)."""
     gain: float
     """Log-likelihood ratio against no change, with the noise as it is over the window."""
-    tried: int
-    """Moments of a change that were looked at."""
+    spread: float
+    """Variance of what is fitted, per that by noise that does not change."""
+    figures: Floats
+    """Values before and after, and the moment of a jump."""
+
+    @property
+    def jumps(self) -> bool:
+        """Whether it goes at a moment, and not evenly."""
+        return self.figures.size > 2
+
+    def misfit_beside(self, least: float) -> float:
+        """Standard normal value of what this way leaves beside half the sum of squares that a free one leaves.
+
+        A free way has _KNOTS figures; what it fits better follows χ² of those that it has more.
+        """
+        better = max(self.misfit - self.figures.size - least, 0.0) / self.spread
+        return normal_of_chance(float(chdtrc(_KNOTS - self.figures.size, 2 * better)))
 
     @property
     def normal(self) -> float:
         """Standard normal value of the gain by one figure, at the best of the moments."""
-        return normal_of_chance(min(self.tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
+        tried = CHANGES.size if self.jumps else 1
+        return normal_of_chance(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
 
 
 def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
@@ -98,10 +117,29 @@ def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
     change = np.array([-1.0, 1.0])
     usual = np.linalg.pinv(best.jac.T @ best.jac)
     variance = change @ _covariance(best.jac, best.fun, window.remainder, usual)[:2, :2] @ change
-    spread = float(variance / (change @ usual[:2, :2] @ change))
-    gain = max(window.unchanged - float(best.cost), 0.0) / max(spread, 1.0)
-    tried = CHANGES.size if jumps else 1
-    return _Fitted(float(best.x[1] - best.x[0]), float(np.sqrt(variance)), float(best.cost) + count, gain, tried)
+    spread = max(float(variance / (change @ usual[:2, :2] @ change)), 1.0)
+    gain = max(window.unchanged - float(best.cost), 0.0) / spread
+    size, error = float(best.x[1] - best.x[0]), float(np.sqrt(variance))
+    return _Fitted(size, error, float(best.cost) + count, gain, spread, best.x)
+
+
+def _least_freely(window: "_Window", nearest: _Fitted) -> float:
+    """Half the sum of squares that is left where the figure takes any course."""
+    from scipy.optimize import least_squares
+
+    begin, end = nearest.figures[:2]
+    start = begin + (end - begin) * (nearest.figures[2] < _AT_KNOTS if nearest.jumps else _AT_KNOTS)
+    best = least_squares(
+        window.left_freely,
+        start,
+        bounds=(_LEAST * window.level, np.inf),
+        x_scale=np.full(_KNOTS, window.level),
+        diff_step=1e-4,
+        max_nfev=_EVALUATIONS,
+        xtol=1e-4,
+        ftol=1e-5,
+    )
+    return float(best.cost)
 
 
 class _Window:
@@ -142,9 +180,12 @@ class _Window:
 
     def left_by_drift(self, figures: Floats) -> Floats:
         """Whitened speed (samples,) that is left with the values at begin and end of an even change."""
-        knots = np.linspace(0.0, 1.0, _KNOTS)
-        weights = np.maximum(1 - np.abs(self.remainder.passed - knots[:, None]) * (_KNOTS - 1), 0.0)
-        return self._left(figures[0] + (figures[1] - figures[0]) * knots, weights)
+        return self.left_freely(figures[0] + (figures[1] - figures[0]) * _AT_KNOTS)
+
+    def left_freely(self, values: Floats) -> Floats:
+        """Whitened speed (samples,) that is left with values at the knots (_KNOTS,), and even changes between."""
+        weights = np.maximum(1 - np.abs(self.remainder.passed - _AT_KNOTS[:, None]) * (_KNOTS - 1), 0.0)
+        return self._left(values, weights)
 
     def _left(self, values: Floats, weights: Floats) -> Floats:
         """With the responses at some values (K,), which count by weights (K, samples)."""

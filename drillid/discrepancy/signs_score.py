@@ -56,6 +56,8 @@ class Score:
     log_ratio: float
     amplitudes: Floats = field(default_factory=lambda: np.empty(0))
     """(settings,) of the candidate's columns; 0 but for the best."""
+    misfit: float = np.nan
+    """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
 
 
 def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:
