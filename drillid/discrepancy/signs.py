@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.discrepancy.evidence import Sign
-from drillid.discrepancy.signs_clock import clock_drift_score
+from drillid.discrepancy.signs_clock import control_scores
 from drillid.discrepancy.signs_drive import drive_candidates
 from drillid.discrepancy.signs_dwell import backlash_score, standing_score
 from drillid.discrepancy.signs_jitter import jitter_score
@@ -26,7 +26,7 @@ from drillid.discrepancy.signs_sensor import (
 )
 from drillid.discrepancy.signs_step import without_steps
 from drillid.discrepancy.signs_string import Motion, string_candidates
-from drillid.discrepancy.signs_time import time_candidates
+from drillid.discrepancy.signs_time import time_candidates, trend_candidate
 
 __all__ = ["WindowRecord", "read_signs"]
 
@@ -60,9 +60,11 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)
+    trend = trend_candidate(remainder)
     rounded, loose = quantisation_score(remainder), backlash_score(remainder, motion)
     alone = {
-        "clock_drift": clock_drift_score(remainder) if record.has_command else scores.get("clock_drift"),
+        **(control_scores(remainder) if record.has_command else {}),
+        "trend": None if trend is None else score(whitened(trend, remainder), remainder.error, remainder),
         "aliased_tone": tone_score(remainder, strongest_line(remainder, left) if explained.any() else line),
         "line": None if line is None else line.score,
         "quantisation": rounded,

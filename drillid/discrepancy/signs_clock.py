@@ -28,8 +28,10 @@ _ENDS = 2.0
 """Tapers at either end that are left out: the control's answer to a speed that fades is not a fading answer."""
 
 
-def clock_drift_score(remainder: Remainder) -> Score | None:
-    """Score of an offset that grows, beside wrong gains and a steady offset; for records with a command."""
+def control_scores(remainder: Remainder) -> dict[str, Score | None]:
+    """Scores of an offset that grows, beside wrong gains and a steady offset, and of an answer that moves in any way;
+    for records with a command.
+    """
     inside, s = remainder.inside & (remainder.frequency > _LOWEST), remainder.s
     told = np.ravel(control(remainder.system.top_drive.controller, s))
     speed, given, sweep = (
@@ -48,5 +50,9 @@ def clock_drift_score(remainder: Remainder) -> Score | None:
     earlier = series(-s * told * moved)
     beside = np.stack([series(moved), series(moved / s), earlier])
     passed = remainder.time - remainder.time.mean()
-    drift = Candidate("clock_drift", without((passed * earlier)[None], beside))
-    return score(drift, without(series(beyond)[None], beside)[0], remainder, inflation=1.0)
+    moving = without(passed * beside, beside)
+    left = without(series(beyond)[None], beside)[0]
+    return {
+        "clock_drift": score(Candidate("clock_drift", moving[2:]), left, remainder, inflation=1.0),
+        "control_trend": score(Candidate("control_trend", moving, together=True), left, remainder),
+    }

@@ -11,13 +11,15 @@ from scipy.fft import irfft, rfft
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Candidate
-from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_derivatives
+from drillid.physics.model import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH, command_mobility_with_derivatives
 
 Floats = NDArray[np.float64]
 
 CHANGES = np.linspace(0.15, 0.85, 15)
 """Shares of the window at which the response is tried to jump."""
 
+_MOVING = (LENGTH, DELAY, INERTIA_TD, DAMPING_BHA)
+"""Figures of the model that may move evenly when it is not asked why."""
 _SETTLING_S = 10.0
 """s, over which the string takes up a jump; a sudden one would have power at all frequencies."""
 
@@ -44,6 +46,17 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
         Candidate("parameter_drift", ((passed - 0.5) * by_damping)[None]),
         Candidate("regime_change", jump(remainder, CHANGES) * by_damping),
     ]
+
+
+def trend_candidate(remainder: Remainder) -> Candidate | None:
+    """All that a response which moves evenly would show, whichever figures of the model move; None without periods."""
+    if not remainder.periods:
+        return None
+    record = remainder.record
+    derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)[1]
+    spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * (remainder.frequency > 0)
+    moved = irfft(derivatives[list(_MOVING)] * spectrum, remainder.samples)
+    return Candidate("trend", (remainder.passed - 0.5) * moved, together=True)
 
 
 def jump(remainder: Remainder, moments: Floats) -> Floats:

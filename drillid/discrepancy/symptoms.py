@@ -16,6 +16,8 @@ class Symptom:
 
 
 SYMPTOMS = {
-    "line": Symptom("sensor", "a tone stands out of the record's noise", "windows at other speeds of the top drive")
+    "line": Symptom("sensor", "a tone stands out of the record's noise", "windows at other speeds of the top drive"),
+    "trend": Symptom("time", "the answer to the sweep moves while a window lasts", "what was changed meanwhile"),
+    "control_trend": Symptom("control", "the control's answer moves while a window lasts", "the drive's own log"),
 }
 """By name; none is the name of a cause."""

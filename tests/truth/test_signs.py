@@ -41,6 +41,8 @@ ALWAYS = (
     "once_per_revolution",
     "delay_jitter",
     "line",
+    "trend",
+    "control_trend",
 )
 """Causes and symptoms that every window of steady drilling can show."""
 
