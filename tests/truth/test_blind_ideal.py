@@ -58,6 +58,16 @@ def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> N
     assert ideal.same(sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
 
 
+def test_a_scale_near_that_of_a_unit_is_the_same_as_that_unit(ideal: Ideal) -> None:
+    assert "sign_or_unit" in ideal.same(Hidden("speed_scale", 0.35, 0.5))
+    assert "sign_or_unit" not in ideal.same(Hidden("speed_scale", 0.1, 0.5))
+
+
+def test_a_rival_may_be_smaller_than_what_is_hidden(case: Case, ideal: Ideal) -> None:
+    least = EFFECTS["regime_change"].range(case.world(0, hidden=()), case.context(Hidden("regime_change", 0.0, 0.5)))[0]
+    assert "regime_change" in ideal.same(Hidden("parameter_drift", least, 0.5))
+
+
 def test_the_drawn_size_has_the_wanted_detectability(case: Case, ideal: Ideal) -> None:
     hidden = sized(case, "drive_lag", np.random.default_rng(0), (10.0, 10.0))
     assert np.sqrt(ideal.noncentrality((hidden,))) == pytest.approx(10.0, rel=0.06)

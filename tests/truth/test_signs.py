@@ -14,7 +14,10 @@ from scipy.stats import binom
 from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.signs import WindowRecord, read_signs
 from drillid.discrepancy.signs_drive import rate_limited
+from drillid.discrepancy.signs_record import Remainder
+from drillid.discrepancy.signs_score import score, whitened
 from drillid.discrepancy.signs_sensor import lattice_step
+from drillid.discrepancy.signs_time import time_candidates
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.errors import EstimationError
 from drillid.excitation import SWEEP_PERIOD, coloured_noise, exponential_sweeps
@@ -196,6 +199,11 @@ def test_linear_defects_of_the_record_give_no_sign(null_records: list[WindowReco
     assert max(sign.score for sign in read_signs(recorded(null_records[0], recorder))) < 3.719
 
 
+def test_clocks_that_run_apart_show_as_a_control_whose_answer_moves(null_records: list[WindowRecord]) -> None:
+    drifting = Recorder(SAMPLE_INTERVAL, clock_drift=4e-5, clock_offset=-0.012)
+    assert signs_of(recorded(null_records[0], drifting))["control_trend"].score > 5
+
+
 def test_a_wrong_linear_model_gives_no_sign(null_records: list[WindowRecord]) -> None:
     wrong = SHALLOW.parameters * np.array([2.0, 2.0, 1.1, 0.8, 1.3, 1.1, 3.0, 1.5])
     for record in null_records[:4]:
@@ -222,17 +230,31 @@ QUIET = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0, bit=replace(SHAL
 @pytest.mark.parametrize("end", [90.0, 240.0])
 def test_parameter_drift(end: float) -> None:
     drifting = course(lambda share: _with_damping(30.0 + (end - 30.0) * share))
-    sign = _plain(records(drifting, 55, truth=QUIET)[0], "parameter_drift")
+    record = records(drifting, 55, truth=QUIET)[0]
+    sign = _plain(record, "parameter_drift")
     assert _has_size(sign, end - 30.0)
     assert sign.size_error < 0.3 * sign.size
+    assert sign.misfit < 3 < signs_of(record)["trend"].score
 
 
 @pytest.mark.parametrize("after", [85.0, 200.0])
 def test_regime_change(after: float) -> None:
     jumping = course(lambda share: _with_damping(35.0 if share < 0.43 else after))
-    sign = _plain(records(jumping, 56, truth=QUIET)[0], "regime_change")
+    record = records(jumping, 56, truth=QUIET)[0]
+    sign = _plain(record, "regime_change")
     assert _has_size(sign, after - 35.0)
     assert sign.size_error < 0.3 * sign.size
+    assert sign.misfit < 3 < signs_of(record)["parameter_drift"].misfit
+
+
+def test_a_large_drift_shows_more_along_its_way_than_by_its_derivative() -> None:
+    noisy = replace(QUIET, bit_noise=120.0)
+    record = records(course(lambda share: _with_damping(20.0 + 600.0 * share)), 58, truth=noisy)[0]
+    remainder = Remainder(record)
+    straight = next(one for one in time_candidates(remainder) if one.cause == "parameter_drift")
+    by_derivative = score(whitened(straight, remainder), remainder.error, remainder)
+    assert by_derivative is not None
+    assert signs_of(record)["parameter_drift"].score > by_derivative.normal + 1
 
 
 def test_harder_rock_is_no_cause_and_hides_none() -> None:
@@ -272,6 +294,11 @@ def test_play_of_the_gear() -> None:
     gear = Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0)
     rig = NonlinearRig(LIGHT.system, gear=gear)
     _plain(records(rig, 64, truth=LIGHT, bit_torque=-130.0)[0], "gear_backlash")
+
+
+def test_without_the_command_nothing_tells_play() -> None:
+    record = records(NonlinearRig(LIGHT.system), 65, truth=LIGHT, bit_torque=-130.0)[0]
+    assert "gear_backlash" not in signs_of(replace(record, command=np.full_like(record.command, np.nan)))
 
 
 def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:

@@ -8,6 +8,7 @@ from benchmarks.blind.calibrate import line
 from drillid.discrepancy import Verdict
 from drillid.discrepancy.calibration import LINES, Line, calibrated, kind, log_odds
 from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.gain import Gain
 from drillid.discrepancy.pooled import sign_gain
 
 
@@ -54,3 +55,9 @@ def test_a_window_that_alone_tells_the_size_keeps_its_likelihood_less_one() -> N
 def test_windows_that_contradict_each_other_lose() -> None:
     apart = sign_gain(signs((5.0, 0.1, 2.0), (-5.0, 0.1, 2.0), (5.0, 0.1, 2.0), (-5.0, 0.1, 2.0)))
     assert apart.value < 2.0
+
+
+def test_gains_on_separate_data_add_up_and_their_errors_in_squares() -> None:
+    both = Gain(2.0, -1.0, 5.0, 3).joined(Gain(4.0, 0.0, 8.0, 3))
+    assert (both.value, both.low, both.high) == pytest.approx((6.0, 1.0, 11.0))
+    assert Gain(2.0, -1.0, 5.0, 3).joined(sign_gain([])) == Gain(2.0, -1.0, 5.0, 3)

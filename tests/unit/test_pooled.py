@@ -1,5 +1,6 @@
 """Signs of several windows, taken together."""
 
+import numpy as np
 import pytest
 from scipy.special import ndtr
 
@@ -27,3 +28,19 @@ def test_a_window_that_tells_the_size_better_counts_more() -> None:
     dull = Sign("parameter_drift", 0, 0.0, 1.0, 0.1, 0.0)
     assert pool([sharp, blunt])[0].chance < pool([sharp, dull])[0].chance
     assert pool([sharp, blunt])[0].chance == pytest.approx(2 * ndtr(-3.0), rel=0.2)
+
+
+def test_a_window_that_fits_too_well_hides_no_misfit_of_another() -> None:
+    even, odd = (
+        [Sign("parameter_drift", row, 5.0, 1.0, 0.1, 9.0, one) for row, one in enumerate(misfit)]
+        for misfit in ((-7.0, 4.0), (0.0, 0.5))
+    )
+    assert pool(even)[0].closure < 0.001 < 0.1 < pool(odd)[0].closure
+    assert pool(signs("clock_drift", [2.0]))[0].closure == 1.0
+
+
+def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
+    told, untold = (
+        Sign("torque_rate_limit", 0, 5.0, size, error, 9.0) for size, error in ((5.0, 0.1), (np.nan, np.inf))
+    )
+    assert pool([told, untold])[0].size == pytest.approx(5.0)
