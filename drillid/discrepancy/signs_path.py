@@ -4,9 +4,12 @@ While a figure changes, the speed is at every moment taken as that of the rig as
 change, and the moment of a jump, are fitted to the whole window; the rig's other figures follow by their derivatives.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +20,9 @@ from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Score, block_starts, normal_of_chance, orthonormal, without_basis
 from drillid.discrepancy.signs_time import CHANGES, jump
 from drillid.physics.model import DAMPING_BHA, LENGTH, command_mobility_with_derivatives
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Floats = NDArray[np.float64]
 
@@ -49,11 +55,11 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
             continue
         window = _Window(figure, remainder)
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
-        nearest = min(fitted.values(), key=lambda one: one.misfit)
-        freely = _least_freely(window, nearest)
+        nearest = min(fitted.values(), key=lambda one: one.price)
+        freely = window.freely(nearest)
         normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
         for cause, way in fitted.items():
-            behind = way.misfit - nearest.misfit
+            behind = way.price - nearest.price
             scores[cause] = replace(
                 scores[cause],
                 normal=float(np.sqrt(max(normal**2 - 2 * behind, 0.0))),
@@ -70,14 +76,19 @@ class _Fitted(NamedTuple):
 
     size: float
     size_error: float
-    misfit: float
-    """Half the sum of squares, and one for each fitted figure (Akaike 1974)."""
+    cost: float
+    """Half the sum of squares that is left."""
     gain: float
     """Log-likelihood ratio against no change, with the noise as it is over the window."""
     spread: float
     """Variance of what is fitted, per that by noise that does not change."""
     figures: Floats
     """Values before and after, and the moment of a jump."""
+
+    @property
+    def price(self) -> float:
+        """What is left, and one for each fitted figure (Akaike 1974)."""
+        return self.cost + self.figures.size
 
     @property
     def jumps(self) -> bool:
@@ -89,7 +100,7 @@ class _Fitted(NamedTuple):
 
         A free way has _KNOTS figures; what it fits better follows χ² of those that it has more.
         """
-        better = max(self.misfit - self.figures.size - least, 0.0) / self.spread
+        better = max(self.cost - least, 0.0) / self.spread
         return normal_of_chance(float(chdtrc(_KNOTS - self.figures.size, 2 * better)))
 
     @property
@@ -99,47 +110,39 @@ class _Fitted(NamedTuple):
         return normal_of_chance(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
 
 
-def _fitted(window: "_Window", found: Score, *, jumps: bool) -> _Fitted:
-    from scipy.optimize import least_squares
-
+def _fitted(window: _Window, found: Score, *, jumps: bool) -> _Fitted:
     moment = CHANGES[int(np.argmax(np.abs(found.amplitudes)))] if jumps else 0.5
     level, count = window.level, 3 if jumps else 2
-    low = np.array([_LEAST * level, _LEAST * level, CHANGES[0]])[:count]
-    high = np.array([np.inf, np.inf, CHANGES[-1]])[:count]
     # the fitted value is about the mean over the window
     begin = level - found.size * (1 - moment)
-    start = np.clip(np.array([begin, begin + found.size, moment])[:count], low * (1 + _LEAST), high)
-    scale = np.array([level, level, 0.1])[:count]
+    start, highest = np.array([begin, begin + found.size, moment]), np.array([np.inf, np.inf, CHANGES[-1]])
+    lowest, scale = np.array([_LEAST * level, _LEAST * level, CHANGES[0]]), np.array([level, level, 0.1])
     left = window.left_by_jump if jumps else window.left_by_drift
-    best = least_squares(
-        left, start, bounds=(low, high), x_scale=scale, diff_step=1e-4, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-5
-    )
+    best = _settled(left, *(values[:count] for values in (start, lowest, highest, scale)))
     change = np.array([-1.0, 1.0])
     usual = np.linalg.pinv(best.jac.T @ best.jac)
     variance = change @ _covariance(best.jac, best.fun, window.remainder, usual)[:2, :2] @ change
     spread = max(float(variance / (change @ usual[:2, :2] @ change)), 1.0)
     gain = max(window.unchanged - float(best.cost), 0.0) / spread
-    size, error = float(best.x[1] - best.x[0]), float(np.sqrt(variance))
-    return _Fitted(size, error, float(best.cost) + count, gain, spread, best.x)
+    return _Fitted(float(best.x[1] - best.x[0]), float(np.sqrt(variance)), float(best.cost), gain, spread, best.x)
 
 
-def _least_freely(window: "_Window", nearest: _Fitted) -> float:
-    """Half the sum of squares that is left where the figure takes any course."""
+def _settled(
+    left: Callable[[Floats], Floats], start: Floats, lowest: Floats, highest: Floats, scale: Floats
+) -> OptimizeResult:
+    """Figures (count,) at which least is left, from a start."""
     from scipy.optimize import least_squares
 
-    begin, end = nearest.figures[:2]
-    start = begin + (end - begin) * (nearest.figures[2] < _AT_KNOTS if nearest.jumps else _AT_KNOTS)
-    best = least_squares(
-        window.left_freely,
-        start,
-        bounds=(_LEAST * window.level, np.inf),
-        x_scale=np.full(_KNOTS, window.level),
+    return least_squares(
+        left,
+        np.clip(start, lowest * (1 + _LEAST), highest),
+        bounds=(lowest, highest),
+        x_scale=scale,
         diff_step=1e-4,
         max_nfev=_EVALUATIONS,
         xtol=1e-4,
         ftol=1e-5,
     )
-    return float(best.cost)
 
 
 class _Window:
@@ -159,19 +162,18 @@ class _Window:
     @cached_property
     def unchanged(self) -> float:
         """Half the sum of squares that is left at the best value that does not change."""
-        from scipy.optimize import least_squares
+        return self._least(lambda figure: self._left(figure, np.ones((1, self.remainder.samples))), np.ones(1))
 
-        best = least_squares(
-            lambda figure: self._left(figure, np.ones((1, self.remainder.samples))),
-            [self.level],
-            bounds=(_LEAST * self.level, np.inf),
-            x_scale=[self.level],
-            diff_step=1e-4,
-            max_nfev=_EVALUATIONS,
-            xtol=1e-4,
-            ftol=1e-5,
-        )
-        return float(best.cost)
+    def freely(self, way: _Fitted) -> float:
+        """Half the sum of squares that is left where the figure takes any course, from a way on."""
+        begin, end = way.figures[:2]
+        course = way.figures[2] < _AT_KNOTS if way.jumps else _AT_KNOTS
+        return self._least(self.left_freely, (begin + (end - begin) * course) / self.level)
+
+    def _least(self, left: Callable[[Floats], Floats], start: Floats) -> float:
+        """Half the sum of squares that is left at the best values, from some on, in fitted ones."""
+        level = np.full(start.size, self.level)
+        return float(_settled(left, level * start, _LEAST * level, np.full(start.size, np.inf), level).cost)
 
     def left_by_jump(self, figures: Floats) -> Floats:
         """Whitened speed (samples,) that is left with the values before and after a jump, and its moment."""
