@@ -61,7 +61,9 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)
     trend = trend_candidate(remainder)
-    rounded, loose = quantisation_score(remainder), backlash_score(remainder, motion)
+    # the torque of a rig that swings in a limit cycle has turning points that look like play
+    cycles = line is not None and _is_plain(line.score) and tone_score(remainder, line) is None
+    rounded, loose = quantisation_score(remainder), None if cycles else backlash_score(remainder, motion)
     alone = {
         **(control_scores(remainder) if record.has_command else {}),
         "trend": None if trend is None else score(whitened(trend, remainder), remainder.error, remainder),
