@@ -31,9 +31,9 @@ TOLD_APART = 0.95
 _SAME = float(2 * ndtri(TOLD_APART))
 """Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 _FAINT = 0.05
-"""Share of a cause's size at which its direction is compared with others."""
+"""Share of a cause's size at which its direction is compared with others, beside its whole size."""
 _NEAR = 0.1
-"""Square of the correlation from which another cause is looked at closely; by its whole size it may come nearer."""
+"""Square of the correlation from which another cause is looked at closely; at its best size it may come nearer."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
@@ -241,23 +241,28 @@ class Ideal:
     def same(self, hidden: Hidden) -> frozenset[str]:
         """Causes that at this noise come too close to a hidden one to be told from it.
 
-        Those that come near by linear reckoning are followed to their best size.
+        Those that come near by linear reckoning, to the cause as it is or to a faint one, are followed to their best
+        size.
         """
         if not EFFECTS[hidden.name].linear:
             return frozenset({hidden.name})
         small = self.small(hidden.name in IN_TIME)
-        faint = replace(hidden, size=_FAINT * hidden.size)
-        joined = self._beyond(self.theory(frozenset({hidden.name})), [(faint,), *((one,) for one in small)])
-        target, added = joined[:, 0], joined[:, 1:]
+        scales = np.array([_FAINT, 1.0])
+        whole = [(replace(hidden, size=scale * hidden.size),) for scale in scales]
+        joined = self._beyond(self.theory(frozenset({hidden.name})), [*whole, *((one,) for one in small)])
+        targets, added = joined[:, :2], joined[:, 2:]
         found = {hidden.name}
         for one, along in zip(small, added.T, strict=True):
-            product, lengths = float(target @ along), (float(target @ target), float(along @ along))
-            if one.name in found or min(lengths) == 0 or (product < 0 and not EFFECTS[one.name].signed):
+            length, lengths = float(along @ along), np.sum(targets**2, axis=0)
+            if one.name in found or length == 0 or not lengths.all():
                 continue
-            size = one.size * product / lengths[1] / _FAINT
+            ratio = along @ targets / length
+            near = np.where((ratio > 0) | EFFECTS[one.name].signed, ratio**2 * length / lengths, 0.0)
+            closest = int(np.argmax(near))
+            size = float(one.size * ratio[closest] / scales[closest])
             if hidden.name == "sign_or_unit" and one.name == "speed_scale":
                 size = wrong_factor(hidden.shape) - 1
-            elif one.name == "sign_or_unit" or product**2 < _NEAR * lengths[0] * lengths[1]:
+            elif one.name == "sign_or_unit" or near[closest] < _NEAR:
                 continue
             if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < _SAME**2:
                 found.add(one.name)
