@@ -262,7 +262,7 @@ class Ideal:
             size = float(one.size * ratio[closest] / scales[closest])
             if hidden.name == "sign_or_unit" and one.name == "speed_scale":
                 size = wrong_factor(hidden.shape) - 1
-            elif one.name == "sign_or_unit" or near[closest] < _NEAR:
+            elif "sign_or_unit" in (hidden.name, one.name) or near[closest] < _NEAR:
                 continue
             if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < _SAME**2:
                 found.add(one.name)
