@@ -173,7 +173,7 @@ class SetModel:
         fitted = self.evidence.fitted
         shared = self.prior_mean.copy()
         shared[1] = np.log(np.clip(_middle(fitted, DELTA) / _DELTA, 0.05, 20.0))
-        shared[2] = np.median(fitted[:, LENGTH] / self.length[:, 0]) - 1
+        shared[2] = np.nanmedian(fitted[:, LENGTH] / self.length[:, 0]) - 1
         shared[3] = _middle(fitted, 3) / self.polar_moment - 1
         shared[4], shared[5] = _middle(fitted, 4) / _DELAY, _middle(fitted, 5) / _INERTIA
         shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP
