@@ -54,6 +54,13 @@ def test_a_set_without_any_fit_is_refused(of_well: Evidence) -> None:
         examine(replace(of_well, fitted=np.full_like(of_well.fitted, np.nan)))
 
 
+def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
+    fitted = of_well.fitted.copy()
+    fitted[1] = np.nan
+    verdicts = [one.verdict for one in examine(replace(of_well, fitted=fitted)).verdicts]
+    assert verdicts == [one.verdict for one in examine(of_well).verdicts]
+
+
 def test_silent_papers_leave_the_prior_open() -> None:
     known = rig_knowledge(RIG, Controller(350.0, 180.0), 960.0)
     assert np.isinf(known.inertia_td_error)
