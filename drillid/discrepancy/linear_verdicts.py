@@ -15,7 +15,7 @@ from drillid.discrepancy.examination import (
     surely,
 )
 from drillid.discrepancy.gain import Gain, held_out_gain
-from drillid.discrepancy.naming import Posterior, class_name, posterior, separator
+from drillid.discrepancy.naming import TOLD_APART, Posterior, class_name, posterior, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
@@ -146,11 +146,12 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
     gain = _gain(result, place, without).joined(
         sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
     )
+    members = _members(result.model, found, result.extensions[:place])
     location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
     return Verdict(
-        verdict=class_name(found.members),
+        verdict=class_name(members),
         family=cause.family,
-        probability=found.mass * surely(one.log_evidence),
+        probability=sum(found.share[name] for name in members) * surely(one.log_evidence),
         from_m=float(depth.min()),
         to_m=float(depth.max()),
         cause=cause.name,
@@ -163,9 +164,25 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         gain_low=gain.low,
         gain_high=gain.high,
         held_out_windows=gain.windows,
-        what_would_separate=separator(found.members),
+        what_would_separate=separator(members),
         evidence=f"linear responses, log Bayes factor {one.log_evidence:.1f}",
     )
+
+
+def _members(model: SetModel, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
+    """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
+    first = found.best
+    likely = [one for one in found.refined if one.name in found.members]
+    return tuple(one.name for one in likely if one is first or _distance(model, first, one, beside) < TOLD_APART)
+
+
+def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:
+    """Standard deviations between what two causes at their best predict, the papers' figures among it."""
+    left, right = (model.residual(fitted.fit.point, (*beside, fitted.extension)) for fitted in (one, other))
+    here, there = one.fit.point, other.fit.point
+    shared = (here.shared - there.shared) / model.prior_error
+    local = (here.local - there.local) / model.deviation
+    return float(np.sqrt(np.sum(np.abs(left - right) ** 2) + np.sum(shared**2) + np.sum(local**2)))
 
 
 def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Gain:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import logsumexp, ndtri
 
 from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.refine import Refined
@@ -12,6 +12,8 @@ from drillid.discrepancy.verdict import UNKNOWN
 
 CLASS_MASS = 0.9
 """Posterior that the members of a class hold together."""
+TOLD_APART = float(2 * ndtri(0.95))
+"""Standard deviations between two causes from which a test of one against the other is right in 95 % of sets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +43,6 @@ class Posterior:
             if held >= CLASS_MASS * total:
                 break
         return tuple(members)
-
-    @property
-    def mass(self) -> float:
-        """Posterior of the class."""
-        return sum(self.share[name] for name in self.members)
 
 
 def posterior(refined: Sequence[Refined], unknown: float) -> Posterior:

@@ -25,6 +25,8 @@ _BEHIND = 20.0
 """Cost above the least that is known from which a fit is out of the running, in units of log-likelihood."""
 _SHAPES_WITHIN = 2.0
 _MOST_SHAPES = 2
+_SPREAD = 6
+"""Of a continuous shape, how many others are tried where the linear order is not to be trusted."""
 _MOST_FIXED = 2
 
 
@@ -67,14 +69,14 @@ def refine(
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
-    obvious = hopeless or best > _OBVIOUS
+    obvious = hopeless or max(best, screened.unknown_evidence) > _OBVIOUS
     every = every or obvious
     taken = {one.cause.name for one in extensions}
     names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
     search = _Search(model, base, extensions, sizes=every, papers=False)
     found: list[Refined] = []
     for name in sorted(names, key=lambda one: -linear[one]):
-        found.append(search.best(_first_shapes(screened, name), _least_cost(found)))
+        found.append(search.best(_first_shapes(screened, name, obvious), _least_cost(found)))
     if obvious:
         search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
@@ -182,10 +184,13 @@ class _Search:
         return Refined(further, fit, _evidence(self.base, fit, further.cause))
 
 
-def _first_shapes(screened: Screen, name: str) -> list[Extension]:
-    """The likeliest of a continuous shape, or each of a few."""
+def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]:
+    """The likeliest of a continuous shape, and some others where the misfit is obvious; or each of a few."""
     own = [one for one in screened.candidates if one.cause.name == name]
-    return own if own[0].cause.shape_step == 0 else _shapes(screened, name, 1)
+    if own[0].cause.shape_step == 0:
+        return own
+    spread = own[:: max(len(own) // _SPREAD, 1)] if obvious else []
+    return [*_shapes(screened, name, 1), *spread]
 
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:

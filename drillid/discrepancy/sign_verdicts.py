@@ -24,6 +24,7 @@ from drillid.discrepancy.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
 _STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
+_UNLIKE = "something like it fits better"
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 
@@ -37,7 +38,8 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     found = [one for one in found if one.cause not in SYMPTOMS]
     chosen = _plainest(_possible(examination, found))
     shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
-    if _bent(examination, [one for one in chosen if not _doubt(one, shown[one.cause])]):
+    doubts = {one.cause: _doubt(one, shown[one.cause]) for one in chosen}
+    if _bent(examination, [one for one in chosen if doubts[one.cause] in ("", _UNLIKE)]):
         examination = unextended(examination)
     linear = examination.verdicts
     if linear:
@@ -46,11 +48,13 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
     plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
     chosen = [one for one in chosen if one.log_evidence >= plain]
-    named = [shown[one.cause] for one in chosen if not _doubt(one, shown[one.cause])]
+    # where the plainest is no cause of the catalogue, what is fainter may be its shadow too
+    known = not chosen or doubts[chosen[0].cause] != _UNLIKE
+    named = [shown[one.cause] for one in chosen if known and not doubts[one.cause]]
     if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     doubtful = [
-        nameless(shown[one.cause], _doubt(one, shown[one.cause]))
+        nameless(shown[one.cause], doubts[one.cause])
         for one in chosen
         if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
     ]
@@ -89,7 +93,7 @@ def _doubt(one: PooledSign, verdict: Verdict) -> str:
         return NO_SURE_GAIN
     if verdict.size_low <= 0 <= verdict.size_high:
         return "the windows do not agree that it has a size"
-    return "something like it fits better" if one.closure < CLOSURE_RATE else ""
+    return _UNLIKE if one.closure < CLOSURE_RATE else ""
 
 
 def _may_be(one: PooledSign) -> bool:
