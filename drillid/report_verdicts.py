@@ -91,8 +91,7 @@ def told(row: Mapping[Any, Any]) -> Told:
     """Words for one row of verdicts.csv."""
     depths = f"{row['from_m']:.0f}–{row['to_m']:.0f} m"
     if row["verdict"] == "none":
-        sentence = f"Nothing is found that the simulation gets wrong (probability {_percent(row['probability'])})."
-        return Told(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
+        return _nothing(row, depths)
     return Told(
         heading=f"{depths}: {_title(row)}",
         sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _worth(row)))),
@@ -134,6 +133,19 @@ def _prediction(one: xr.Dataset) -> str:
 
 def _title(row: Mapping[Any, Any]) -> str:
     return str(row["verdict"]).replace("|", " or ").replace("_", " ")
+
+
+def _nothing(row: Mapping[Any, Any], depths: str) -> Told:
+    """Words for a verdict of none, and for one that is likelier wrong than right."""
+    probability = float(row["probability"])
+    if probability >= EVEN_ODDS:
+        sentence = f"Nothing is found that the simulation gets wrong (probability {_percent(probability)})."
+        return Told(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
+    sentence = (
+        "Nothing is proved, but a trace is there that chance seldom leaves: the probability that the simulation gets "
+        f"nothing wrong is {_percent(probability)}."
+    )
+    return Told(f"{depths}: nothing proved", (sentence,), "", "", named=False)
 
 
 def _what(row: Mapping[Any, Any]) -> str:

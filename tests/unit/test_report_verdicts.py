@@ -35,6 +35,14 @@ def test_every_cause_can_be_told(name: str) -> None:
     assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in words.sentences)
 
 
+def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
+    none = replace(LAG, verdict="none", cause="", family="")
+    sure, doubtful = (told(row(replace(none, probability=probability))) for probability in (0.8, 0.2))
+    assert sure.heading.endswith("nothing wrong")
+    assert doubtful.heading.endswith("nothing proved")
+    assert "20 %" in doubtful.sentences[0]
+
+
 def test_figures_are_told_with_their_intervals() -> None:
     text = " ".join(told(row(LAG)).sentences)
     assert "Time constant: 0.0494 s (95 % interval 0.0489 to 0.0499 s)." in text
