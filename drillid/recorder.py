@@ -120,11 +120,16 @@ class Recorder:
 
     def _toned(self, asked: Vector) -> Vector:
         """Tones behind the filter at some times; they may be too fast to be told from samples of the signal."""
-        from scipy.signal import freqs
-
         total = np.zeros(asked.size)
         for tone in self.tones:
             turning = 2 * np.pi * tone.frequency
-            passed = 1.0 if np.isinf(self.filter_frequency) else freqs(*self._analog(), worN=[turning])[1][0]
-            total += np.imag(tone.amplitude * passed * np.exp(1j * (turning * asked + tone.phase)))
+            total += np.imag(tone.amplitude * self._passed(turning) * np.exp(1j * (turning * asked + tone.phase)))
         return total
+
+    def _passed(self, turning: float) -> complex:
+        """Response of the filter at an angular frequency, rad/s."""
+        if np.isinf(self.filter_frequency):
+            return 1.0
+        from scipy.signal import freqs
+
+        return complex(freqs(*self._analog(), worN=[turning])[1][0])

@@ -11,6 +11,7 @@ from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
 from benchmarks.blind.effects_sensor import nearest_factor, tone_frequency, wrong_factor
 from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
 from benchmarks.blind.world import NUISANCES
+from drillid.discrepancy.naming import SAME
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.top_drive import control
 
@@ -26,10 +27,6 @@ _ROUNDS = 5
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
 """Of a rival's largest size; some causes are not defined at none."""
-TOLD_APART = 0.95
-"""Share of sets in which the ideal test between two causes must be right, for them to count as told apart."""
-_SAME = float(2 * ndtri(TOLD_APART))
-"""Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 _FAINT = 0.05
 """Share of a cause's size at which its direction is compared with others, beside its whole size."""
 _NEAR = 0.1
@@ -264,7 +261,7 @@ class Ideal:
                 size = wrong_factor(hidden.shape) - 1
             elif "sign_or_unit" in (hidden.name, one.name) or near[closest] < _NEAR:
                 continue
-            if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < _SAME**2:
+            if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < SAME**2:
                 found.add(one.name)
         if hidden.name == "speed_scale" and self._is_unit(hidden):
             found.add("sign_or_unit")
@@ -273,7 +270,7 @@ class Ideal:
     def _is_unit(self, scale: Hidden) -> bool:
         """Whether a scale comes too close to that of a wrong unit, which leaves the rest of it."""
         rest = replace(scale, size=(1 + scale.size) / nearest_factor(1 + scale.size) - 1)
-        return self._least_distance((rest,)) < _SAME**2
+        return self._least_distance((rest,)) < SAME**2
 
 
 @dataclass(frozen=True, eq=False)

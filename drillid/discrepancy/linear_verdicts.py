@@ -15,7 +15,7 @@ from drillid.discrepancy.examination import (
     surely,
 )
 from drillid.discrepancy.gain import Gain, held_out_gain
-from drillid.discrepancy.naming import TOLD_APART, Posterior, class_name, posterior, separator
+from drillid.discrepancy.naming import SAME, Posterior, class_name, posterior, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
@@ -171,9 +171,9 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
 
 def _members(model: SetModel, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
     """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
-    first = found.best
-    likely = [one for one in found.refined if one.name in found.members]
-    return tuple(one.name for one in likely if one is first or _distance(model, first, one, beside) < TOLD_APART)
+    first, likely = found.best, found.members
+    members = (one for one in found.refined if one.name in likely)
+    return tuple(one.name for one in members if one is first or _distance(model, first, one, beside) < SAME)
 
 
 def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:

@@ -12,8 +12,10 @@ from drillid.discrepancy.verdict import UNKNOWN
 
 CLASS_MASS = 0.9
 """Posterior that the members of a class hold together."""
-TOLD_APART = float(2 * ndtri(0.95))
-"""Standard deviations between two causes from which a test of one against the other is right in 95 % of sets."""
+TOLD_APART = 0.95
+"""Share of sets in which a test between two causes must be right, for them to count as told apart."""
+SAME = float(2 * ndtri(TOLD_APART))
+"""Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 
 
 @dataclass(frozen=True, eq=False)

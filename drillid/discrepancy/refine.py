@@ -91,7 +91,7 @@ def refine(
         for one in found
     ]
     contenders = [one for one in found if one.log_evidence >= near]
-    found = [one if one not in contenders else search.beside(one, contenders) for one in found]
+    found = [search.beside(one, contenders) if one in contenders else one for one in found]
     return sorted(found, key=lambda one: -one.log_evidence)
 
 
@@ -189,8 +189,9 @@ def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]
     own = [one for one in screened.candidates if one.cause.name == name]
     if own[0].cause.shape_step == 0:
         return own
+    likeliest = _shapes(screened, name, 1)
     spread = own[:: max(len(own) // _SPREAD, 1)] if obvious else []
-    return [*_shapes(screened, name, 1), *spread]
+    return [*likeliest, *(one for one in spread if one not in likeliest)]
 
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:

@@ -60,14 +60,14 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
     line = strongest_line(remainder, remainder.left)
-    trend = trend_candidate(remainder)
+    tone, trend = tone_score(remainder, line), trend_candidate(remainder)
     # the torque of a rig that swings in a limit cycle has turning points that look like play
-    cycles = line is not None and _is_plain(line.score) and tone_score(remainder, line) is None
+    cycles = line is not None and _is_plain(line.score) and tone is None
     rounded, loose = quantisation_score(remainder), None if cycles else backlash_score(remainder, motion)
     alone = {
         **(control_scores(remainder) if record.has_command else {}),
         "trend": None if trend is None else score(whitened(trend, remainder), remainder.error, remainder),
-        "aliased_tone": tone_score(remainder, strongest_line(remainder, left) if explained.any() else line),
+        "aliased_tone": tone_score(remainder, strongest_line(remainder, left)) if explained.any() else tone,
         "line": None if line is None else line.score,
         "quantisation": rounded,
         # coarse steps and teeth that meet are noise that grows with the sweep, as jitter is

@@ -150,11 +150,9 @@ class _Window:
 
     def __init__(self, figure: int, remainder: Remainder) -> None:
         self.remainder, self.figure = remainder, figure
-        record = remainder.record
-        self.level = max(float(record.fitted[figure]), _LOWEST)
+        self.level = max(float(remainder.record.fitted[figure]), _LOWEST)
         self.spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * remainder.inside
-        _, derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)
-        others = np.delete(derivatives, figure, axis=0) * self.spectrum
+        others = np.delete(remainder.derivatives, figure, axis=0) * self.spectrum
         self.others = orthonormal(remainder.weighted(irfft(others, remainder.samples)))
         told = remainder.speed - remainder.taken
         self.told = without_basis(remainder.weighted(told - told.mean()), self.others)

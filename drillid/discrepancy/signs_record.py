@@ -14,7 +14,7 @@ from scipy.fft import irfft, rfft, rfftfreq
 
 from drillid.errors import EstimationError
 from drillid.physics.equipment import DrillingSystem
-from drillid.physics.model import KnownEquipment, drilling_system
+from drillid.physics.model import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
 
@@ -109,6 +109,11 @@ class Remainder:
         return np.asarray(np.ravel(command_mobility(self.system, self.s)) * (self.frequency > 0), dtype=complex)
 
     @cached_property
+    def derivatives(self) -> Complex:
+        """Derivatives of the mobility to the model's eight figures, (8, line)."""
+        return command_mobility_with_derivatives(self.record.fitted, self.record.known, self.s)[1]
+
+    @cached_property
     def moved(self) -> Complex:
         """Speed per torque on the top drive at all lines, rad/(N m s), 0 at the mean."""
         return self.mobility / np.ravel(drive(self.system.top_drive, self.s))
@@ -139,6 +144,10 @@ class Remainder:
     def filtered(self, transfer: Complex, series: Floats) -> Floats:
         """A series (..., samples) behind a transfer (line,), as if the window repeated."""
         return np.asarray(irfft(transfer * rfft(series), self.samples), dtype=float)
+
+    def swept(self, transfer: Complex) -> Floats:
+        """What the sweep makes of a transfer (..., line), about its mean, (..., samples)."""
+        return self.filtered(transfer * (self.frequency > 0), self.sweep)
 
     def without_sweep(self, series: Floats) -> Floats:
         """A series (..., samples) less its trend and all that repeats with the sweep's period in the sweep's band."""

@@ -7,11 +7,10 @@ Here the change is taken as its first derivative; `signs_path` follows one that 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, rfft
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Candidate
-from drillid.physics.model import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH, command_mobility_with_derivatives
+from drillid.physics.model import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH
 
 Floats = NDArray[np.float64]
 
@@ -30,16 +29,15 @@ def time_candidates(remainder: Remainder) -> list[Candidate]:
     """
     if not remainder.periods:
         return []
-    record = remainder.record
-    derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)[1]
-    spectrum = rfft(remainder.sweep - remainder.sweep.mean())
+    derivatives, passed = remainder.derivatives, remainder.passed
     by_length, by_damping, by_clock = (
-        np.asarray(irfft(transfer * spectrum * (remainder.frequency > 0), remainder.samples), dtype=float)
+        remainder.swept(transfer)
         for transfer in (derivatives[LENGTH], derivatives[DAMPING_BHA], -remainder.s * remainder.mobility)
     )
-    passed = remainder.passed
-    duration = remainder.samples / record.rate
-    drift = [] if record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
+    duration = remainder.samples / remainder.record.rate
+    drift = (
+        [] if remainder.record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
+    )
     return [
         *drift,
         Candidate("length_growth", ((passed - 0.5) * by_length)[None], one_sided=True),
@@ -52,10 +50,7 @@ def trend_candidate(remainder: Remainder) -> Candidate | None:
     """All that a response which moves evenly would show, whichever figures of the model move; None without periods."""
     if not remainder.periods:
         return None
-    record = remainder.record
-    derivatives = command_mobility_with_derivatives(record.fitted, record.known, remainder.s)[1]
-    spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * (remainder.frequency > 0)
-    moved = irfft(derivatives[list(_MOVING)] * spectrum, remainder.samples)
+    moved = remainder.swept(remainder.derivatives[list(_MOVING)])
     return Candidate("trend", (remainder.passed - 0.5) * moved, together=True)
 
 

@@ -290,14 +290,12 @@ def test_torque_that_falls_with_speed() -> None:
     assert max(signs["stribeck_cutting"].score, signs["coulomb_contact"].score) > 5
 
 
-def test_play_of_the_gear() -> None:
-    gear = Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0)
-    rig = NonlinearRig(LIGHT.system, gear=gear)
-    _plain(records(rig, 64, truth=LIGHT, bit_torque=-130.0)[0], "gear_backlash")
+LOOSE = NonlinearRig(LIGHT.system, gear=Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0))
 
 
-def test_without_the_command_nothing_tells_play() -> None:
-    record = records(NonlinearRig(LIGHT.system), 65, truth=LIGHT, bit_torque=-130.0)[0]
+def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None:
+    record = records(LOOSE, 64, truth=LIGHT, bit_torque=-130.0)[0]
+    assert np.isnan(_plain(record, "gear_backlash").size)
     assert "gear_backlash" not in signs_of(replace(record, command=np.full_like(record.command, np.nan)))
 
 
