@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from scipy.special import chndtr, ndtr, ndtri
 
 from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
-from benchmarks.blind.effects_sensor import nearest_factor, tone_frequency, wrong_factor
+from benchmarks.blind.effects_sensor import tone_frequency
 from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
 from benchmarks.blind.world import NUISANCES
-from drillid.discrepancy.naming import SAME
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.top_drive import control
 
@@ -27,10 +26,8 @@ _ROUNDS = 5
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
 """Of a rival's largest size; some causes are not defined at none."""
-_FAINT = 0.05
-"""Share of a cause's size at which its direction is compared with others, beside its whole size."""
-_NEAR = 0.1
-"""Square of the correlation from which another cause is looked at closely; at its best size it may come nearer."""
+_ALIKE = 1e-6
+"""Relative size from which what differs between columns counts."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
@@ -75,7 +72,7 @@ class Ideal:
             return float("nan")
         tones = sum(self._tone(one) for one in hidden if one.name in ADDITIVE)
         rest = tuple(one for one in hidden if one.name not in ADDITIVE)
-        return tones + (self._least_distance(rest) if rest else 0.0)
+        return tones + (self.least_distance(rest) if rest else 0.0)
 
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
@@ -94,20 +91,18 @@ class Ideal:
             total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
         return total
 
-    def _least_distance(self, hidden: tuple[Hidden, ...], rival: Hidden | None = None) -> float:
-        """Squared distance at the best nuisances, and the best size of a rival cause, which Gauss and Newton find.
+    def least_distance(self, hidden: tuple[Hidden, ...], rivals: tuple[Hidden, ...] = ()) -> float:
+        """Squared distance at the best nuisances, and the best sizes of rival causes, which Gauss and Newton find.
 
         They follow the cause as it grows, since at its whole size they may start too far off.
         """
         theory = self.theory(frozenset(one.name for one in hidden))
-        point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rival)
-        least, before = np.inf, 0.0
+        point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rivals)
+        least, before = np.inf, 1.0
         for share in (1.0,) if any(one.name == "sign_or_unit" for one in hidden) else _GROWTH:
             grown = tuple(replace(one, size=share * one.size) for one in hidden)
             target = [theory.response(number, grown) for number in range(theory.windows)]
-            if before > 0:
-                point = self._within(point.scaled(share / before))
-            least, point = self._settled(theory, target, point)
+            least, point = self._settled(theory, target, self._within(point.scaled(share / before)))
             before = share
         return least
 
@@ -131,9 +126,9 @@ class Ideal:
         return least, point
 
     def _within(self, point: "_Point") -> "_Point":
-        return point if point.rival is None else replace(point, rival=self._bounded(point.rival))
+        return replace(point, rivals=tuple(self.bounded(one) for one in point.rivals))
 
-    def _bounded(self, rival: Hidden) -> Hidden:
+    def bounded(self, rival: Hidden) -> Hidden:
         """A rival whose size is one that it may have; it may be smaller than any that is hidden."""
         effect = EFFECTS[rival.name]
         _, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
@@ -150,15 +145,16 @@ class Ideal:
         factors = []
         for number, one in enumerate(target):
             here = point.response(theory, number)
-            slopes = theory.slopes(number, point.figures[number], point.hidden)
-            factors.append(compressed([slopes, *point.slope(theory, number, here), one - here]))
+            slopes = theory.slopes(number, point.figures[number], point.rivals)
+            factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
         design, rest = self._design(factors)
         pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
         target_rows = np.concatenate([rest[:, -1], pulls])
-        if point.rival is not None:
-            column = np.concatenate([rest[:, 0], np.zeros(pulls.size)])
-            design = np.column_stack([design, column])
-        return np.asarray(np.linalg.lstsq(design, target_rows, rcond=None)[0], dtype=float)
+        columns = rest[:, : len(point.rivals)]
+        design = np.column_stack([design, np.concatenate([columns, np.zeros((pulls.size, columns.shape[1]))])])
+        # rivals that work alike share what they explain
+        scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
+        return np.asarray(np.linalg.lstsq(design / scale, target_rows, _ALIKE)[0] / scale, dtype=float)
 
     def _design(self, factors: list[Floats]) -> tuple[Floats, Floats]:
         """Rows of all windows and of the priors in the nuisances; and the windows' further columns."""
@@ -184,7 +180,7 @@ class Ideal:
                     small.append(Hidden(name, low, shape))
         return small
 
-    def _beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
+    def beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
         """What sets of causes add to the whitened responses beyond the nuisances, (rows, sets)."""
         factors = []
         for number in range(theory.windows):
@@ -202,7 +198,7 @@ class Ideal:
         Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
         as one and fractions as they are.
         """
-        added = self._beyond(self.steady, [(one,) for one in self.small(in_time=False)])
+        added = self.beyond(self.steady, [(one,) for one in self.small(in_time=False)])
         size = np.linalg.norm(added, axis=0)
         unit = added[:, size > 0] / size[size > 0]
         values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
@@ -235,51 +231,14 @@ class Ideal:
         low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
         return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
 
-    def same(self, hidden: Hidden) -> frozenset[str]:
-        """Causes that at this noise come too close to a hidden one to be told from it.
-
-        Those that come near by linear reckoning, to the cause as it is or to a faint one, are followed to their best
-        size.
-        """
-        if not EFFECTS[hidden.name].linear:
-            return frozenset({hidden.name})
-        small = self.small(hidden.name in IN_TIME)
-        scales = np.array([_FAINT, 1.0])
-        whole = [(replace(hidden, size=scale * hidden.size),) for scale in scales]
-        joined = self._beyond(self.theory(frozenset({hidden.name})), [*whole, *((one,) for one in small)])
-        targets, added = joined[:, :2], joined[:, 2:]
-        found = {hidden.name}
-        for one, along in zip(small, added.T, strict=True):
-            length, lengths = float(along @ along), np.sum(targets**2, axis=0)
-            if one.name in found or length == 0 or not lengths.all():
-                continue
-            ratio = along @ targets / length
-            near = np.where((ratio > 0) | EFFECTS[one.name].signed, ratio**2 * length / lengths, 0.0)
-            closest = int(np.argmax(near))
-            size = float(one.size * ratio[closest] / scales[closest])
-            if hidden.name == "sign_or_unit" and one.name == "speed_scale":
-                size = wrong_factor(hidden.shape) - 1
-            elif "sign_or_unit" in (hidden.name, one.name) or near[closest] < _NEAR:
-                continue
-            if self._least_distance((hidden,), self._bounded(replace(one, size=size))) < SAME**2:
-                found.add(one.name)
-        if hidden.name == "speed_scale" and self._is_unit(hidden):
-            found.add("sign_or_unit")
-        return frozenset(found)
-
-    def _is_unit(self, scale: Hidden) -> bool:
-        """Whether a scale comes too close to that of a wrong unit, which leaves the rest of it."""
-        rest = replace(scale, size=(1 + scale.size) / nearest_factor(1 + scale.size) - 1)
-        return self._least_distance((rest,)) < SAME**2
-
 
 @dataclass(frozen=True, eq=False)
 class _Point:
-    """Nuisances of a set and a rival cause at a size."""
+    """Nuisances of a set and rival causes at some sizes."""
 
     shared: Floats
     local: Floats
-    rival: Hidden | None
+    rivals: tuple[Hidden, ...]
 
     @property
     def figures(self) -> Floats:
@@ -288,32 +247,28 @@ class _Point:
         figures[:, list(LOCAL)] += self.local
         return figures
 
-    @property
-    def hidden(self) -> tuple[Hidden, ...]:
-        """What is there beside the nuisances."""
-        return () if self.rival is None else (self.rival,)
-
     def response(self, theory: Theory, window: int) -> Floats:
         """Whitened responses of a window."""
-        return theory.response(window, self.hidden, self.figures[window])
+        return theory.response(window, self.rivals, self.figures[window])
 
-    def slope(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
-        """Derivative of the responses to the rival's size, if there is one."""
-        if self.rival is None:
-            return []
-        step = _SIZE_STEP * self.rival.size or _SIZE_STEP
-        moved = replace(self.rival, size=self.rival.size + step)
-        return [(theory.response(window, (moved,), self.figures[window]) - here) / step]
+    def slopes(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
+        """Derivatives of the responses to the rivals' sizes."""
+        found = []
+        for place, one in enumerate(self.rivals):
+            step = _SIZE_STEP * one.size or _SIZE_STEP
+            moved = (*self.rivals[:place], replace(one, size=one.size + step), *self.rivals[place + 1 :])
+            found.append((theory.response(window, moved, self.figures[window]) - here) / step)
+        return found
 
     def scaled(self, factor: float) -> "_Point":
-        """All of it times a factor; the rival's size only where it is one that can be."""
-        return _Point(factor * self.shared, factor * self.local, self.rival)
+        """All of it times a factor."""
+        rivals = tuple(replace(one, size=factor * one.size) for one in self.rivals)
+        return _Point(factor * self.shared, factor * self.local, rivals)
 
     def moved(self, step: Floats, share: float) -> "_Point":
         """Some way along a step."""
         count, size = self.shared.size, self.local.size
-        rival = self.rival
-        if rival is not None:
-            rival = replace(rival, size=rival.size + share * float(step[count + size]))
+        sizes = share * step[count + size :]
+        rivals = tuple(replace(one, size=one.size + float(more)) for one, more in zip(self.rivals, sizes, strict=True))
         local = self.local + share * step[count : count + size].reshape(self.local.shape)
-        return _Point(self.shared + share * step[:count], local, rival)
+        return _Point(self.shared + share * step[:count], local, rivals)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.blind.alike import imitated, same
 from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
 from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
@@ -16,7 +17,17 @@ from drillid.discrepancy.examine import LINEAR_SHARE
 from drillid.discrepancy.verdict import NONE, UNKNOWN
 from drillid.provenance import digest, source_hash
 
-_OF_IDEALS = ("theory", "ideal", "world", "rigs", "effects_top", "effects_sensor", "effects_string", "effects_bit")
+_OF_IDEALS = (
+    "theory",
+    "ideal",
+    "alike",
+    "world",
+    "rigs",
+    "effects_top",
+    "effects_sensor",
+    "effects_string",
+    "effects_bit",
+)
 _UNSIZED = ("stuck_slip_regimes",)
 """Causes whose size the simulator is not given in the catalogue's terms."""
 _TOGETHER = frozenset({"actuator_gain", "controller_gain", "speed_scale"})
@@ -38,6 +49,8 @@ class Ideals:
     candidates: float
     same: tuple[tuple[str, ...], ...]
     """Causes that cannot be told from each of those hidden."""
+    imitated: bool = False
+    """Whether what is taken out of the catalogue cannot be told from two other causes together."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +122,13 @@ def ideals(case: Case) -> Ideals:
         ideal.power(noncentrality, family=True, tones=tones),
         float(np.min(powers)) if powers else 0.0,
         ideal.candidates,
-        tuple(tuple(sorted(ideal.same(one))) for one in case.hidden),
+        tuple(tuple(sorted(same(ideal, one, _others(case, one)))) for one in case.hidden),
+        case.removed and any(imitated(ideal, one) for one in case.hidden),
     )
+
+
+def _others(case: Case, hidden: Hidden) -> tuple[Hidden, ...]:
+    return tuple(one for one in case.hidden if one is not hidden)
 
 
 def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) -> Judgement:
@@ -122,10 +140,10 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         test holds
     """
     if stands:
-        same = tuple((*one, "stuck_slip_regimes") for one in ideal.same)
-        ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, same)
+        alike = tuple((*one, "stuck_slip_regimes") for one in ideal.same)
+        ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, alike)
     verdicts = [one for one in answer.verdicts if one.verdict != NONE]
-    right = [_named(same, verdicts) for same in ideal.same]
+    right = [_named(alike, verdicts) for alike in ideal.same]
     families = {CATALOGUE[one.name].family for one in case.hidden}
     single = case.hidden[0] if len(case.hidden) == 1 and not case.removed else None
     true = next((one for one in verdicts if single and one.cause == single.name), None)
@@ -148,7 +166,7 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         sure_of_wrong_family=any(
             one.verdict != UNKNOWN and one.family not in families and one.probability > 0.9 for one in verdicts
         ),
-        still_there=any(len(same) > 1 for same in ideal.same) or case.answer <= _TOGETHER,
+        still_there=any(len(alike) > 1 for alike in ideal.same) or ideal.imitated,
         covered=_covered(single, true),
         location_error=_location_error(case, single, true),
         gain_positive=None if true is None else bool(true.gain_low > 0),

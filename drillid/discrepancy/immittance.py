@@ -2,7 +2,7 @@
 
 The smooth disturbance of `unknown` has a Gaussian posterior; its mean is the admittance that the data put at the
 port beside the model's. It is fitted by AAA (Nakatsukasa, Sète and Trefethen 2018, SIAM Journal on Scientific
-Computing 40, A1494–A1522) and read as a spring, an inertia and a damping, or as a gain and a delay at the record.
+Computing 40, A1494–A1522) and read as a spring, an inertia and a damping, or as a gain and a delay.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Immittance:
 
     port: str
     values: Complex
-    """(F,) posterior mean of the admittance, N m s/rad; relative to the response at the port `record`."""
+    """(F,) posterior mean of the admittance, N m s/rad; at `unknown.RELATIVE` ports the share of what they multiply."""
     deviation: Floats
     """(F,) posterior deviation of real and imaginary part."""
     rational: Complex
@@ -58,19 +58,19 @@ def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tupl
     mean, covariance = _posterior(projection)
     basis = unknown.smooth_functions(model.evidence.frequency, unknown.FUNCTIONS)
     half = basis.shape[0]
-    scale = 1.0
-    if port != "record":
+    relative, scale = port in unknown.RELATIVE, 1.0
+    if not relative:
         system = model.setup_at(fit.point).system
         scale = float(np.mean(system.string[0].characteristic_admittance))
     values = np.asarray(scale * (mean[:half] + 1j * mean[half:]) @ basis, dtype=complex)
     spread = [np.einsum("kf,kl,lf->f", basis, block, basis) for block in _blocks(covariance, half)]
     deviation = scale * np.sqrt(np.maximum(sum(spread) / 2, 0.0))
     rational = _rational(model.evidence.frequency, values, deviation)
-    passive = port == "record" or bool(np.all(rational.real >= -2 * deviation))
-    if passive and port != "record":
+    passive = relative or bool(np.all(rational.real >= -2 * deviation))
+    if passive and not relative:
         # what the deviation leaves open is decided for a part that takes energy
         rational = rational + max(0.0, -float(rational.real.min()))
-    reading = _read_record if port == "record" else _read_admittance
+    reading = _read_factor if relative else _read_admittance
     response = np.concatenate([scale * basis.T, 1j * scale * basis.T], axis=1)
     return Immittance(port, values, deviation, rational, passive, reading(model.s, mean, covariance, response))
 
@@ -80,16 +80,17 @@ def _blocks(covariance: Floats, half: int) -> tuple[Floats, Floats]:
 
 
 def _posterior(projection: Projection) -> tuple[Floats, Floats]:
-    """Mean and covariance of the disturbance's coefficients, the prior's amplitude averaged by its evidence."""
-    information, score = projection.information, projection.score
+    """Mean and covariance of the disturbance's coefficients, the prior's amplitude and smoothness by their evidence."""
     evidence, means, covariances = [], [], []
-    for amplitude in unknown.AMPLITUDES:
-        covariance = np.linalg.inv(information + np.eye(score.size) / amplitude**2)
-        mean = covariance @ score
-        log_determinant = np.linalg.slogdet(np.eye(score.size) + amplitude**2 * information)[1]
-        evidence.append(0.5 * score @ mean - 0.5 * log_determinant)
-        means.append(mean)
-        covariances.append(covariance)
+    for root in unknown.prior_roots():
+        information, score = root.T @ projection.information @ root, root.T @ projection.score
+        for amplitude in unknown.AMPLITUDES:
+            covariance = np.linalg.inv(information + np.eye(score.size) / amplitude**2)
+            mean = covariance @ score
+            log_determinant = np.linalg.slogdet(np.eye(score.size) + amplitude**2 * information)[1]
+            evidence.append(0.5 * score @ mean - 0.5 * log_determinant)
+            means.append(root @ mean)
+            covariances.append(root @ covariance @ root.T)
     share = softmax(evidence)
     mean = np.einsum("a,ai->i", share, np.array(means))
     apart = np.array(means) - mean
@@ -136,8 +137,8 @@ def _read_admittance(s: Complex, mean: Floats, covariance: Floats, response: Com
     return _listed(said, "beside the model's")
 
 
-def _read_record(s: Complex, mean: Floats, covariance: Floats, response: Complex) -> str:
-    """A gain and a delay of the record."""
+def _read_factor(s: Complex, mean: Floats, covariance: Floats, response: Complex) -> str:
+    """A gain and a delay."""
     value, error = _weighted(response, covariance, mean, np.stack([np.ones_like(s), -s], axis=1))
     said = []
     if abs(value[0]) > _CLEAR * error[0]:

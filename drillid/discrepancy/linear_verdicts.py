@@ -210,7 +210,9 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
 
 
 _AT = {
-    "record": "in drive, sensors or recorder",
+    "record": "in sensors or recorder",
+    "drive": "in the drive",
+    "control": "in the speed control",
     "top": "at the top of the string",
     "upper string": "in the upper half of the string",
     "lower string": "in the lower half of the string",

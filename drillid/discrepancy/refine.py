@@ -62,10 +62,10 @@ def refine(
 ) -> list[Refined]:
     """Fit the causes that may explain what is seen; best evidence first.
 
-    The linear evidence orders them well where causes are small. Where the misfit is obvious, or `every` cause is asked
-    for, all are fitted at their likeliest shapes, as a large cause may show by what is not linear in it; those that
-    come near the best are then fitted at more shapes. Where the base model is `hopeless`, or the misfit obvious, they
-    start from the papers as well.
+    The linear evidence orders them well where causes are small. Where the misfit is obvious, as where the base model
+    is `hopeless`, or `every` cause is asked for, all are fitted at their likeliest shapes, from several sizes and from
+    the papers as well, as a large cause may show by what is not linear in it, and bend the base fit; those that come
+    near the best are then fitted at more shapes.
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
@@ -73,12 +73,11 @@ def refine(
     every = every or obvious
     taken = {one.cause.name for one in extensions}
     names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
-    search = _Search(model, base, extensions, sizes=every, papers=False)
+    search = _Search(model, base, extensions, starts=every)
     found: list[Refined] = []
     for name in sorted(names, key=lambda one: -linear[one]):
         found.append(search.best(_first_shapes(screened, name, obvious), _least_cost(found)))
     if obvious:
-        search = replace(search, papers=True)
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
         found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
     # what fits only at a bound of its size is no name, and does not set the standard
@@ -106,10 +105,8 @@ class _Search:
     model: SetModel
     base: SetFit
     extensions: tuple[Extension, ...]
-    sizes: bool
-    """Whether they start from several sizes, or from none."""
-    papers: bool
-    """Whether they start from the papers as well."""
+    starts: bool
+    """Whether they start from several sizes, and from the papers as well, or from no size at the base fit."""
 
     def best(self, shapes: Iterable[Extension], least: float = np.inf) -> Refined:
         """The best of some shapes; `least` is the cost of the best that is known."""
@@ -162,9 +159,9 @@ class _Search:
         size = further.cause.size
         # a large size may not be reached from a usual one
         large = np.sqrt(size.typical * size.high)
-        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.sizes else (0.0,)
+        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.starts else (0.0,)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        origins = [self.base.point, self.model.expected()] if self.papers else [self.base.point]
+        origins = [self.base.point, self.model.expected()] if self.starts else [self.base.point]
         sized = [
             Point(origin.shared, origin.local, np.append(self.base.point.sizes, one))
             for origin in origins

@@ -241,6 +241,14 @@ class SetModel:
         grown = self.extended(self.setup_at(point, extensions), [size], (further,))
         return self._whitened(grown, 1).jacobian[:, 0]
 
+    def changed(self, mobility: Complex, answer: Complex) -> Complex:
+        """Whitened rows (W, K, rows) of changes of the mobilities and of the control's responses, (W, K, F) each."""
+        pieces, weight = [mobility * self.weight[:, None]], self.control_weight
+        if weight is not None:
+            rows = weight.any(axis=0)
+            pieces.append(answer[..., rows] * weight[:, None, rows])
+        return np.concatenate(pieces, axis=-1)
+
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Command mobility of every window, shape (W, F)."""
         mobility = self.setup_at(point, extensions).mobility(self.s)

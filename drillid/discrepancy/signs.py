@@ -17,16 +17,11 @@ from drillid.discrepancy.signs_jitter import jitter_score
 from drillid.discrepancy.signs_path import along_the_way
 from drillid.discrepancy.signs_record import Remainder, WindowRecord
 from drillid.discrepancy.signs_score import Candidate, Score, score, whitened, without
-from drillid.discrepancy.signs_sensor import (
-    beside_neighbours,
-    quantisation_score,
-    revolution_candidate,
-    strongest_line,
-    tone_score,
-)
+from drillid.discrepancy.signs_sensor import beside_neighbours, quantisation_score, revolution_candidate
 from drillid.discrepancy.signs_step import without_steps
 from drillid.discrepancy.signs_string import Motion, string_candidates
 from drillid.discrepancy.signs_time import time_candidates, trend_candidate
+from drillid.discrepancy.signs_tone import strongest_line, tone_score
 
 __all__ = ["WindowRecord", "read_signs"]
 
@@ -59,7 +54,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     scores = along_the_way(scores, remainder)
     explained = sum((_explained(one, scores) for one in candidates), np.zeros(remainder.samples))
     left = remainder.left - remainder.without_sweep(explained)
-    line = strongest_line(remainder, remainder.left)
+    line = strongest_line(remainder)
     tone, trend = tone_score(remainder, line), trend_candidate(remainder)
     # the torque of a rig that swings in a limit cycle has turning points that look like play
     cycles = line is not None and _is_plain(line.score) and tone is None
@@ -67,7 +62,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     alone = {
         **(control_scores(remainder) if record.has_command else {}),
         "trend": None if trend is None else score(whitened(trend, remainder), remainder.error, remainder),
-        "aliased_tone": tone_score(remainder, strongest_line(remainder, left)) if explained.any() else tone,
+        "aliased_tone": tone_score(remainder, strongest_line(remainder, explained)) if explained.any() else tone,
         "line": None if line is None else line.score,
         "quantisation": rounded,
         # coarse steps and teeth that meet are noise that grows with the sweep, as jitter is

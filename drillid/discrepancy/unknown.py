@@ -6,6 +6,7 @@ amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of t
 """
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,12 +21,15 @@ from drillid.physics.top_drive import torque_transfers
 
 Floats = NDArray[np.float64]
 
-PORTS = ("record", "top", "upper string", "lower string", "bit")
-"""The first multiplies the response, the others add an admittance: at the string's top, at a third and at two thirds
-of the pipe, at the bit."""
+RELATIVE = ("record", "drive", "control")
+"""Ports at which a disturbance multiplies what is recorded, the torque that is made, or what the control answers."""
+PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
+"""At the others it adds an admittance: at the string's top, at a third and at two thirds of the pipe, at the bit."""
 _PLACES = {"upper string": 1 / 3, "lower string": 2 / 3}
 FUNCTIONS = 12
 """Smooth functions over the band, each with real and imaginary part."""
+_REACHES = (0.0, 2.0, 6.0)
+"""Functions over which a disturbance stays alike, as tried: from rough to nearly a straight line."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Standard deviations tried, relative to the response or to the pipe's characteristic admittance."""
 
@@ -42,23 +46,26 @@ def smooth_functions(frequency: Floats, count: int) -> Floats:
 
 def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> Complex:
     """Whitened directions (W, 2 FUNCTIONS, rows) of a disturbance at a port, the same in all windows."""
-    setup = model.setup_at(fit.point, extensions)
-    mobility, s = setup.mobility(model.s), model.s
-    system = setup.system
-    if port == "record":
-        sensitivity = mobility
-    else:
-        drive, _ = torque_transfers(system.top_drive, s)
-        sensitivity = (
-            -(mobility**2) / (setup.recording.transfer(s) * drive) * system.string[0].characteristic_admittance
-        )
-        sensitivity = sensitivity * _speed_at(port, system, s) ** 2
+    basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
+    real = model.changed(*(one[:, None] * basis for one in _sensitivity(model, fit, extensions, port)))
+    return np.concatenate([real, 1j * real], axis=1)
+
+
+def _sensitivity(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> tuple[Complex, Complex]:
+    """Change of the mobilities and of the control's responses, (W, F) each, by a disturbance of one at a port."""
+    setup, s = model.setup_at(fit.point, extensions), model.s
     shape = (model.evidence.windows, s.size)
-    weighted = np.broadcast_to(sensitivity, shape) * model.weight
-    real = weighted[:, None, :] * smooth_functions(model.evidence.frequency, FUNCTIONS)
-    both = np.concatenate([real, 1j * real], axis=1)
-    missing = np.zeros((both.shape[0], both.shape[1], model.rows - s.size), dtype=complex)
-    return np.concatenate([both, missing], axis=-1)
+    mobility, answer = (np.broadcast_to(one, shape) for one in (setup.mobility(s), setup.control(s)))
+    if port == "record":
+        # the control acts on the speed itself, so that its answer to the record turns the other way
+        return mobility, -answer
+    if port == "drive":
+        return mobility * (1 - mobility * answer), np.zeros_like(answer)
+    if port == "control":
+        return -(mobility**2) * answer, answer
+    drive, _ = torque_transfers(setup.system.top_drive, s)
+    sensitivity = -(mobility**2) / (setup.recording.transfer(s) * drive) * _speed_at(port, setup.system, s) ** 2
+    return sensitivity * setup.system.string[0].characteristic_admittance, np.zeros_like(answer)
 
 
 def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
@@ -73,8 +80,20 @@ def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
     return speed_ratio(replace(pipe, length=pipe.length * share), string_admittance(lower, s), s)
 
 
+@cache
+def prior_roots() -> Floats:
+    """Factors R of prior covariances R Rᵀ of a disturbance of amplitude one, (smoothness, 2 FUNCTIONS, 2 FUNCTIONS)."""
+    apart = np.subtract.outer(np.arange(FUNCTIONS), np.arange(FUNCTIONS))
+    roots = []
+    for reach in _REACHES:
+        alike = np.exp(-0.5 * (apart / reach) ** 2) if reach else np.eye(FUNCTIONS)
+        values, vectors = np.linalg.eigh(alike)
+        roots.append(np.kron(np.eye(2), vectors * np.sqrt(np.maximum(values, 0.0))))
+    return np.stack(roots)
+
+
 def log_evidence(score: Floats, information: Floats) -> Floats:
-    """Log Bayes factor of a Gaussian disturbance against none, its amplitude averaged over AMPLITUDES.
+    """Log Bayes factor of a Gaussian disturbance against none, averaged over how smooth it is and over AMPLITUDES.
 
     Parameters
     ----------
@@ -83,9 +102,12 @@ def log_evidence(score: Floats, information: Floats) -> Floats:
     """
     from scipy.special import logsumexp
 
-    values, vectors = np.linalg.eigh(information)
-    power = (score @ vectors) ** 2
-    variance = AMPLITUDES[:, None] ** 2
-    shrunk = variance / (1 + variance * np.maximum(values, 0.0))
-    each = 0.5 * power @ shrunk.T - 0.5 * np.sum(np.log1p(variance * np.maximum(values, 0.0)), axis=1)
-    return np.asarray(logsumexp(each, axis=-1) - np.log(AMPLITUDES.size), dtype=float)
+    each, variance = [], AMPLITUDES[:, None] ** 2
+    for root in prior_roots():
+        values, vectors = np.linalg.eigh(root.T @ information @ root)
+        values = np.maximum(values, 0.0)
+        power = (score @ root @ vectors) ** 2
+        shrunk = variance / (1 + variance * values)
+        each.append(0.5 * power @ shrunk.T - 0.5 * np.sum(np.log1p(variance * values), axis=1))
+    joined = np.concatenate(each, axis=-1)
+    return np.asarray(logsumexp(joined, axis=-1) - np.log(joined.shape[-1]), dtype=float)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind import cases
+from benchmarks.blind.alike import same
 from benchmarks.blind.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import draw, sized
 from benchmarks.blind.ideal import Ideal
@@ -52,20 +53,20 @@ def test_response_and_noise_are_those_of_the_simulator(
 def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> None:
     generator = np.random.default_rng(0)
     drifting = sized(case, "parameter_drift", generator, (4.0, 4.0))
-    assert ideal.same(drifting) == {"parameter_drift", "regime_change"}
+    assert same(ideal, drifting) == {"parameter_drift", "regime_change"}
     filtered = sized(case, "torque_filter", generator, (25.0, 25.0))
-    assert ideal.same(filtered) == {"torque_filter", "speed_filter"}
-    assert ideal.same(sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
+    assert same(ideal, filtered) == {"torque_filter", "speed_filter"}
+    assert same(ideal, sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
 
 
 def test_a_scale_near_that_of_a_unit_is_the_same_as_that_unit(ideal: Ideal) -> None:
-    assert "sign_or_unit" in ideal.same(Hidden("speed_scale", 0.35, 0.5))
-    assert "sign_or_unit" not in ideal.same(Hidden("speed_scale", 0.1, 0.5))
+    assert "sign_or_unit" in same(ideal, Hidden("speed_scale", 0.35, 0.5))
+    assert "sign_or_unit" not in same(ideal, Hidden("speed_scale", 0.1, 0.5))
 
 
 def test_a_rival_may_be_smaller_than_what_is_hidden(case: Case, ideal: Ideal) -> None:
     least = EFFECTS["regime_change"].range(case.world(0, hidden=()), case.context(Hidden("regime_change", 0.0, 0.5)))[0]
-    assert "regime_change" in ideal.same(Hidden("parameter_drift", least, 0.5))
+    assert "regime_change" in same(ideal, Hidden("parameter_drift", least, 0.5))
 
 
 def test_the_drawn_size_has_the_wanted_detectability(case: Case, ideal: Ideal) -> None:
