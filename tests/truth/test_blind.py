@@ -88,3 +88,11 @@ def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
     without = [cause for name, cause in CATALOGUE.items() if name != "sign_or_unit"]
     found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
     assert [one.verdict for one in found.verdicts] == ["unknown"]
+
+
+def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
+    """Two filters come near its phase, and only the papers' delay and clocks tell them apart."""
+    case = replace(obvious(2051, "clock_offset", 1, _DETECTABILITY), command_logged=True)
+    without = [cause for name, cause in CATALOGUE.items() if name != "clock_offset"]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert [(one.verdict, one.family) for one in found.verdicts] == [("unknown", "record")]

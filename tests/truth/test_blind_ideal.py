@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.blind import cases
-from benchmarks.blind.alike import same
+from benchmarks.blind.alike import imitated, same
 from benchmarks.blind.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import draw, sized
 from benchmarks.blind.ideal import Ideal
@@ -57,6 +57,20 @@ def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> N
     filtered = sized(case, "torque_filter", generator, (25.0, 25.0))
     assert same(ideal, filtered) == {"torque_filter", "speed_filter"}
     assert same(ideal, sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
+
+
+def test_what_two_causes_do_together_is_imitated(ideal: Ideal, case: Case) -> None:
+    generator = np.random.default_rng(0)
+    # a record times g is the control's gains over g with the torque times g
+    assert imitated(ideal, sized(case, "speed_scale", generator, (25.0, 25.0)))
+    assert not imitated(ideal, sized(case, "clock_offset", generator, (25.0, 25.0)))
+
+
+def test_what_is_hidden_beside_a_cause_may_take_any_size(ideal: Ideal, case: Case) -> None:
+    generator = np.random.default_rng(0)
+    gain, control = (sized(case, name, generator, (10.0, 10.0)) for name in ("actuator_gain", "controller_gain"))
+    assert "speed_scale" not in same(ideal, gain)
+    assert "speed_scale" in same(ideal, gain, (control,))
 
 
 def test_a_scale_near_that_of_a_unit_is_the_same_as_that_unit(ideal: Ideal) -> None:
