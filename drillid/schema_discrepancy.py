@@ -79,7 +79,7 @@ EXAMINATIONS = DatasetSchema(
             "complex128",
             held_out_base=(MOBILITY, "its command mobility by the base model of the other windows"),
             held_out_extended=(MOBILITY, "its command mobility by the extended model of the other windows"),
-            missing_immittance=("", "what an unknown disturbance adds at its port: N m s/rad, or per response"),
+            missing_immittance=("", "what an unknown disturbance adds at its port: N m s/rad, or a share"),
             missing_rational=("", "rational fit of the missing immittance"),
         ),
         "missing_deviation": Variable(_SF, "float64", "", "deviation of a component of the missing immittance"),

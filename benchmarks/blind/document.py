@@ -32,6 +32,7 @@ no such test and are left out of `power_ratio`.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.
+A cause that is taken out of the catalogue counts where no other cause, and no two of them together, come as close.
 A stated probability is true where the verdict is: one of its members is there, or nothing is, or nothing that the
 catalogue holds.
 

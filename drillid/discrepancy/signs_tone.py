@@ -8,23 +8,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import rfft
+from scipy.fft import rfft, rfftfreq
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Score, normal_of_chance
 from drillid.physics.top_drive import control
 
 Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 _OWN_LINES, _FAR_LINES = 3, 22
 """Lines on either side of a tone, from the first that it leaves alone to the last that tells its noise."""
-_HANN_LINES = 1 + 2 * (2 / 3) ** 2 + 2 * (1 / 6) ** 2
-"""Lines per independent line under a Hann window: the sum of correlations between the power of a line and of others."""
-_NEIGHBOURS = np.concatenate(
-    [np.ones(_FAR_LINES - _OWN_LINES), np.zeros(2 * _OWN_LINES + 1), np.ones(_FAR_LINES - _OWN_LINES)]
+_FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
+"""Independent ones among them."""
+_NEIGHBOURS = np.repeat(
+    [1.0, 0.0, 1.0], [2 * (_FAR_LINES - _OWN_LINES), 4 * _OWN_LINES + 1, 2 * (_FAR_LINES - _OWN_LINES)]
 )
-_FREEDOM = float(_NEIGHBOURS.sum()) / _HANN_LINES
-"""Independent ones among the neighbours."""
 _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
 """Of the polynomial through neighbouring harmonics; how many on either side it is fitted to, and tell its noise."""
 _WIDEST = 1.0
@@ -44,8 +43,8 @@ class Line:
     """The line that stands out most from its neighbours."""
 
     place: int
+    """In half lines, as all lines here."""
     height: complex
-    """Of the line under a Hann window."""
     score: Score
 
 
@@ -56,7 +55,7 @@ class _Left:
     series: Floats
     """(samples,) rad/s."""
     noise: Floats
-    """(line,) that the way of leaving the sweep's answer out has added, as a factor; infinite where none."""
+    """(half line,) that the way of leaving the sweep's answer out has added, as a factor; infinite where none."""
     loses: bool
     """Whether it takes a part of a tone with it."""
 
@@ -64,35 +63,34 @@ class _Left:
 def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Line | None:
     """The line that stands out most; None where the record has none to look at.
 
-    A line's power over the mean of 2ν neighbours follows F(2, 2ν); a vibration of the string covers its neighbours
-    too, so that it does not stand out.
+    A line's power over the mean of ν neighbours follows F(2, 2ν); a vibration of the string covers its neighbours
+    too, so that it does not stand out. Lines lie half a line apart, so that no tone falls between them.
 
     Parameters
     ----------
     explained : (samples,) rad/s, what other causes account for; nothing where not given
     """
-    frequency = remainder.frequency
+    frequency = rfftfreq(2 * remainder.samples, 1 / remainder.record.rate)
     usable = (frequency > _LOWEST) & (frequency < _HIGHEST * remainder.record.rate)
-    usable[-_FAR_LINES:] = False
+    usable[-2 * _FAR_LINES :] = False
     if not usable.any():
         return None
     explained = np.zeros(remainder.samples) if explained is None else explained
     between = _Left(remainder.left - remainder.without_sweep(explained), np.ones(frequency.size), loses=True)
     ways = [between, *([_beside_harmonics(remainder, explained)] if remainder.periods else [])]
     powers = np.stack([_power(remainder, left) for left in ways])
-    noise = np.tile(_of_neighbours(powers[0]), (len(ways), 1))
+    noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(ways), 1))
     if remainder.periods:
         noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], remainder.periods))
     tried = np.stack([usable & np.isfinite(left.noise) for left in ways])
     ratio = np.where(tried, powers / np.maximum(noise, np.finfo(float).tiny), 0.0)
-    way, line = (int(place) for place in np.unravel_index(np.argmax(ratio), ratio.shape))
-    log_ratio = _FREEDOM * float(np.log1p(ratio[way, line] / _FREEDOM))
+    way, place = (int(one) for one in np.unravel_index(np.argmax(ratio), ratio.shape))
+    log_ratio = _FREEDOM * float(np.log1p(ratio[way, place] / _FREEDOM))
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
-    hann = _hann(remainder)
-    error = np.sqrt(np.sum(hann**2) / np.sum(remainder.taper**2) * remainder.noise[line] / 2) * 2 / hann.sum()
-    amplitude, kept = _amplitude(remainder, ways[way], line)
-    height = complex(rfft(ways[way].series * hann)[line])
-    return Line(line, height, Score(normal_of_chance(float(overall)), amplitude, float(error) / kept, log_ratio))
+    error = np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum()
+    amplitude, kept = _amplitude(remainder, ways[way], place)
+    height = complex(_lines(remainder, ways[way].series)[place])
+    return Line(place, height, Score(normal_of_chance(float(overall)), amplitude, float(error) / kept, log_ratio))
 
 
 def tone_score(remainder: Remainder, line: Line | None) -> Score | None:
@@ -102,16 +100,19 @@ def tone_score(remainder: Remainder, line: Line | None) -> Score | None:
     return line.score
 
 
-def _hann(remainder: Remainder) -> Floats:
-    return np.asarray(np.hanning(remainder.samples + 1)[:-1], dtype=float)
+def _lines(remainder: Remainder, series: Floats) -> Complex:
+    """Spectrum (half line,) of a tapered series (samples,)."""
+    return np.asarray(rfft(series * remainder.taper, 2 * remainder.samples), dtype=complex)
 
 
 def _power(remainder: Remainder, left: _Left) -> Floats:
-    """Power of each line per its noise, (line,), on the average over lines that lie alike between harmonics."""
-    power = np.abs(rfft(left.series * _hann(remainder))) ** 2 / remainder.modelled_noise / left.noise
-    within = int(np.flatnonzero(remainder.repeating).max()) + 1 if remainder.periods else 0
+    """Power of each half line per its noise, on the average over those that lie alike between harmonics."""
+    size = left.noise.size
+    modelled = np.interp(np.arange(size) / 2, np.arange(remainder.frequency.size), remainder.modelled_noise)
+    power = np.abs(_lines(remainder, left.series)) ** 2 / modelled / left.noise
+    within = 2 * int(np.flatnonzero(remainder.repeating).max()) + 1 if remainder.periods else 0
     # in the sweep's band lines at and beside its harmonics have lost some of their noise with the mean over periods
-    alike = [slice(place, within, remainder.periods) for place in range(remainder.periods)]
+    alike = [slice(place, within, 2 * remainder.periods) for place in range(2 * remainder.periods)]
     for lines in (*alike, slice(within, None)):
         told = power[lines][np.isfinite(left.noise[lines])]
         if told.size:
@@ -119,16 +120,12 @@ def _power(remainder: Remainder, left: _Left) -> Floats:
     return np.asarray(power, dtype=float)
 
 
-def _of_neighbours(power: Floats) -> Floats:
-    """Mean power (line,) of the lines on either side."""
-    return np.convolve(power, _NEIGHBOURS / _NEIGHBOURS.sum(), "same")
-
-
 def _of_harmonics(power: Floats, periods: int) -> Floats:
-    """Mean power (line,) of the lines that lie alike beside further harmonics; infinite where these are too few."""
-    window = np.zeros(2 * _FAR_HARMONICS * periods + 1)
-    window[::periods] = 1
-    window[(_FAR_HARMONICS - _NEAR_HARMONICS) * periods : (_FAR_HARMONICS + _NEAR_HARMONICS) * periods + 1] = 0
+    """Mean power of the half lines that lie alike beside further harmonics; infinite where these are too few."""
+    window = np.zeros(4 * _FAR_HARMONICS * periods + 1)
+    window[:: 2 * periods] = 1
+    near = 2 * _NEAR_HARMONICS * periods
+    window[window.size // 2 - near : window.size // 2 + near + 1] = 0
     count, total = (np.convolve(values, window, "same") for values in ((power > 0).astype(float), power))
     return np.where(count >= window.sum() / 2, total / np.maximum(count, 1.0), np.inf)
 
@@ -141,22 +138,20 @@ def _beside_harmonics(remainder: Remainder, explained: Floats) -> _Left:
     """
     told = remainder.speed - remainder.taken - explained - remainder.swept(remainder.mobility)
     sweep, seen = (
-        rfft((series - series.mean()) * _hann(remainder))[:: remainder.periods] for series in (remainder.sweep, told)
+        _lines(remainder, series - series.mean())[:: 2 * remainder.periods] for series in (remainder.sweep, told)
     )
     offsets = np.array([side * step for step in range(1, _NEAR_HARMONICS + 1) for side in (-1, 1)])
-    places = np.flatnonzero(remainder.repeating)
-    places = places[: sweep.size - 1 - _NEAR_HARMONICS]
+    places = np.flatnonzero(remainder.repeating)[: sweep.size - 1 - _NEAR_HARMONICS]
     around = places[:, None] // remainder.periods + offsets
     asked, answered = (np.where(around < 0, np.conj(one[np.abs(around)]), one[np.abs(around)]) for one in (sweep, seen))
     powers = (offsets[:, None] / _NEAR_HARMONICS) ** np.arange(_ORDER + 1)
     weights = np.linalg.pinv(asked[:, :, None] * powers)[:, 0]
     added = np.abs(sweep[places // remainder.periods]) ** 2 * np.sum(np.abs(weights) ** 2, axis=1)
     added = np.where(added > _WIDEST, np.inf, added)
-    response, widened = np.zeros(remainder.frequency.size, dtype=complex), np.zeros(remainder.frequency.size)
+    response, widened = np.zeros(remainder.frequency.size, dtype=complex), np.zeros(2 * remainder.frequency.size - 1)
     response[places] = np.sum(weights * answered, axis=1)
-    # half of a harmonic's amplitude lies in the lines beside it, under a Hann window
-    for beside, share in ((-1, 0.25), (0, 1.0), (1, 0.25)):
-        widened[places + beside] += share * added
+    for beside in (-1, 0, 1):
+        widened[2 * places + beside] += added * np.sinc(beside / 2) ** 2
     return _Left(told - remainder.swept(response), np.where(widened > 0, 1 + widened, np.inf), loses=False)
 
 
@@ -166,24 +161,21 @@ def _control_answers(remainder: Remainder, line: Line) -> bool:
         return False
     controller = remainder.system.top_drive.controller
     given = remainder.command - remainder.sweep
-    answer, asked = (
-        rfft((series - series.mean()) * _hann(remainder))[line.place] for series in (given, remainder.speed)
-    )
-    gain = np.ravel(control(controller, remainder.s))[line.place]
+    answer, asked = (_lines(remainder, series - series.mean())[line.place] for series in (given, remainder.speed))
+    gain = np.ravel(control(controller, remainder.s))[line.place // 2]
     return bool(abs(answer + gain * asked) < _ANSWERED * abs(gain * line.height))
 
 
-def _amplitude(remainder: Remainder, left: _Left, line: int) -> tuple[float, float]:
-    """Amplitude of a tone within half a line of a line, rad/s, and the share of it that is left.
+def _amplitude(remainder: Remainder, left: _Left, place: int) -> tuple[float, float]:
+    """Amplitude of a tone within a quarter of a line of a half line, rad/s, and the share of it that is left.
 
     Beside a harmonic of the sweep, a part of a tone goes with what repeats.
     """
-    hann, sample = _hann(remainder), np.arange(remainder.samples)
-    places = (line + np.linspace(-0.6, 0.6, 25)) / remainder.samples
-    found = np.exp(-2j * np.pi * places[:, None] * sample) @ (left.series * hann)
+    taper, sample = remainder.taper, np.arange(remainder.samples)
+    places = (place / 2 + np.linspace(-0.3, 0.3, 13)) / remainder.samples
+    found = np.exp(-2j * np.pi * places[:, None] * sample) @ (left.series * taper)
     best = int(np.argmax(np.abs(found)))
-    turned = 2 * np.pi * places[best] * sample + np.angle(found[best])
-    tone = np.cos(turned)
-    kept = float(2 / hann.sum() * np.sum(tone * hann * remainder.without_sweep(tone))) if left.loses else 1.0
+    tone = np.cos(2 * np.pi * places[best] * sample + np.angle(found[best]))
+    kept = float(2 / taper.sum() * np.sum(tone * taper * remainder.without_sweep(tone))) if left.loses else 1.0
     kept = max(kept, _LEAST_KEPT)
-    return float(np.abs(found[best])) * 2 / hann.sum() / kept, kept
+    return float(np.abs(found[best])) * 2 / taper.sum() / kept, kept
