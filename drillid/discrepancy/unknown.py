@@ -28,8 +28,8 @@ PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
 _PLACES = {"upper string": 1 / 3, "lower string": 2 / 3}
 FUNCTIONS = 12
 """Smooth functions over the band, each with real and imaginary part."""
-_REACHES = (0.0, 2.0, 6.0)
-"""Functions over which a disturbance stays alike, as tried: from rough to nearly a straight line."""
+_REACHES = (0.0, 6.0)
+"""Functions over which a disturbance stays alike, as tried: rough, and as smooth as a gain or a delay."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Standard deviations tried, relative to the response or to the pipe's characteristic admittance."""
 
