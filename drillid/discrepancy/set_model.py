@@ -53,9 +53,10 @@ HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.
 _CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
 """Relative error of the control's response that is not noise, sampling of the control and interpolated rows, and in
 how many bands it is independent."""
-_CONTROL_LINES, _CLEAR = 31, 0.1
+_CONTROL_LINES, _CLEAR, _ZERO = 31, 0.1, 20.0
 """Lines over which the noise of the control's response is taken together, and relative variance up to which a line
-tells it: a ratio is right in the mean only where its weight does not hang on its own denominator."""
+tells it: a ratio is right in the mean only where its weight does not hang on its own denominator. A line whose own
+variance is so many times that of its neighbours lies at a zero of the mobility and tells nothing."""
 _WIDE = 30.0
 """Prior deviation, scaled, of a figure on which the papers are silent."""
 
@@ -158,7 +159,8 @@ class SetModel:
         relative = pd.DataFrame(np.where(self.weight > 0, evidence.control_variance / told, np.nan).T)
         noise = relative.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
         lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
-        good = relative.notna().to_numpy().T & (noise < _CLEAR)
+        # at a zero of the mobility a line tells nothing, whatever its neighbours do
+        good = (relative.to_numpy().T < _ZERO * noise) & (noise < _CLEAR)
         variance = np.where(good, (noise + lines * _CONTROL_FLOOR**2) * told, np.inf)
         return np.asarray(np.sqrt(2 / variance), dtype=float)
 
