@@ -152,6 +152,9 @@ class Ideal:
         target_rows = np.concatenate([rest[:, -1], pulls])
         columns = rest[:, : len(point.rivals)]
         design = np.column_stack([design, np.concatenate([columns, np.zeros((pulls.size, columns.shape[1]))])])
+        if not (np.isfinite(design).all() and np.isfinite(target_rows).all()):
+            # at the edge of what the theory can follow there is no way on
+            return np.zeros(design.shape[1])
         # rivals that work alike share what they explain
         scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
         return np.asarray(np.linalg.lstsq(design / scale, target_rows, _ALIKE)[0] / scale, dtype=float)
