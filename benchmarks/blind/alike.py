@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.blind.cases import EFFECTS, Hidden
 from benchmarks.blind.effects_sensor import nearest_factor, wrong_factor
 from benchmarks.blind.ideal import IN_TIME, Ideal
+from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.naming import SAME
 
 Floats = NDArray[np.float64]
@@ -89,7 +90,7 @@ class _Reckoned:
     def near(self, place: int) -> tuple[float, float]:
         """Largest square of the correlation with a small cause, and the size at which that comes nearest."""
         along, lengths = self.added[place], np.sum(self.targets**2, axis=1)
-        length, signed = float(along @ along), EFFECTS[self.small[place].name].signed
+        length, signed = float(along @ along), CATALOGUE[self.small[place].name].size.low < 0
         if length == 0 or not lengths.all():
             return 0.0, 0.0
         ratio = self.targets @ along / length
@@ -110,7 +111,7 @@ class _Reckoned:
                     continue
                 own = gram[np.ix_(pair, pair)]
                 size = np.linalg.solve(own + _RIDGE * np.diag(np.diag(own)), along[list(pair)])
-                if all(one > 0 or EFFECTS[names[place]].signed for one, place in zip(size, pair, strict=True)):
+                if all(one > 0 or CATALOGUE[names[place]].size.low < 0 for one, place in zip(size, pair, strict=True)):
                     tried.append((float(along[list(pair)] @ size), pair, size / scale))
             tried.sort(key=lambda entry: -entry[0])
             for _, (first, second), (one, other) in tried[:_PAIRS]:

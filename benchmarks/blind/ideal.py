@@ -11,6 +11,7 @@ from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
 from benchmarks.blind.effects_sensor import tone_frequency
 from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
 from benchmarks.blind.world import NUISANCES
+from drillid.discrepancy import CATALOGUE
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.top_drive import control
 
@@ -33,7 +34,7 @@ _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
 _SHAPES = {
     "extra_section": (0.1, 0.5, 0.9),
-    "tapered_string": (0.0, 0.25, 0.5, 0.75, 1.0),
+    "tapered_string": tuple(np.linspace(0.0, 1.0, 13).tolist()),
     "local_damping_zone": tuple(np.linspace(0.0, 1.0, 10).tolist()),
     "recorder_filter": (0.2, 0.8),
     "regenerative_cutting": (0.1, 0.5, 0.9),
@@ -129,10 +130,10 @@ class Ideal:
         return replace(point, rivals=tuple(self.bounded(one) for one in point.rivals))
 
     def bounded(self, rival: Hidden) -> Hidden:
-        """A rival whose size is one that it may have; it may be smaller than any that is hidden."""
-        effect = EFFECTS[rival.name]
-        _, high = effect.range(self.case.world(0, hidden=()), self.case.context(rival))
-        return replace(rival, size=float(np.clip(rival.size, -high if effect.signed else _LEAST * high, high)))
+        """A rival whose size is one that the catalogue allows; it may be smaller or larger than any that is hidden."""
+        limits = CATALOGUE[rival.name].size
+        low = limits.low if limits.low < 0 else _LEAST * limits.high
+        return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
