@@ -1,25 +1,30 @@
 """What cannot be told from a hidden cause at a case's noise: other causes, one or two of them together."""
 
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from benchmarks.blind.cases import EFFECTS, Hidden
 from benchmarks.blind.effects_sensor import nearest_factor, wrong_factor
-from benchmarks.blind.ideal import IN_TIME, Ideal
+from benchmarks.blind.ideal import CONTINUOUS, IN_TIME, Ideal
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.naming import SAME
 
 Floats = NDArray[np.float64]
 
-_SCALES = (0.05, 1.0)
-"""Shares of a cause's size at which its direction is compared with those of others."""
+_SIZES = 5
+"""Sizes of a cause, from small to the largest that the catalogue allows, that are reckoned with."""
+_FARTHEST = 5.0
+"""Factor by which linear reckoning may put a rival off the size that it starts from."""
 _NEAR = 0.1
-"""Square of the correlation from which another cause is looked at closely; at its best size it may come nearer."""
-_PAIRS = 6
-"""Pairs of causes that are looked at closely, those that leave least by linear reckoning."""
+"""Share of a cause that a rival must explain by linear reckoning to be looked at closely; it may then come nearer."""
+_STARTS, _PAIRS = 2, 12
+"""Of every cause, and of all pairs, those that are looked at closely, as they leave least by linear reckoning."""
+_CLOSE, _TRIES = 3.0, 8
+"""How many times what counts as the same a rival may be off for its shape to be sought between those tried, and steps
+of that search."""
 _RIDGE = 1e-6
 """Share by which two causes with one direction are kept apart."""
 
@@ -27,22 +32,20 @@ _RIDGE = 1e-6
 def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> frozenset[str]:
     """Causes that at this noise come too close to a hidden one to be told from it.
 
-    Those that come near by linear reckoning, to the cause as it is or to a faint one, are followed to their best
-    size, while those that are hidden beside it take any size.
+    Those that come near by linear reckoning are followed to their best size, and shape where that is continuous, while
+    those that are hidden beside it take any size.
     """
     if not EFFECTS[hidden.name].linear:
         return frozenset({hidden.name})
     beside = tuple(one for one in beside if EFFECTS[one.name].linear)
-    reckoned, found = _Reckoned.of(ideal, hidden, beside), {hidden.name}
-    for place, one in enumerate(reckoned.small):
-        near, size = reckoned.near(place)
-        if hidden.name == "sign_or_unit" and one.name == "speed_scale":
-            size = wrong_factor(hidden.shape) - 1
-        elif "sign_or_unit" in (hidden.name, one.name) or near < _NEAR:
-            continue
-        rival = ideal.bounded(replace(one, size=size))
-        if one.name not in found and ideal.least_distance((hidden, *beside), (rival, *beside)) < SAME**2:
-            found.add(one.name)
+    if hidden.name == "sign_or_unit":
+        starts = [Hidden("speed_scale", wrong_factor(hidden.shape) - 1, 0.5)]
+    else:
+        starts = _Reckoned.of(ideal, hidden, beside).nearest()
+    found = {hidden.name}
+    for rival in starts:
+        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), beside) < SAME:
+            found.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
         found.add("sign_or_unit")
     return frozenset(found)
@@ -52,9 +55,8 @@ def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     """Whether two other causes together come too close to a hidden one to be told from it."""
     if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
-    reckoned = _Reckoned.of(ideal, hidden, ())
-    pairs = (tuple(ideal.bounded(one) for one in pair) for pair in reckoned.pairs())
-    return any(ideal.least_distance((hidden,), pair) < SAME**2 for pair in pairs)
+    pairs = _Reckoned.of(ideal, hidden, ()).pairs()
+    return any(_least(ideal, hidden, tuple(ideal.bounded(one) for one in pair)) < SAME for pair in pairs)
 
 
 def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
@@ -63,58 +65,90 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
     return ideal.least_distance((rest,)) < SAME**2
 
 
+def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
+    """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough."""
+    whole = (hidden, *beside)
+    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False)
+    if squared >= SAME**2:
+        other, end = ideal.closest(whole, (*rivals, *beside), grown=True)
+        squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
+    rival = reached[0]
+    if len(rivals) > 1 or rival.name not in CONTINUOUS or not SAME**2 <= squared < (_CLOSE * SAME) ** 2:
+        return float(np.sqrt(squared))
+
+    def distance(shape: float) -> float:
+        shaped = (replace(rival, shape=shape), *reached[1:])
+        return float(np.sqrt(ideal.closest(whole, shaped, grown=False)[0]))
+
+    step = ideal.shape_step(rival.name)
+    around = (max(rival.shape - step, 0.0), min(rival.shape + step, 1.0))
+    return float(minimize_scalar(distance, bounds=around, method="bounded", options={"maxiter": _TRIES}).fun)
+
+
 @dataclass(frozen=True, eq=False)
 class _Reckoned:
-    """A hidden cause and small others, as they show beyond the nuisances."""
+    """A hidden cause and others at several sizes, as they show beyond the nuisances."""
 
-    hidden: Hidden
-    small: list[Hidden]
-    targets: Floats
-    """(scales, rows) of the hidden cause at shares of its size."""
+    rivals: list[Hidden]
+    target: Floats
+    """(rows,) of the hidden cause."""
     added: Floats
-    """(causes, rows) of the small ones."""
+    """(rivals, rows)."""
 
     @classmethod
     def of(cls, ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...]) -> "_Reckoned":
         """By the ideal test; what is hidden beside the cause may take any size."""
         small = ideal.small(hidden.name in IN_TIME)
-        whole = [(replace(hidden, size=scale * hidden.size),) for scale in _SCALES]
+        rivals = [sized for one in small if one.name not in (hidden.name, "sign_or_unit") for sized in _sizes(one)]
         theory = ideal.theory(frozenset(one.name for one in (hidden, *beside)))
-        others = [(one,) for one in (*beside, *small)]
-        rows = ideal.beyond(theory, [*whole, *others]).T
-        count = len(_SCALES) + len(beside)
-        basis = np.linalg.qr(rows[len(_SCALES) : count].T)[0]
+        rows = ideal.beyond(theory, [(one,) for one in (hidden, *beside, *rivals)]).T
+        basis = np.linalg.qr(rows[1 : 1 + len(beside)].T)[0]
         rows = rows - (rows @ basis) @ basis.T
-        return cls(hidden, small, rows[: len(_SCALES)], rows[count:])
+        return cls(rivals, rows[0], rows[1 + len(beside) :])
 
-    def near(self, place: int) -> tuple[float, float]:
-        """Largest square of the correlation with a small cause, and the size at which that comes nearest."""
-        along, lengths = self.added[place], np.sum(self.targets**2, axis=1)
-        length, signed = float(along @ along), CATALOGUE[self.small[place].name].size.low < 0
-        if length == 0 or not lengths.all():
-            return 0.0, 0.0
-        ratio = self.targets @ along / length
-        near = np.where((ratio > 0) | signed, ratio**2 * length / lengths, 0.0)
-        best = int(np.argmax(near))
-        return float(near[best]), float(self.small[place].size * ratio[best] / _SCALES[best])
+    def nearest(self) -> list[Hidden]:
+        """Of every cause the few that explain most, at the sizes at which they leave least; the best first."""
+        along, own = self.added @ self.target, np.sum(self.added**2, axis=1)
+        size = np.divide(along, own, out=np.zeros_like(own), where=own > 0)
+        gain = np.where(size > 0, size * along, 0.0)
+        found: list[Hidden] = []
+        for place in np.argsort(-gain):
+            one = self.rivals[place]
+            if gain[place] < _NEAR * float(self.target @ self.target):
+                break
+            if sum(one.name == other.name for other in found) < _STARTS:
+                found.append(_moved(one, float(size[place])))
+        return found
 
     def pairs(self) -> list[tuple[Hidden, Hidden]]:
-        """Pairs of other causes, at the sizes at which they leave least, for each scale those that leave least."""
-        names = [one.name for one in self.small]
-        fit = [place for place, name in enumerate(names) if name not in (self.hidden.name, "sign_or_unit")]
-        gram = self.added @ self.added.T
-        found = []
-        for scale, target in zip(_SCALES, self.targets, strict=True):
-            along, tried = self.added @ target, []
-            for pair in combinations(fit, 2):
-                if names[pair[0]] == names[pair[1]]:
-                    continue
-                own = gram[np.ix_(pair, pair)]
-                size = np.linalg.solve(own + _RIDGE * np.diag(np.diag(own)), along[list(pair)])
-                if all(one > 0 or CATALOGUE[names[place]].size.low < 0 for one, place in zip(size, pair, strict=True)):
-                    tried.append((float(along[list(pair)] @ size), pair, size / scale))
-            tried.sort(key=lambda entry: -entry[0])
-            for _, (first, second), (one, other) in tried[:_PAIRS]:
-                left, right = self.small[first], self.small[second]
-                found.append((replace(left, size=one * left.size), replace(right, size=other * right.size)))
-        return found
+        """Pairs of causes, at the sizes at which they leave least; those that explain most first."""
+        names = np.array([one.name for one in self.rivals])
+        gram, along = self.added @ self.added.T, self.added @ self.target
+        own = np.diag(gram) * (1 + _RIDGE)
+        with np.errstate(all="ignore"):
+            size = (along[:, None] * own[None] - along[None] * gram) / (np.outer(own, own) - gram**2)
+            gain = size * along[:, None] + size.T * along[None]
+        apart = (names[:, None] < names[None]) & (size > 0) & (size.T > 0) & np.isfinite(gain)
+        found: dict[tuple[str, str], tuple[Hidden, Hidden]] = {}
+        for place in np.argsort(-np.where(apart, gain, -np.inf), axis=None):
+            first, second = np.unravel_index(place, gain.shape)
+            if not apart[first, second] or len(found) == _PAIRS:
+                break
+            pair = (
+                _moved(self.rivals[first], float(size[first, second])),
+                _moved(self.rivals[second], float(size[second, first])),
+            )
+            found.setdefault((pair[0].name, pair[1].name), pair)
+        return list(found.values())
+
+
+def _sizes(small: Hidden) -> list[Hidden]:
+    """A cause from its small size to the largest, either way where it has a sign."""
+    limits = CATALOGUE[small.name].size
+    up = np.geomspace(small.size, limits.high, _SIZES)
+    down = -np.geomspace(small.size, -limits.low, _SIZES) if limits.low < 0 else np.empty(0)
+    return [replace(small, size=float(size)) for size in (*up, *down)]
+
+
+def _moved(one: Hidden, factor: float) -> Hidden:
+    return replace(one, size=one.size * float(np.clip(factor, 1 / _FARTHEST, _FARTHEST)))

@@ -31,15 +31,16 @@ def _extra_section(world: World, size: float, context: Context) -> World:
 
 
 def upper_share(shape: float) -> float:
-    """Share of the pipe that the upper size takes."""
+    """Share of the first window's pipe that the upper size takes."""
     return 0.2 + 0.6 * shape
 
 
 def _tapered_string(world: World, size: float, context: Context) -> World:
+    """The lower pipe goes down with the bit: what is added while drilling is upper pipe."""
     pipe, *below = world.rig.system.string
-    share = upper_share(context.shape)
-    lower = replace(pipe, length=pipe.length * (1 - share), polar_moment=pipe.polar_moment * (1 + size))
-    return world.with_system(string=(replace(pipe, length=pipe.length * share), lower, *below))
+    length = context.first.pipe_length * (1 - upper_share(context.shape))
+    lower = replace(pipe, length=length, polar_moment=pipe.polar_moment * (1 + size))
+    return world.with_system(string=(replace(pipe, length=pipe.length - length), lower, *below))
 
 
 def zone_middle(context: Context) -> float:

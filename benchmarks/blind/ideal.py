@@ -41,6 +41,8 @@ _SHAPES = {
     "regime_change": (0.0, 0.5, 1.0),
 }
 """Shapes of causes that a test would try one by one."""
+CONTINUOUS = ("tapered_string", "local_damping_zone", "regime_change")
+"""Causes whose shape may lie between those."""
 
 
 class Ideal:
@@ -92,20 +94,32 @@ class Ideal:
             total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
         return total
 
-    def least_distance(self, hidden: tuple[Hidden, ...], rivals: tuple[Hidden, ...] = ()) -> float:
-        """Squared distance at the best nuisances, and the best sizes of rival causes, which Gauss and Newton find.
+    def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
+        """Squared distance at the best nuisances."""
+        return self.closest(hidden)[0]
 
-        They follow the cause as it grows, since at its whole size they may start too far off.
+    def closest(
+        self, hidden: tuple[Hidden, ...], rivals: tuple[Hidden, ...] = (), *, grown: bool = True
+    ) -> tuple[float, tuple[Hidden, ...]]:
+        """Squared distance at the best nuisances and the best sizes of rival causes, which Gauss and Newton find.
+
+        Where `grown` they follow the cause as it grows, since at its whole size they may start too far off.
+
+        Returns
+        -------
+        squared distance
+        rivals : at those sizes
         """
         theory = self.theory(frozenset(one.name for one in hidden))
         point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rivals)
         least, before = np.inf, 1.0
-        for share in (1.0,) if any(one.name == "sign_or_unit" for one in hidden) else _GROWTH:
-            grown = tuple(replace(one, size=share * one.size) for one in hidden)
-            target = [theory.response(number, grown) for number in range(theory.windows)]
+        whole = not grown or any(one.name == "sign_or_unit" for one in hidden)
+        for share in (1.0,) if whole else _GROWTH:
+            wanted = tuple(replace(one, size=share * one.size) for one in hidden)
+            target = [theory.response(number, wanted) for number in range(theory.windows)]
             least, point = self._settled(theory, target, self._within(point.scaled(share / before)))
             before = share
-        return least
+        return least, point.rivals
 
     def _settled(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[float, "_Point"]:
         """Least squared distance from a target and where it is reached."""
@@ -156,9 +170,23 @@ class Ideal:
         if not (np.isfinite(design).all() and np.isfinite(target_rows).all()):
             # at the edge of what the theory can follow there is no way on
             return np.zeros(design.shape[1])
-        # rivals that work alike share what they explain
-        scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
-        return np.asarray(np.linalg.lstsq(design / scale, target_rows, _ALIKE)[0] / scale, dtype=float)
+        return self._least(design, target_rows, point.rivals)
+
+    def _least(self, design: Floats, target: Floats, rivals: tuple[Hidden, ...]) -> Floats:
+        """Least squares with rivals within bounds: where one would leave them, the others settle beside it there."""
+        step, first = np.zeros(design.shape[1]), design.shape[1] - len(rivals)
+        free = np.ones(step.size, dtype=bool)
+        for _ in range(len(rivals) + 1):
+            step[free] = _shared(design[:, free], target - design[:, ~free] @ step[~free])
+            over = False
+            for place, one in enumerate(rivals, first):
+                wanted = replace(one, size=one.size + float(step[place]))
+                allowed = self.bounded(wanted)
+                if free[place] and allowed != wanted:
+                    step[place], free[place], over = allowed.size - one.size, False, True
+            if not over:
+                break
+        return step
 
     def _design(self, factors: list[Floats]) -> tuple[Floats, Floats]:
         """Rows of all windows and of the priors in the nuisances; and the windows' further columns."""
@@ -183,6 +211,11 @@ class Ideal:
                     low, _ = effect.range(self.case.world(0, hidden=()), self.case.context(probe))
                     small.append(Hidden(name, low, shape))
         return small
+
+    @staticmethod
+    def shape_step(name: str) -> float:
+        """Distance of the shapes that are tried of a cause of continuous shape."""
+        return 1.0 / (len(_SHAPES[name]) - 1)
 
     def beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
         """What sets of causes add to the whitened responses beyond the nuisances, (rows, sets)."""
@@ -234,6 +267,12 @@ class Ideal:
             return 0.0
         low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
         return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
+
+
+def _shared(design: Floats, target: Floats) -> Floats:
+    """Least squares in which columns that work alike share what they explain."""
+    scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
+    return np.asarray(np.linalg.lstsq(design / scale, target, _ALIKE)[0] / scale, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)

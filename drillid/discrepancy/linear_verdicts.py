@@ -113,17 +113,19 @@ def _other(
     firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
-        own = _with_first(first, one)
         if seen.chance >= CLOSURE_RATE:
-            option = (one.log_evidence, [(own, one)], seen)
+            option = (one.log_evidence, [(_with_first(first, one), one)], seen)
         else:
             seconds = refine(model, one.fit, (one.extension,), seen, causes)
             if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
                 continue
             second = posterior(seconds, seen.unknown_evidence)
             after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
-            total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
-            option = (total, [(own, one), (second, second.best)], after)
+            further = second.best.log_evidence - _PAIR_PRICE
+            # something unknown would have to explain as much as both
+            beside = posterior(first.refined, examination.before.unknown_evidence - further)
+            pair = [(_with_first(beside, one), one), (second, second.best)]
+            option = (one.log_evidence + further, pair, after)
         if best is None or option[0] > best[0]:
             best = option
     return None if best is None else best[1:]

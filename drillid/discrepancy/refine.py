@@ -27,6 +27,10 @@ _SHAPES_WITHIN = 2.0
 _MOST_SHAPES = 2
 _SPREAD = 6
 """Of a continuous shape, how many others are tried where the linear order is not to be trusted."""
+_RESOLVED = 1.0
+"""Evidence that a step of a continuous shape may make, in units of log-likelihood, if it is not to be halved."""
+_FINEST = 0.1
+"""Share of its first size that a step of a shape is halved to."""
 _MOST_FIXED = 2
 
 
@@ -116,7 +120,7 @@ class _Search:
         return max(found, key=lambda one: one.log_evidence)
 
     def settled(self, found: Refined, screened: Screen, most: int | None, least: float) -> Refined:
-        """The best of the likeliest shapes, and a continuous shape followed step by step from there."""
+        """The best of the likeliest shapes, and a continuous one followed from there by steps as small as data tell."""
         shapes = _shapes(screened, found.name, most)
         best = max(found, self.best(shapes, least), key=lambda one: one.log_evidence)
         step, places = best.extension.cause.shape_step, best.extension.cause.shapes
@@ -126,10 +130,13 @@ class _Search:
                 for place in (best.extension.shape - step, best.extension.shape + step)
                 if min(places) <= place <= max(places)
             ]
-            top = max(near, key=lambda one: one.log_evidence, default=best)
-            if top.log_evidence <= best.log_evidence:
+            values = [one.log_evidence for one in near]
+            if max(values, default=-np.inf) > best.log_evidence:
+                best = near[int(np.argmax(values))]
+            elif best.log_evidence - min(values) < _RESOLVED or step < _FINEST * best.extension.cause.shape_step:
                 break
-            best = top
+            else:
+                step /= 2
         return best
 
     def beside(self, found: Refined, others: Sequence[Refined]) -> Refined:
