@@ -14,7 +14,7 @@ from drillid.discrepancy.naming import SAME
 
 Floats = NDArray[np.float64]
 
-_SIZES = 5
+_SIZES = 3
 """Sizes of a cause, from small to the largest that the catalogue allows, that are reckoned with."""
 _FARTHEST = 5.0
 """Factor by which linear reckoning may put a rival off the size that it starts from."""
@@ -67,18 +67,18 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
 
 def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
     """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough."""
-    whole = (hidden, *beside)
-    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False)
+    whole, far = (hidden, *beside), (_CLOSE * SAME) ** 2
+    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
     if squared >= SAME**2:
-        other, end = ideal.closest(whole, (*rivals, *beside), grown=True)
+        other, end = ideal.closest(whole, (*rivals, *beside), hopeless=far)
         squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
     rival = reached[0]
-    if len(rivals) > 1 or rival.name not in CONTINUOUS or not SAME**2 <= squared < (_CLOSE * SAME) ** 2:
+    if len(rivals) > 1 or rival.name not in CONTINUOUS or not SAME**2 <= squared < far:
         return float(np.sqrt(squared))
 
     def distance(shape: float) -> float:
         shaped = (replace(rival, shape=shape), *reached[1:])
-        return float(np.sqrt(ideal.closest(whole, shaped, grown=False)[0]))
+        return float(np.sqrt(ideal.closest(whole, shaped, grown=False, hopeless=far)[0]))
 
     step = ideal.shape_step(rival.name)
     around = (max(rival.shape - step, 0.0), min(rival.shape + step, 1.0))

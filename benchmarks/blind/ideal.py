@@ -99,11 +99,19 @@ class Ideal:
         return self.closest(hidden)[0]
 
     def closest(
-        self, hidden: tuple[Hidden, ...], rivals: tuple[Hidden, ...] = (), *, grown: bool = True
+        self,
+        hidden: tuple[Hidden, ...],
+        rivals: tuple[Hidden, ...] = (),
+        *,
+        grown: bool = True,
+        hopeless: float = np.inf,
     ) -> tuple[float, tuple[Hidden, ...]]:
         """Squared distance at the best nuisances and the best sizes of rival causes, which Gauss and Newton find.
 
-        Where `grown` they follow the cause as it grows, since at its whole size they may start too far off.
+        Parameters
+        ----------
+        grown : whether they follow the cause as it grows, since at its whole size they may start too far off
+        hopeless : squared distance beyond which nobody asks how far; where no less is in sight it is left at that
 
         Returns
         -------
@@ -117,15 +125,21 @@ class Ideal:
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(one, size=share * one.size) for one in hidden)
             target = [theory.response(number, wanted) for number in range(theory.windows)]
-            least, point = self._settled(theory, target, self._within(point.scaled(share / before)))
+            least, point = self._settled(theory, target, self._within(point.scaled(share / before)), hopeless)
             before = share
+            if least > hopeless:
+                break
         return least, point.rivals
 
-    def _settled(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[float, "_Point"]:
+    def _settled(
+        self, theory: Theory, target: list[Floats], point: "_Point", hopeless: float
+    ) -> tuple[float, "_Point"]:
         """Least squared distance from a target and where it is reached."""
         least = self._cost(theory, target, point)
         for _ in range(_ROUNDS):
-            step = self._step(theory, target, point)
+            step, in_sight = self._step(theory, target, point)
+            if in_sight > hopeless:
+                break
             costs = []
             for share in _SHRINKS:
                 trial = self._within(point.moved(step, share))
@@ -156,7 +170,8 @@ class Ideal:
         total = float(np.sum(left) + pulls)
         return total if np.isfinite(total) else np.inf
 
-    def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> Floats:
+    def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[Floats, float]:
+        """Where linear reckoning leads, and how far off that would be."""
         factors = []
         for number, one in enumerate(target):
             here = point.response(theory, number)
@@ -169,8 +184,9 @@ class Ideal:
         design = np.column_stack([design, np.concatenate([columns, np.zeros((pulls.size, columns.shape[1]))])])
         if not (np.isfinite(design).all() and np.isfinite(target_rows).all()):
             # at the edge of what the theory can follow there is no way on
-            return np.zeros(design.shape[1])
-        return self._least(design, target_rows, point.rivals)
+            return np.zeros(design.shape[1]), 0.0
+        step = self._least(design, target_rows, point.rivals)
+        return step, float(np.sum((design @ step - target_rows) ** 2))
 
     def _least(self, design: Floats, target: Floats, rivals: tuple[Hidden, ...]) -> Floats:
         """Least squares with rivals within bounds: where one would leave them, the others settle beside it there."""
