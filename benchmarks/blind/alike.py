@@ -22,9 +22,9 @@ _NEAR = 0.1
 """Share of a cause that a rival must explain by linear reckoning to be looked at closely; it may then come nearer."""
 _STARTS, _PAIRS = 2, 12
 """Of every cause, and of all pairs, those that are looked at closely, as they leave least by linear reckoning."""
-_CLOSE, _TRIES = 3.0, 8
-"""How many times what counts as the same a rival may be off for its shape to be sought between those tried, and steps
-of that search."""
+_HOPELESS, _CLOSE, _TRIES = 1.5, 3.0, 8
+"""How many times what counts as the same a rival may be off to be followed further; the same where its shape can be
+sought between those tried, and steps of that search."""
 _RIDGE = 1e-6
 """Share by which two causes with one direction are kept apart."""
 
@@ -67,14 +67,15 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
 
 def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
     """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough."""
-    whole, far = (hidden, *beside), (_CLOSE * SAME) ** 2
+    continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
+    whole, far = (hidden, *beside), ((_CLOSE if continuous else _HOPELESS) * SAME) ** 2
     squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
     if squared >= SAME**2:
         other, end = ideal.closest(whole, (*rivals, *beside), hopeless=far)
         squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
-    rival = reached[0]
-    if len(rivals) > 1 or rival.name not in CONTINUOUS or not SAME**2 <= squared < far:
+    if not continuous or not SAME**2 <= squared < far:
         return float(np.sqrt(squared))
+    rival = reached[0]
 
     def distance(shape: float) -> float:
         shaped = (replace(rival, shape=shape), *reached[1:])

@@ -29,6 +29,8 @@ _LEAST = 1e-6
 """Of a rival's largest size; some causes are not defined at none."""
 _ALIKE = 1e-6
 """Relative size from which what differs between columns counts."""
+_LOWEST = np.array([-0.9 if unit == "relative" else -np.inf for unit in NUISANCES.values()])
+"""Of the nuisances; no length or moment falls below nothing."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
@@ -155,7 +157,8 @@ class Ideal:
         return least, point
 
     def _within(self, point: "_Point") -> "_Point":
-        return replace(point, rivals=tuple(self.bounded(one) for one in point.rivals))
+        shared = np.maximum(point.shared, _LOWEST)
+        return replace(point, shared=shared, rivals=tuple(self.bounded(one) for one in point.rivals))
 
     def bounded(self, rival: Hidden) -> Hidden:
         """A rival whose size is one that the catalogue allows; it may be smaller or larger than any that is hidden."""
