@@ -160,7 +160,7 @@ class SetModel:
         noise = relative.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
         lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
         # at a zero of the mobility a line tells nothing, whatever its neighbours do
-        good = (relative.to_numpy().T < _ZERO * noise) & (noise < _CLEAR)  # noqa: SIM300
+        good = (noise * _ZERO > relative.to_numpy().T) & (noise < _CLEAR)
         variance = np.where(good, (noise + lines * _CONTROL_FLOOR**2) * told, np.inf)
         return np.asarray(np.sqrt(2 / variance), dtype=float)
 
