@@ -55,9 +55,9 @@ _CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
 how many bands it is independent."""
 _CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
 """Lines over which the noise of the control's response is taken together, as a weight must not hang on its own
-denominator, and relative variance up to which they tell it; a line of so many times their variance lies at a zero of the
-mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's relative variance is v: at most by
-0.7 %."""
+denominator, and relative variance up to which they tell it; a line of so many times their variance lies at a zero of
+the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's relative variance is v: at most
+by 0.7 %."""
 _WIDE = 30.0
 """Prior deviation, scaled, of a figure on which the papers are silent."""
 

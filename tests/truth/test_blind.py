@@ -13,6 +13,7 @@ import pytest
 from benchmarks.blind import cases
 from benchmarks.blind.cases import Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import obvious
+from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.judge import ideals, judge
 from drillid.discrepancy import CATALOGUE, Verdict, examine
@@ -96,3 +97,20 @@ def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
     without = [cause for name, cause in CATALOGUE.items() if name != "clock_offset"]
     found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
     assert [(one.verdict, one.family) for one in found.verdicts] == [("unknown", "record")]
+
+
+def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried() -> None:
+    taper = Hidden("tapered_string", 1.2, 0.04)
+    case = replace(obvious(2052, taper.name, 1, _DETECTABILITY), hidden=(taper,))
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == [taper.name]
+    assert found.extensions[0].shape == pytest.approx(upper_share(taper.shape), abs=0.01)
+
+
+def test_both_of_two_causes_are_named_though_neither_explains_much_alone() -> None:
+    """Weaker gains of the control are the torque's gain and the inverse scale of the record, exactly."""
+    weak = Hidden("controller_gain", -0.25, 0.5)
+    case = replace(obvious(2053, weak.name, 1, _DETECTABILITY), hidden=(weak,), command_logged=False)
+    without = [cause for name, cause in CATALOGUE.items() if name != weak.name]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert {one.verdict for one in found.verdicts} == {"actuator_gain", "speed_scale"}

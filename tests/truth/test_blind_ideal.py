@@ -59,6 +59,13 @@ def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> N
     assert same(ideal, sized(case, "drive_lag", generator, (25.0, 25.0))) == {"drive_lag"}
 
 
+def test_a_section_above_the_collars_is_a_string_of_two_sizes(case: Case, ideal: Ideal) -> None:
+    """Where the change lies is no shape that is tried, and the size is larger than any that is hidden."""
+    heaviest = Hidden("extra_section", 0.3 * case.stretches[0].pipe_length, 0.9)
+    assert "tapered_string" in same(ideal, heaviest)
+    assert "extra_section" not in same(ideal, Hidden("tapered_string", 1.0, 0.1))
+
+
 def test_what_two_causes_do_together_is_imitated(ideal: Ideal, case: Case) -> None:
     generator = np.random.default_rng(0)
     # a record times g is the control's gains over g with the torque times g
