@@ -20,7 +20,7 @@ from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
 from drillid.discrepancy.set_fit import SetFit, fit_set
-from drillid.discrepancy.set_model import Extension, SetModel
+from drillid.discrepancy.set_model import Extension, Point, SetModel
 from drillid.discrepancy.track import stretch
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
@@ -113,22 +113,38 @@ def _other(
     firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
+        own = _with_first(first, one)
         if seen.chance >= CLOSURE_RATE:
-            option = (one.log_evidence, [(_with_first(first, one), one)], seen)
+            option = (one.log_evidence, [(own, one)], seen)
         else:
             seconds = refine(model, one.fit, (one.extension,), seen, causes)
             if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
                 continue
             second = posterior(seconds, seen.unknown_evidence)
             after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
-            further = second.best.log_evidence - _PAIR_PRICE
-            # something unknown would have to explain as much as both
-            beside = posterior(first.refined, examination.before.unknown_evidence - further)
-            pair = [(_with_first(beside, one), one), (second, second.best)]
-            option = (one.log_evidence + further, pair, after)
+            total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
+            option = (total, [(own, one), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
-    return None if best is None else best[1:]
+    if best is None:
+        return None
+    _, chosen, after = best
+    if len(chosen) > 1:
+        (own, one), (_, other) = chosen
+        chosen[0] = _beside(model, one, other, causes, generator) or own, one
+    return chosen, after
+
+
+def _beside(
+    model: SetModel, one: Refined, other: Refined, causes: list[Cause], generator: np.random.Generator
+) -> Posterior | None:
+    """Posterior of the first of two causes beside the second: what that one explains is no rival of the first."""
+    pair = other.fit.point
+    fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
+    seen = screen(model, fit, (other.extension,), causes, generator)
+    refined = refine(model, fit, (other.extension,), seen, causes)
+    own = [candidate for candidate in refined if candidate.name == one.name]
+    return _with_first(posterior(refined, seen.unknown_evidence), own[0]) if own else None
 
 
 def _with_first(found: Posterior, chosen: Refined) -> Posterior:
@@ -148,7 +164,7 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
     gain = _gain(result, place, without).joined(
         sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
     )
-    members = _members(result.model, found, result.extensions[:place])
+    members = _members(result.model, found, without)
     location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
     return Verdict(
         verdict=class_name(members),
