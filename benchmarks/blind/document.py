@@ -43,7 +43,8 @@ catalogue holds.
 {rows}
 
 The false-alarm limit is the one-sided 95 % limit of Clopper and Pearson over {nulls} cases that hide nothing;
-`accuracy_at_2x` counts {at_2x} cases, `unknown_share` {removed_at_2x}, `coverage95` {covered_of},
+`accuracy_at_2x` counts {at_2x} cases, of which the ideal test itself would detect `ideal_power_at_2x`, as some effects
+stop growing with their size; `unknown_share` {removed_at_2x}, `coverage95` {covered_of},
 `location_within_5pct` {located_of}.
 
 ![Detection efficiency](discovery/efficiency.png)

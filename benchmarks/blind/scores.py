@@ -31,6 +31,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - false_alarm: nulls with another verdict than none; false_alarm_upper: one-sided 95 % limit of Clopper and Pearson
     - accuracy_at_2x: cause or exact class named, of single causes and pairs at twice the size where the ideal test over
       the whole family of candidates has 50 % power
+    - ideal_power_at_2x: share of these that the ideal test detects, less than all where an effect stops growing
     - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
     - unknown_share: removed causes of that size without a stand-in in the catalogue that are called unknown
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
@@ -55,6 +56,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "gain_positive": _share(kept["gain_positive"]),
         "second_pass_none": _share(kept["second_none"]),
         "contains_at_2x": _share(large["contains"]),
+        "ideal_power_at_2x": float(large["family_power"].mean()) if len(large) else np.nan,
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
         "signs_named": _share(kept[~kept["linear"]]["right"]),
         "failures": int((table["failure"] != "").sum()),
