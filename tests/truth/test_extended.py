@@ -24,6 +24,7 @@ from drillid.margins import loop_transfer, margins
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.top_drive import control
 from drillid.rig import Rig
 from drillid.schema import EXAMINATIONS
 from drillid.sheets import Well
@@ -200,6 +201,19 @@ def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     found = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
     assert found is not None, missing.reading
     assert abs(float(found[1]) - 30) < 4 * float(found[2])
+
+
+def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Examination) -> None:
+    """The mean of 1/(1 + n) over complex normal n of variance v is 1 - exp(-1/v): 0.96 at 0.3."""
+    seen = examined.model.evidence
+    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    used = np.flatnonzero(examined.model.weight.all(axis=0))
+    for noise, own, tells in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
+        variance = noise * told
+        variance[:, used[50]] = own * told[:, used[50]]
+        weight = SetModel(replace(seen, control_variance=variance)).control_weight
+        assert weight is not None
+        assert np.all((weight[:, used[50]] > 0) == tells)
 
 
 def test_nothing_is_read_where_nothing_is_missing(examined: Examination) -> None:
