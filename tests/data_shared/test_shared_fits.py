@@ -1,5 +1,6 @@
 """What the recorded logs of W10 must give: drive and pipe as on the papers, its wash-out and little else."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -24,17 +25,33 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["with the papers", "without advance information"])
-def well(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> WellFolders:
-    settings = Settings(fits=FitsSettings(use_knowledge=request.param))
-    rig = Rig.from_yaml(ROOT / "config" / "shared-rigs" / "rigs" / "W10.yaml")
-    w10 = Well("W10", rig, tuple(sorted(LOGS.iterdir())))
+RIG = ROOT / "config" / "shared-rigs" / "rigs" / "W10.yaml"
+
+
+def w10() -> Well:
+    return Well("W10", Rig.from_yaml(RIG), tuple(sorted(LOGS.iterdir())))
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its mobilities, which hang on no papers."""
     folders = WellFolders(tmp_path_factory.mktemp("W10"), "W10")
+    for stage in (records, windows, spectra, mobility):
+        stage.process(w10(), folders, Settings())
+    return folders.results
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["with the papers", "without advance information"])
+def well(request: pytest.FixtureRequest, measured: Path, tmp_path_factory: pytest.TempPathFactory) -> WellFolders:
+    settings = Settings(fits=FitsSettings(use_knowledge=request.param))
+    root = tmp_path_factory.mktemp("fitted")
+    shutil.copytree(measured, root, dirs_exist_ok=True)
+    folders = WellFolders(root, "W10")
     with pytest.MonkeyPatch.context() as without_names:
         # nothing here asks what the engine names, which takes minutes
         without_names.setattr("drillid.discrepancy.stage.examine_well", lambda data, error_rate: [])
-        for stage in (records, windows, spectra, mobility, fits, discrepancy, depth):
-            stage.process(w10, folders, settings)
+        for stage in (fits, discrepancy, depth):
+            stage.process(w10(), folders, settings)
     return folders
 
 

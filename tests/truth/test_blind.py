@@ -6,6 +6,7 @@ The full proof is `make blind`. Seeds are fixed here; the engine sees logs and p
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from benchmarks.blind.cases import Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import obvious
 from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
-from benchmarks.blind.judge import ideals, judge
+from benchmarks.blind.judge import Ideals, ideals, judge
 from drillid.discrepancy import CATALOGUE, Verdict, examine
 
 HIDDEN = {
@@ -43,8 +44,14 @@ def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
+@cache
 def hidden_case(name: str) -> Case:
     return obvious(_SEEDS[name], name, HIDDEN[name], _DETECTABILITY)
+
+
+@cache
+def known(name: str) -> Ideals:
+    return ideals(hidden_case(name))
 
 
 def asked(case: Case) -> Answer:
@@ -61,7 +68,7 @@ def always(name: str) -> Answer:
 def test_an_obvious_cause_is_named_as_itself_or_its_exact_class(name: str) -> None:
     case = hidden_case(name)
     answer = asked(case)
-    found = judge(case, answer, ideals(case))
+    found = judge(case, answer, known(name))
     assert found.right, [(one.verdict, one.probability, one.evidence) for one in answer.verdicts]
     assert found.family_right
 
@@ -74,11 +81,9 @@ def test_nothing_is_found_where_nothing_is_wrong(seed: int) -> None:
 
 
 def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:
-    hidden = [hidden_case(name) for name in HIDDEN]
-    known = [ideals(case) for case in hidden]
     right: Counter[str] = Counter()
     for name in ["none", "unknown", *HIDDEN]:
-        right[name] = sum(judge(case, always(name), ideal).right for case, ideal in zip(hidden, known, strict=True))
+        right[name] = sum(judge(hidden_case(one), always(name), known(one)).right for one in HIDDEN)
     assert right["none"] == right["unknown"] == 0
     assert all(right[name] == 1 for name in HIDDEN)
 
