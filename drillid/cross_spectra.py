@@ -29,13 +29,14 @@ class Spectra:
     cross_noise: Complex
     averages: Floats
     degrees_of_freedom: Floats
+    sweep_rounding: Floats
 
     @staticmethod
     def of_nothing(size: int) -> Spectra:
         """Spectra of a window from which none can be made."""
         nothing, count = np.full(size, np.nan), np.full(size, 2.0)
         unknown = nothing + 0j
-        return Spectra(nothing, nothing, nothing, nothing, unknown, unknown, unknown, count, count - 1)
+        return Spectra(nothing, nothing, nothing, nothing, unknown, unknown, unknown, count, count - 1, nothing)
 
     @staticmethod
     def joined(parts: Sequence[Spectra]) -> Spectra:
@@ -96,6 +97,7 @@ def welch_spectra(
         cross_noise=(cross - cross_speed * np.conj(cross_command) / sweep_power) * per_freedom,
         averages=np.full(lines.size, averages),
         degrees_of_freedom=np.full(lines.size, averages - 1),
+        sweep_rounding=np.zeros(lines.size),
     )
 
 

@@ -148,6 +148,7 @@ def local_spectra(
         cross_noise=both * per_average,
         averages=np.full(frequencies.size, float(spacing)),
         degrees_of_freedom=found.freedom.astype(float),
+        sweep_rounding=np.zeros(frequencies.size),
     )
 
 

@@ -63,7 +63,8 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
 
     To first order the error of a ratio Q = X/Z is (x − Q z)/Z, with x and z the noise of both; its
     variance is theirs with their covariance. In a clean log the command's noise is the speed's
-    through A H, so that the control response is exact and its variance is what the log adds.
+    through A H, so that the control response is exact and its variance is what the log adds; the
+    steps of the recorded sweep, which repeat with it, add the same error in every window.
     """
     power, averages = spectra["sweep_power"], spectra["averages"]
     speed, command = spectra["cross_speed"], spectra["cross_command"]
@@ -81,6 +82,7 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
             "torque_mobility_variance": of_torque * power / np.abs(command) ** 2 / averages,
             "control_response": control,
             "control_response_variance": of_control * power / np.abs(speed) ** 2 / averages,
+            "control_response_rounding": spectra["sweep_rounding"] * power / np.abs(speed) ** 2,
         }
     )
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from drillid.cross_spectra import Spectra
+from drillid.lattice import lattice_step
 from drillid.noise import Weights, autoregressive_level, bands, burst_weights, high_pass
 
 Floats = NDArray[np.float64]
@@ -64,6 +65,8 @@ class _Lines:
     """(line,) of the lines between, from their harmonic."""
     last: int
     """Highest line that is looked at, a whole number of harmonics."""
+    rounding: float
+    """Mean squared amplitude of what the steps of the recorded sweep add to each of its lines."""
 
     def near(self, harmonic: int) -> NDArray[np.int64]:
         """Offsets of the lines that tell the noise of a harmonic and of all above it."""
@@ -123,7 +126,10 @@ def _spectra(
     needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
     spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
-    return _Lines(periods, samples / rate, harmonics, offsets, last), spectra
+    step = lattice_step(channels[0][:samples]) or 0.0
+    # of each period alike, so that it neither falls with their number nor shows between them
+    rounding = 4 * periods / samples * step**2 / 12
+    return _Lines(periods, samples / rate, harmonics, offsets, last, rounding), spectra
 
 
 def _noise_offsets(periods: int, noise_lines: int) -> NDArray[np.int64]:
@@ -204,4 +210,5 @@ def _at_harmonics(
         cross_noise=np.sum(left[0] * np.conj(left[1]), axis=1) * scale,
         averages=count,
         degrees_of_freedom=np.full(harmonics.size, freedom * (1.0 if weights is None else weights.efficiency)),
+        sweep_rounding=np.full(harmonics.size, lines.rounding),
     )

@@ -128,6 +128,7 @@ SPECTRA = DatasetSchema(
             speed_power=("rad2 s-2", "mean squared amplitude of the speed"),
             speed_noise=("rad2 s-2", "variance of the speed's amplitude not due to the sweep, per average"),
             command_noise=("N2 m2", "variance of the torque command's amplitude not due to the sweep, per average"),
+            sweep_rounding=("N2 m2", "mean squared amplitude that the steps of a repeating sweep's record add to it"),
         ),
         **each(
             _WF,
@@ -188,6 +189,7 @@ _LOOP = {
         _WF,
         torque_mobility_variance=(f"({MOBILITY})2", "variance of the complex torque mobility"),
         control_response_variance=("(N m s rad-1)2", "variance of the complex control response"),
+        control_response_rounding=("(N m s rad-1)2", "variance by the steps of the recorded sweep, alike in all"),
     ),
     **each(
         ("window",),

@@ -23,7 +23,8 @@ SPARSE = 2
 _FIRST, _LAST = 6, 478
 """Harmonics of the sweep from 0.05 to 4 Hz."""
 _CONTROL_FLOOR = 3e-3
-"""Relative error of the control's response at each of some 40 frequencies, as the torque command is sampled."""
+"""Relative error of the control's response at each of some 40 frequencies, the same in all windows, as the torque
+command is sampled."""
 _CONTROL_LINES = 40
 _STEP = 1e-6
 
@@ -82,7 +83,7 @@ class Theory:
         told = np.abs(control(world.rig.system.top_drive.controller, self.s))
         line = np.abs(command_mobility(world.linear(0.5), self.s)) * self.line
         sensor = 2 * sensor_density(self.case) / WINDOW_S / line**2 / SPARSE
-        floor = _CONTROL_FLOOR**2 * self.s.size / _CONTROL_LINES
+        floor = _CONTROL_FLOOR**2 * self.s.size / _CONTROL_LINES * self.windows
         return np.asarray(np.sqrt(2 / (sensor + floor) / self.shares.size) / told, dtype=float)
 
     def response(self, window: int, hidden: tuple[Hidden, ...] = (), figures: Floats | None = None) -> Floats:

@@ -77,6 +77,8 @@ class Sign:
     """Log-likelihood of the data that the sign is read from, with the cause at its best size less without."""
     misfit: float = np.nan
     """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
+    by_shape: tuple[tuple[float, float], ...] = ()
+    """Size and its error at each shape, as each moment of a jump; empty where the cause has one shape in the record."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,9 @@ class Evidence:
     control: Complex | None = None
     """(W, F) what the control takes back, −(command − sweep)/recorded speed, N m s/rad; NaN where not logged."""
     control_variance: Floats | None = None
-    """(W, F) of the complex value."""
+    """(W, F) of the complex value, independent in every window."""
+    control_rounding: Floats | None = None
+    """(W, F) the same of an error that is one in all windows, by the steps of the recorded sweep."""
     signs: tuple[Sign, ...] = field(default=())
     """Signs in the windows' records, at most one a cause and window."""
 
@@ -143,5 +147,6 @@ class Evidence:
             self.fitted[rows],
             None if self.control is None else self.control[rows],
             None if self.control_variance is None else self.control_variance[rows],
+            None if self.control_rounding is None else self.control_rounding[rows],
             signs,
         )

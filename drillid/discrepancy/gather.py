@@ -107,5 +107,6 @@ def assembled(
         fitted=fitted,
         control=control if logged else None,
         control_variance=mobility["control_response_variance"].values if logged else None,
+        control_rounding=mobility["control_response_rounding"].values if logged else None,
         signs=signs,
     )

@@ -110,7 +110,9 @@ def _other(
     """
     model = examination.model
     best: tuple[float, list[tuple[Posterior, Refined]], Screen] | None = None
-    firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > first.best.log_evidence - _FIRST_WITHIN]
+    # what explains nothing by itself is no half of a pair
+    least = max(first.best.log_evidence - _FIRST_WITHIN, 0.0)
+    firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > least]
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
         own = _with_first(first, one)

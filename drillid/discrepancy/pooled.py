@@ -1,7 +1,7 @@
 """Signs of all windows, taken together cause by cause."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
@@ -46,7 +46,8 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
 
     A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by how well
     each window tells the size, and the largest (Šidák 1967) are looked at, and the smaller chance is doubled. In the
-    sum windows that show sizes of opposite sign speak against each other.
+    sum windows that show sizes of opposite sign speak against each other. Where a cause has shapes, such as the moment
+    of a jump, each window's own is looked at and the one that all share, and the smallest of the chances counts thrice.
     """
     pooled = []
     for cause in sorted({sign.cause for sign in signs}):
@@ -56,10 +57,9 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
     return sorted(pooled, key=lambda one: one.chance)
 
 
-def _pooled(cause: str, own: list[Sign]) -> PooledSign:
+def _pooled(cause: str, own: Sequence[Sign]) -> PooledSign:
+    own, chance = _seen(own)
     score = np.array([sign.score for sign in own])
-    strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
-    chance = min(1.0, 2 * min(_chance_of_sum(own), strongest))
     weight = np.array([1 / max(sign.size_error, 1e-300) ** 2 if sign.size_error > 0 else 0.0 for sign in own])
     weight = np.where(np.isfinite(weight), weight, 0.0)
     size = np.array([sign.size for sign in own])
@@ -72,14 +72,48 @@ def _pooled(cause: str, own: list[Sign]) -> PooledSign:
     return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size, _closure(own))
 
 
-def _closure(own: list[Sign]) -> float:
+def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
+    """Signs of one cause as they are or at the shape that all windows share, where those say more; and their chance."""
+    score = np.array([sign.score for sign in own])
+    strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
+    apart = min(_chance_of_sum(own), strongest)
+    shapes = {len(sign.by_shape) for sign in own}
+    if len(own) == 1 or len(shapes) > 1 or shapes == {0}:
+        return own, min(1.0, 2 * apart)
+    joined, together = _at_one_shape(own)
+    return (joined if together < apart else own), min(1.0, 3 * min(apart, together))
+
+
+def _at_one_shape(own: Sequence[Sign]) -> tuple[list[Sign], float]:
+    """Signs at the shape at which the weighted sum of scores is largest, and the chance of that by Bonferroni.
+
+    A window whose change was followed as a whole keeps the size that this told.
+    """
+    size, error = np.moveaxis(np.array([sign.by_shape for sign in own]), -1, 0)
+    told = np.isfinite(size) & (error > 0)
+    weight = np.where(told, 1 / np.where(told, error, 1.0), 0.0)
+    normal = np.where(told, size, 0.0) * weight
+    total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
+    best = int(np.argmax(total))
+    joined = [
+        replace(sign, score=abs(ratio), size=value, size_error=deviation, log_ratio=0.5 * ratio**2)
+        if np.isnan(sign.misfit) and known
+        else sign
+        for sign, known, ratio, value, deviation in zip(
+            own, told[:, best], normal[:, best].tolist(), size[:, best].tolist(), error[:, best].tolist(), strict=True
+        )
+    ]
+    return joined, min(1.0, total.size * 2 * float(ndtr(-total[best])))
+
+
+def _closure(own: Sequence[Sign]) -> float:
     """Chance of misfits so large in all windows that were asked (Fisher 1932); 1 where none was."""
     misfit = np.array([sign.misfit for sign in own])
     logs = log_ndtr(-misfit[np.isfinite(misfit)])
     return float(chdtrc(2 * logs.size, -2 * logs.sum())) if logs.size else 1.0
 
 
-def _chance_of_sum(own: list[Sign]) -> float:
+def _chance_of_sum(own: Sequence[Sign]) -> float:
     """Of so large a weighted sum of scores; of either sign where the cause's size may have either."""
     score, size, error = (np.array([getattr(sign, name) for sign in own]) for name in ("score", "size", "size_error"))
     told = np.isfinite(error) & (error > 0) & np.isfinite(size)
@@ -111,6 +145,7 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     """
     if not signs:
         return NO_GAIN
+    signs, _ = _seen(signs)
     ratio = np.maximum([sign.log_ratio for sign in signs], 0.0)
     size, error = np.array([sign.size for sign in signs]), np.array([sign.size_error for sign in signs])
     told = np.isfinite(size) & np.isfinite(error) & (error > 0)

@@ -51,8 +51,8 @@ LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9,
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
 """Bounds of the shared figures, scaled: wider than any rig, and the model is defined within."""
 _CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
-"""Relative error of the control's response that is not noise, sampling of the control and interpolated rows, and in
-how many bands it is independent."""
+"""Relative error of the control's response that is not noise but the same in all windows, by sampling of the control
+and interpolated rows, and in how many bands it is independent."""
 _CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
 """Lines over which the noise of the control's response is taken together, as a weight must not hang on its own
 denominator, and relative variance up to which they tell it; a line of so many times their variance lies at a zero of
@@ -157,12 +157,16 @@ class SetModel:
         if evidence.control is None or evidence.control_variance is None:
             return None
         told = np.abs(control(self.controller, self.s)) ** 2
-        relative = pd.DataFrame(np.where(self.weight > 0, evidence.control_variance / told, np.nan).T)
-        noise = relative.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
-        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
+        relative = np.where(self.weight > 0, evidence.control_variance / told, np.nan)
+        noise = _smooth(relative)
         # at a zero of the mobility a line tells nothing, whatever its neighbours do
-        good = (noise * _ZERO > relative.to_numpy().T) & (noise < _CLEAR)
-        variance = np.where(good, (noise + lines * _CONTROL_FLOOR**2) * told, np.inf)
+        good = (relative <= noise * _ZERO) & (noise < _CLEAR)
+        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
+        common = lines * _CONTROL_FLOOR**2
+        if evidence.control_rounding is not None:
+            common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / told, np.nan))
+        # an error that all windows share counts as if each had one of its own that is so much larger
+        variance = np.where(good, (noise + evidence.windows * common) * told, np.inf)
         return np.asarray(np.sqrt(2 / variance), dtype=float)
 
     @property
@@ -283,6 +287,12 @@ def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tu
     if isinstance(response, Dual):
         slopes[response.places] = response.tangents * weight
     return residual, np.moveaxis(slopes, 0, 1)
+
+
+def _smooth(relative: Floats) -> Floats:
+    """Running median of relative variances (W, F) over lines."""
+    lines = pd.DataFrame(relative.T)
+    return lines.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
 
 
 def _middle(fitted: Floats, place: int) -> float:

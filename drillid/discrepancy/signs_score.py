@@ -58,6 +58,8 @@ class Score:
     """(settings,) of the candidate's columns; 0 but for the best."""
     misfit: float = np.nan
     """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
+    by_shape: tuple[tuple[float, float], ...] = ()
+    """Size and its error at each of several columns, NaN where too little of the record bears one."""
 
 
 def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:
@@ -106,6 +108,9 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
         borne &= amplitude + _REACH * deviation > _LEAST_SHARE
     usable = usable[borne]
     amplitude, deviation, blocks = (values[borne] for values in (amplitude, deviation, blocks))
+    by_shape = np.full((columns.shape[0], 2), np.nan)
+    by_shape[usable, 0] = amplitude
+    by_shape[usable, 1] = np.abs(amplitude) / _to_normal(np.abs(amplitude) / deviation, blocks, two_sided=False)
     if usable.size == 0:
         return None
     ratio = amplitude / deviation
@@ -126,7 +131,8 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
     log_ratio = 0.5 * float(_to_normal(told, blocks[best : best + 1], two_sided=False)[0]) ** 2
     amplitudes = np.zeros(columns.shape[0])
     amplitudes[usable[best]] = amplitude[best]
-    return Score(overall, size, size_error, log_ratio, amplitudes)
+    shapes = () if candidate.settings is not None or len(columns) == 1 else tuple(map(tuple, by_shape.tolist()))
+    return Score(overall, size, size_error, log_ratio, amplitudes, by_shape=shapes)
 
 
 def block_starts(remainder: Remainder) -> NDArray[np.intp]:

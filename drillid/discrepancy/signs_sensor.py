@@ -7,19 +7,14 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Candidate, Score, normal_of_chance
+from drillid.lattice import lattice_step
 from drillid.physics.top_drive import control
 
 Floats = NDArray[np.float64]
 
-_REPEATED = 3
-"""Times that a value must occur to count as a step and not as chance."""
 _NEIGHBOURS = 16
 _UNREPEATED = 5
 """Parts of a window that stand for periods where the sweep does not repeat."""
-_LATTICE_TOLERANCE = 0.02
-"""Of a step."""
-_ON_LATTICE = 0.8
-"""Share of samples that must lie on whole steps; interpolated rows do not."""
 _MATERIAL = 1.0
 """Noise of rounding per noise of all else, in the middle of the band, from which steps change what is found."""
 
@@ -74,19 +69,3 @@ def quantisation_score(remainder: Remainder) -> Score | None:
     if rounding < _MATERIAL / (1 + _MATERIAL) * usual:
         return None
     return Score(normal_of_chance(0.0), step, 1e-3 * step, normal_of_chance(0.0) ** 2 / 2)
-
-
-def lattice_step(values: Floats) -> float | None:
-    """Step of which nearly all values are whole multiples, from a common origin; None where there is none."""
-    found, counts = np.unique(values, return_counts=True)
-    often = found[counts >= _REPEATED]
-    if often.size < 2 or counts[counts >= _REPEATED].sum() < _ON_LATTICE * values.size:
-        return None
-    apart = np.diff(often)
-    apart = apart[apart > 1e-9 * np.abs(often).max()]
-    if apart.size == 0:
-        return None
-    least = float(apart.min())
-    step = float(np.sum(apart) / np.sum(np.rint(apart / least)))
-    place = (values - often[0]) / step
-    return step if np.mean(np.abs(place - np.rint(place)) < _LATTICE_TOLERANCE) >= _ON_LATTICE else None

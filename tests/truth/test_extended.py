@@ -216,6 +216,21 @@ def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Exa
         assert np.all((weight[:, used[50]] > 0) == tells)
 
 
+@pytest.mark.parametrize(("noise", "rounding", "gained"), [(0.0, 0.0, 1.0), (0.015, 0.0, 8.0), (0.0, 0.1, 1.0)])
+def test_what_all_windows_err_alike_in_tells_no_more_in_more_windows(
+    examined: Examination, noise: float, rounding: float, gained: float
+) -> None:
+    seen = examined.model.evidence
+    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    one = replace(seen, control_variance=noise * told, control_rounding=rounding * told).subset(np.array([0]))
+    information = []
+    for copies in (1, 8):
+        weight = SetModel(one.subset(np.zeros(copies, dtype=np.intp))).control_weight
+        assert weight is not None
+        information.append(np.sum(weight**2))
+    assert information[1] / information[0] == pytest.approx(gained, rel=0.15)
+
+
 def test_nothing_is_read_where_nothing_is_missing(examined: Examination) -> None:
     missing = missing_immittance(examined.model, examined.extended, "bit", examined.extensions)
     assert missing.passive

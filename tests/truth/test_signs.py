@@ -16,7 +16,6 @@ from drillid.discrepancy.signs import WindowRecord, read_signs
 from drillid.discrepancy.signs_drive import rate_limited
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import score, whitened
-from drillid.discrepancy.signs_sensor import lattice_step
 from drillid.discrepancy.signs_time import time_candidates
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.errors import EstimationError
@@ -313,14 +312,6 @@ def test_rate_limit_of_a_step() -> None:
     slow, fast = rate_limited(series, np.array([0.4, 2.0]))
     assert slow == pytest.approx([0.0, 0.4, 0.8, 1.0, 0.6])
     assert fast == pytest.approx(series)
-
-
-def test_lattice_is_found_among_interpolated_rows() -> None:
-    generator = np.random.default_rng(1)
-    values = 0.03 * np.rint((10 + 0.3 * generator.standard_normal(5000)) / 0.03)
-    values[::10] = (values[1::10] + values[2::10] + generator.uniform(0, 0.03, 500)) / 2
-    assert lattice_step(values) == pytest.approx(0.03, rel=1e-6)
-    assert lattice_step(generator.standard_normal(5000)) is None
 
 
 def test_channels_of_different_length_are_refused(null_records: list[WindowRecord]) -> None:

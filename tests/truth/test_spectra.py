@@ -11,7 +11,7 @@ from drillid.config import SpectraSettings
 from drillid.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.excitation import band_limited_noise, exponential_sweeps
 from drillid.local_polynomial import local_spectra
-from drillid.mobility import command_mobility, sharing
+from drillid.mobility import closed_loop_responses, command_mobility, sharing
 from drillid.periodic import line_spectra, sweep_period
 from drillid.spectra import frequency_grid, spectrogram
 from drillid.statistics import expected_ratio, sum_of_ratios_probability
@@ -178,6 +178,24 @@ def test_a_drift_of_the_mean_does_not_reach_the_response() -> None:
     drifting = steady + 0.5 * np.abs(steady).max() * TIME / TIME[-1]
     values = [estimated("lines", sweep, speed, frequency).cross_speed for speed in (steady, drifting)]
     assert np.max(np.abs(values[1] / values[0] - 1)) < 1e-3
+
+
+@pytest.mark.parametrize("periods", [3, 6])
+def test_steps_of_the_recorded_sweep_are_an_error_of_the_control_that_no_period_averages(periods: int) -> None:
+    step, gain = 4.0, 30.0
+    sweep = exponential_sweeps(TIME, 500.0, period=120.0)[: round(periods * 120 * RATE)]
+    frequency = frequency_grid(120.0, SETTINGS, RATE)
+    frequency = frequency[frequency < 4]
+    ratios = []
+    for seed in range(2):
+        speed = measured(seed, sweep, 1.0)
+        recorded = step * np.rint(sweep / step)
+        spectra = line_spectra(recorded, speed, sweep - gain * speed, RATE, 120.0, frequency, SETTINGS.noise_lines)
+        loop = closed_loop_responses(stacked([spectra], frequency)).isel(window=0)
+        ratios.append(np.abs(loop["control_response"] - gain) ** 2 / loop["control_response_rounding"])
+    assert np.mean(ratios) == pytest.approx(1, abs=0.15)  # of 472 lines, the same in both
+    exact = line_spectra(sweep, speed, sweep - gain * speed, RATE, 120.0, frequency, SETTINGS.noise_lines)
+    assert np.all(exact.sweep_rounding == 0)
 
 
 def test_power_of_the_spectrogram_is_that_of_the_signal() -> None:

@@ -1,11 +1,13 @@
 """Signs of several windows, taken together."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from drillid.discrepancy.evidence import Sign
-from drillid.discrepancy.pooled import pool
+from drillid.discrepancy.pooled import pool, sign_gain
 
 
 def signs(cause: str, sizes: list[float], score: float = 1.5) -> list[Sign]:
@@ -44,3 +46,30 @@ def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
         Sign("torque_rate_limit", 0, 5.0, size, error, 9.0) for size, error in ((5.0, 0.1), (np.nan, np.inf))
     )
     assert pool([told, untold])[0].size == pytest.approx(5.0)
+
+
+def jumps(generator: np.random.Generator, windows: int, size: float) -> list[Sign]:
+    """Signs of a jump at the third of four moments, of one size in all windows; each window takes its best moment."""
+    shown = generator.standard_normal((windows, 4)) + size * (np.arange(4) == 2)
+    best = np.take_along_axis(shown, np.argmax(np.abs(shown), axis=1)[:, None], axis=1)[:, 0]
+    score = -ndtri(-np.expm1(4 * np.log1p(-2 * ndtr(-np.abs(best)))))
+    return [
+        Sign("regime_change", row, *values, by_shape=tuple((one, 1.0) for one in shown[row].tolist()))
+        for row, values in enumerate(zip(score, best, np.ones(windows), best**2 / 2, strict=True))
+    ]
+
+
+def test_windows_that_share_the_moment_of_a_jump_say_more_than_each_for_itself() -> None:
+    shared = jumps(np.random.default_rng(0), 12, 2.0)
+    alone = [replace(one, by_shape=()) for one in shared]
+    assert pool(shared)[0].chance < 1e-4 * pool(alone)[0].chance
+    assert pool(shared)[0].size == pytest.approx(2.0, abs=3 / np.sqrt(12))
+    assert sign_gain(shared).low > 0
+
+
+def test_a_moment_that_is_shared_is_no_surer_by_chance_than_it_says() -> None:
+    generator = np.random.default_rng(1)
+    chances = np.array([pool(jumps(generator, 8, 0.0))[0].chance for _ in range(2000)])
+    for rate in (0.05, 0.01):
+        assert np.mean(chances < rate) < rate + 3 * np.sqrt(rate / chances.size)
+    assert np.mean(chances < 0.05) > 0.01  # and not far less

@@ -53,7 +53,7 @@ class Circumstances:
 
 WIDE = 5.0
 """Factor by which sizes may exceed what is usual: half of the prior is so much wider."""
-_WITHIN = 1 - 1e-6
+_WITHIN = 0.99
 """Share of a bound that counts as reaching it."""
 
 
