@@ -79,6 +79,8 @@ class Sign:
     """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
     by_shape: tuple[tuple[float, float], ...] = ()
     """Size and its error at each shape, as each moment of a jump; empty where the cause has one shape in the record."""
+    apart: float = np.nan
+    """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -66,7 +66,12 @@ def _at_even_odds(examination: Examination) -> Examination:
     """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given."""
     told = examination.verdicts or (_none(examination),)
     verdicts = tuple(calibrated(one) for one in told)
-    kept = tuple(one for one in verdicts if not one.members or one.probability >= EVEN_ODDS)
+    # the line of names is known from even odds of the posterior on
+    kept = tuple(
+        one
+        for one, before in zip(verdicts, told, strict=True)
+        if not one.members or min(one.probability, before.probability) >= EVEN_ODDS
+    )
     if kept:
         return replace(examination, verdicts=kept)
     unknown = nameless(max(told, key=lambda one: one.probability), "it is likelier something else, or nothing")

@@ -29,6 +29,8 @@ class PooledSign:
     windows: int
     closure: float = 1.0
     """Chance of so much that the cause leaves unexplained where it is what is there."""
+    apart: float = 0.0
+    """Standard deviations between what it and the other way of the same change say of all windows that tell it."""
 
     def evidence_for(self, size: float) -> float:
         """Log-likelihood ratio of the signs for a size that the linear responses show, against none.
@@ -69,7 +71,7 @@ def _pooled(cause: str, own: Sequence[Sign]) -> PooledSign:
     # the windows' sizes may differ by more than their errors say
     spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0
     error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
-    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size, _closure(own))
+    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size, _closure(own), _apart(own))
 
 
 def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
@@ -111,6 +113,10 @@ def _closure(own: Sequence[Sign]) -> float:
     misfit = np.array([sign.misfit for sign in own])
     logs = log_ndtr(-misfit[np.isfinite(misfit)])
     return float(chdtrc(2 * logs.size, -2 * logs.sum())) if logs.size else 1.0
+
+
+def _apart(own: Sequence[Sign]) -> float:
+    return float(np.sqrt(np.nansum([sign.apart**2 for sign in own])))
 
 
 def _chance_of_sum(own: Sequence[Sign]) -> float:

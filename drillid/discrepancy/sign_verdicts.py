@@ -17,7 +17,7 @@ from drillid.discrepancy.examination import (
     surely,
     unextended,
 )
-from drillid.discrepancy.naming import CLASS_MASS, class_name, separator
+from drillid.discrepancy.naming import CLASS_MASS, SAME, class_name, separator
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
@@ -110,6 +110,11 @@ def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
     return chosen
 
 
+def _told_apart(one: PooledSign, other: PooledSign) -> bool:
+    """Whether two ways of one change say so different things that the likelier is the name."""
+    return min(one.apart, other.apart) >= SAME
+
+
 def _of_symptom(examination: Examination, one: PooledSign) -> Verdict:
     """Something is wrong that no cause of the catalogue stands for."""
     symptom, depth = SYMPTOMS[one.cause], examination.model.evidence.conditions.hole_depth
@@ -135,13 +140,18 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
     )
     logs = np.array([other.log_evidence for other in rivals])
     shares = np.exp(logs - logsumexp(logs))
-    members = [other.cause for other, share in zip(rivals, shares, strict=True) if share > 1 - CLASS_MASS]
+    likely = {
+        other.cause: share
+        for other, share in zip(rivals, shares, strict=True)
+        if other is one or (share > 1 - CLASS_MASS and not _told_apart(one, other))
+    }
+    members = list(likely)
     gain = sign_gain([sign for sign in evidence.signs if sign.cause == one.cause])
     reach = TWO_SIDED * one.size_error * _misfit(examination)
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
-        probability=surely(one.log_evidence) * float(sum(share for share in shares if share > 1 - CLASS_MASS)),
+        probability=surely(one.log_evidence) * float(sum(likely.values())),
         from_m=float(evidence.conditions.hole_depth.min()),
         to_m=float(evidence.conditions.hole_depth.max()),
         cause=one.cause,

@@ -72,7 +72,17 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
     }
     scores |= {cause: found for cause, found in alone.items() if found is not None}
     return tuple(
-        Sign(cause, window, found.normal, found.size, found.size_error, found.log_ratio, found.misfit, found.by_shape)
+        Sign(
+            cause,
+            window,
+            found.normal,
+            found.size,
+            found.size_error,
+            found.log_ratio,
+            found.misfit,
+            found.by_shape,
+            found.apart,
+        )
         for cause, found in scores.items()
     )
 

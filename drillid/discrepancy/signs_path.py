@@ -56,6 +56,7 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
         window = _Window(figure, remainder)
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
         nearest = min(fitted.values(), key=lambda one: one.price)
+        apart = _apart(list(fitted.values()))
         freely = window.freely(nearest)
         normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
         for cause, way in fitted.items():
@@ -67,6 +68,7 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
                 size=way.size,
                 size_error=way.size_error,
                 misfit=way.misfit_beside(freely),
+                apart=apart,
             )
     return scores
 
@@ -84,6 +86,8 @@ class _Fitted(NamedTuple):
     """Variance of what is fitted, per that by noise that does not change."""
     figures: Floats
     """Values before and after, and the moment of a jump."""
+    left: Floats
+    """Whitened speed (samples,) that is left."""
 
     @property
     def price(self) -> float:
@@ -110,6 +114,14 @@ class _Fitted(NamedTuple):
         return normal_of_chance(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
 
 
+def _apart(ways: list[_Fitted]) -> float:
+    """Standard deviations between what two ways say of the speed; NaN where there are not two."""
+    if len(ways) != 2:
+        return np.nan
+    one, other = ways
+    return float(np.linalg.norm(one.left - other.left) / np.sqrt(max(one.spread, other.spread)))
+
+
 def _fitted(window: _Window, found: Score, *, jumps: bool) -> _Fitted:
     moment = CHANGES[int(np.argmax(np.abs(found.amplitudes)))] if jumps else 0.5
     level, count = window.level, 3 if jumps else 2
@@ -124,7 +136,9 @@ def _fitted(window: _Window, found: Score, *, jumps: bool) -> _Fitted:
     variance = change @ _covariance(best.jac, best.fun, window.remainder, usual)[:2, :2] @ change
     spread = max(float(variance / (change @ usual[:2, :2] @ change)), 1.0)
     gain = max(window.unchanged - float(best.cost), 0.0) / spread
-    return _Fitted(float(best.x[1] - best.x[0]), float(np.sqrt(variance)), float(best.cost), gain, spread, best.x)
+    return _Fitted(
+        float(best.x[1] - best.x[0]), float(np.sqrt(variance)), float(best.cost), gain, spread, best.x, best.fun
+    )
 
 
 def _settled(

@@ -60,6 +60,8 @@ class Score:
     """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
     by_shape: tuple[tuple[float, float], ...] = ()
     """Size and its error at each of several columns, NaN where too little of the record bears one."""
+    apart: float = np.nan
+    """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
 
 
 def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:

@@ -247,7 +247,10 @@ def test_regime_change(after: float) -> None:
     sign = _plain(record, "regime_change")
     assert _has_size(sign, after - 35.0)
     assert sign.size_error < 0.3 * sign.size
-    assert sign.misfit < 3 < signs_of(record)["parameter_drift"].misfit
+    evenly = signs_of(record)["parameter_drift"]
+    assert sign.misfit < 3 < evenly.misfit
+    # what the wrong way leaves beyond the right one is half the square of how far they are apart, in the mean
+    assert sign.log_ratio - evenly.log_ratio == pytest.approx(sign.apart**2 / 2, abs=3 * sign.apart)
 
 
 def test_a_large_drift_shows_more_along_its_way_than_by_its_derivative() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from drillid.config import Settings
 from drillid.discrepancy import examine
-from drillid.discrepancy.evidence import Conditions, Evidence
+from drillid.discrepancy.evidence import Conditions, Evidence, Sign
 from drillid.discrepancy.gather import gather_well, prior, rig_knowledge
 from drillid.discrepancy.series import Series, gather
 from drillid.errors import EstimationError
@@ -59,6 +59,22 @@ def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
     fitted[1] = np.nan
     verdicts = [one.verdict for one in examine(replace(of_well, fitted=fitted)).verdicts]
     assert verdicts == [one.verdict for one in examine(of_well).verdicts]
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict"),
+    [(np.nan, "parameter_drift|regime_change"), (1.0, "parameter_drift|regime_change"), (2.0, "parameter_drift")],
+)
+def test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same(
+    of_well: Evidence, apart: float, verdict: str
+) -> None:
+    signs = tuple(
+        Sign(cause, row, score, 100.0, 15.0, 18.0, 0.0, apart=apart)
+        for cause, score in (("parameter_drift", 6.0), ("regime_change", 5.95))
+        for row in range(of_well.windows)
+    )
+    told = examine(replace(of_well, signs=signs)).verdicts
+    assert [one.verdict for one in told] == [verdict]
 
 
 def test_silent_papers_leave_the_prior_open() -> None:
