@@ -93,6 +93,7 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
             "cross_command": (lines, SWEEP_POWER * one),
             "averages": (lines, AVERAGES * one),
             "degrees_of_freedom": (lines, 40 * one),
+            "sweep_rounding": (lines, 0 * one),
             "sweep_period": ("window", np.full(count, 120.0)),
             "torque_spectrogram": (images, power),
             "speed_spectrogram": (images, 1e-6 * power),

@@ -28,7 +28,7 @@ LAYERS = (
     ("records",),
     ("states", "stretches"),
     ("windows",),
-    ("cross_spectra", "noise"),
+    ("cross_spectra", "lattice", "noise"),
     ("periodic", "local_polynomial", "channel_offset", "passive", "distortion_levels"),
     ("spectra",),
     ("mobility",),
