@@ -189,7 +189,7 @@ _LOOP = {
         _WF,
         torque_mobility_variance=(f"({MOBILITY})2", "variance of the complex torque mobility"),
         control_response_variance=("(N m s rad-1)2", "variance of the complex control response"),
-        control_response_rounding=("(N m s rad-1)2", "variance by the steps of the recorded sweep, alike in all"),
+        control_response_rounding=("(N m s rad-1)2", "variance by the sweep's steps, the same error in all windows"),
     ),
     **each(
         ("window",),

@@ -3,6 +3,7 @@
 Run it as `python -m benchmarks.blind.calibrate` at the root of the project, and again where the engine changes.
 """
 
+from collections.abc import Iterable
 from typing import Annotated
 
 import numpy as np
@@ -41,9 +42,13 @@ def lines(found: pd.DataFrame) -> dict[str, Line]:
     fitted = {}
     for kind, now in LINES.items():
         own = found[found["kind"] == kind]
-        posterior = (np.array([log_odds(value) for value in own["stated"]]) - now.intercept) / now.slope
-        fitted[kind] = line(posterior, own["right"].to_numpy())
+        fitted[kind] = line(uncalibrated(own["stated"], now), own["right"].to_numpy())
     return fitted
+
+
+def uncalibrated(stated: Iterable[float], now: Line) -> Floats:
+    """Log odds of the posterior behind probabilities that a line has made of it."""
+    return (np.array([log_odds(value) for value in stated]) - now.intercept) / now.slope
 
 
 def main(cases: Annotated[int, typer.Option(help="how many; about half of them hide nothing")] = 300) -> None:

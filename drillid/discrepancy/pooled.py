@@ -61,7 +61,6 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
 
 def _pooled(cause: str, own: Sequence[Sign]) -> PooledSign:
     own, chance = _seen(own)
-    score = np.array([sign.score for sign in own])
     weight = np.array([1 / max(sign.size_error, 1e-300) ** 2 if sign.size_error > 0 else 0.0 for sign in own])
     weight = np.where(np.isfinite(weight), weight, 0.0)
     size = np.array([sign.size for sign in own])
@@ -69,43 +68,40 @@ def _pooled(cause: str, own: Sequence[Sign]) -> PooledSign:
     size = np.where(weight > 0, size, 0.0) if known else size
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
     # the windows' sizes may differ by more than their errors say
-    spread = float(np.sum(weight * (size - mean) ** 2) / max(score.size - 1, 1)) if known else 1.0
+    spread = float(np.sum(weight * (size - mean) ** 2) / max(len(own) - 1, 1)) if known else 1.0
     error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
-    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, score.size, _closure(own), _apart(own))
+    return PooledSign(cause, chance, evidence_of_chance(chance), mean, error, len(own), _closure(own), _apart(own))
 
 
 def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
     """Signs of one cause as they are or at the shape that all windows share, where those say more; and their chance."""
     score = np.array([sign.score for sign in own])
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
-    apart = min(_chance_of_sum(own), strongest)
+    each = min(_chance_of_sum(own), strongest)
     shapes = {len(sign.by_shape) for sign in own}
     if len(own) == 1 or len(shapes) > 1 or shapes == {0}:
-        return own, min(1.0, 2 * apart)
-    joined, together = _at_one_shape(own)
-    return (joined if together < apart else own), min(1.0, 3 * min(apart, together))
+        return own, min(1.0, 2 * each)
+    joined, shared = _at_one_shape(own)
+    return (joined if shared < each else own), min(1.0, 3 * min(each, shared))
 
 
 def _at_one_shape(own: Sequence[Sign]) -> tuple[list[Sign], float]:
-    """Signs at the shape at which the weighted sum of scores is largest, and the chance of that by Bonferroni.
-
-    A window whose change was followed as a whole keeps the size that this told.
-    """
+    """Signs at the shape at which the weighted sum of scores is largest, and the chance of that by Bonferroni."""
     size, error = np.moveaxis(np.array([sign.by_shape for sign in own]), -1, 0)
     told = np.isfinite(size) & (error > 0)
     weight = np.where(told, 1 / np.where(told, error, 1.0), 0.0)
     normal = np.where(told, size, 0.0) * weight
     total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
     best = int(np.argmax(total))
-    joined = [
-        replace(sign, score=abs(ratio), size=value, size_error=deviation, log_ratio=0.5 * ratio**2)
-        if np.isnan(sign.misfit) and known
-        else sign
-        for sign, known, ratio, value, deviation in zip(
-            own, told[:, best], normal[:, best].tolist(), size[:, best].tolist(), error[:, best].tolist(), strict=True
-        )
-    ]
-    return joined, min(1.0, total.size * 2 * float(ndtr(-total[best])))
+    return [_at(sign, best) for sign in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
+
+
+def _at(sign: Sign, shape: int) -> Sign:
+    """A sign at a shape; itself where its record bears none there, or told its size by following the change whole."""
+    size, error = sign.by_shape[shape]
+    if not (np.isfinite(size) and error > 0 and np.isnan(sign.misfit)):
+        return sign
+    return replace(sign, score=abs(size / error), size=size, size_error=error, log_ratio=0.5 * (size / error) ** 2)
 
 
 def _closure(own: Sequence[Sign]) -> float:
@@ -116,6 +112,7 @@ def _closure(own: Sequence[Sign]) -> float:
 
 
 def _apart(own: Sequence[Sign]) -> float:
+    """Standard deviations between two ways of a change over all windows that tell it; 0 where none does."""
     return float(np.sqrt(np.nansum([sign.apart**2 for sign in own])))
 
 

@@ -13,13 +13,14 @@ import pytest
 from scipy.special import logit
 
 from benchmarks.blind import cases
+from benchmarks.blind.calibrate import uncalibrated
 from benchmarks.blind.cases import Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import obvious
 from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.judge import Ideals, ideals, judge
 from drillid.discrepancy import CATALOGUE, Verdict, examine
-from drillid.discrepancy.calibration import LINES, log_odds
+from drillid.discrepancy.calibration import LINES
 
 HIDDEN = {
     "drive_lag": 1,
@@ -123,6 +124,4 @@ def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
     case = replace(obvious(2053, "drive_lag", 1, _DETECTABILITY), hidden=pair, command_logged=True)
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert {one.verdict for one in found.verdicts} == {"clock_offset|recorder_filter", "local_damping_zone"}
-    line = LINES["named"]
-    odds = [(log_odds(one.probability) - line.intercept) / line.slope for one in found.verdicts]
-    assert min(odds) > logit(0.98)
+    assert min(uncalibrated([one.probability for one in found.verdicts], LINES["named"])) > logit(0.98)
