@@ -68,7 +68,9 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
 def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
     """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough."""
     continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
-    whole, far = (hidden, *beside), ((_CLOSE if continuous else _HOPELESS) * SAME) ** 2
+    # a large cause bends linear reckoning: on its way a rival may be as far off as none at all
+    whole, alone = (hidden, *beside), ideal.noncentrality((hidden,), beside)
+    far = max(((_CLOSE if continuous else _HOPELESS) * SAME) ** 2, alone)
     squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
     if squared >= SAME**2:
         other, end = ideal.closest(whole, (*rivals, *beside), hopeless=far)

@@ -68,16 +68,25 @@ class Ideal:
         """Where causes of these names show."""
         return self.in_time if names & set(IN_TIME) else self.steady
 
-    def noncentrality(self, hidden: tuple[Hidden, ...]) -> float:
+    def noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
         """λ of causes: least squared distance, noise and tolerances as units, to any rig without them.
 
         NaN where the causes are not linear, so that it is not known.
+
+        Parameters
+        ----------
+        beside : what else is hidden; linear causes are there in the other rig as well, at any size
         """
         if any(not EFFECTS[one.name].linear and one.name not in ADDITIVE for one in hidden):
             return float("nan")
         tones = sum(self._tone(one) for one in hidden if one.name in ADDITIVE)
         rest = tuple(one for one in hidden if one.name not in ADDITIVE)
-        return tones + (self.least_distance(rest) if rest else 0.0)
+        linear = tuple(one for one in beside if EFFECTS[one.name].linear)
+        if not rest or not linear:
+            return tones + (self.least_distance(rest) if rest else 0.0)
+        # the others start at their sizes, or grow with the causes
+        ends = (self.closest((*rest, *linear), linear, grown=grown)[0] for grown in (False, True))
+        return tones + min(ends)
 
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
@@ -163,7 +172,7 @@ class Ideal:
     def bounded(self, rival: Hidden) -> Hidden:
         """A rival whose size is one that the catalogue allows; it may be smaller or larger than any that is hidden."""
         limits = CATALOGUE[rival.name].size
-        low = limits.low if limits.low < 0 else _LEAST * limits.high
+        low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
         return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:

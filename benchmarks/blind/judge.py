@@ -45,7 +45,7 @@ class Ideals:
     family_power: float
     """Of the test over all candidates."""
     half_power: float
-    """That of the whole family at half the size, the least over what is hidden."""
+    """That of the whole family at half the size, the least over what is hidden; of two causes beside the other."""
     candidates: float
     same: tuple[tuple[str, ...], ...]
     """Causes that cannot be told from each of those hidden."""
@@ -110,7 +110,7 @@ def ideals(case: Case) -> Ideals:
     """The ideal test of a case."""
     ideal = Ideal(case)
     noncentrality, tones = ideal.noncentrality(case.hidden), ideal.tones(case.hidden)
-    halves = [ideal.noncentrality((replace(one, size=one.size / 2),)) for one in case.hidden]
+    halves = [ideal.noncentrality((replace(one, size=one.size / 2),), _others(case, one)) for one in case.hidden]
     # a wrong sign or unit has one size, and cannot be missed
     powers = [
         1.0 if one.name == "sign_or_unit" else ideal.power(half, family=True, tones=ideal.tones((one,)))

@@ -81,8 +81,9 @@ class Theory:
     def _control_weight(self, world: World) -> Floats:
         """(F,) the same of the control's response, which the noise of the speed's sensor blurs."""
         told = np.abs(control(world.rig.system.top_drive.controller, self.s))
-        line = np.abs(command_mobility(world.linear(0.5), self.s)) * self.line
-        sensor = 2 * sensor_density(self.case) / WINDOW_S / line**2 / SPARSE
+        recorded = world.recording(0.5, WINDOW_S).transfer(self.s)
+        line = np.abs(command_mobility(world.linear(0.5), self.s) * recorded) * self.line
+        sensor = 2 * sensor_density(world) / WINDOW_S / line**2 / SPARSE
         floor = _CONTROL_FLOOR**2 * self.s.size / _CONTROL_LINES * self.windows
         return np.asarray(np.sqrt(2 / (sensor + floor) / self.shares.size) / told, dtype=float)
 
@@ -115,12 +116,13 @@ def noise_density(case: Case, world: World, window: int, s: Complex, share: floa
     transfer = bit_speed_ratio(system, s) / loaded
     frequency = np.abs(s) / (2 * np.pi)
     bit = coloured_noise_density(frequency, case.stretches[window].bit_noise, case.equipment.noise_bandwidth)
-    return np.asarray(np.abs(transfer) ** 2 * bit + sensor_density(case), dtype=float)
+    recorded = world.recording(share, WINDOW_S).transfer(s)
+    return np.asarray(np.abs(transfer * recorded) ** 2 * bit + sensor_density(world), dtype=float)
 
 
-def sensor_density(case: Case) -> float:
-    """One-sided power density of the speed sensor's noise, (rad/s)²/Hz."""
-    return 2 * case.equipment.sensor_noise**2 / RATE
+def sensor_density(world: World) -> float:
+    """One-sided power density of the noise that the recorder adds, as it is written, (rad/s)²/Hz."""
+    return 2 * (world.recorder.scale * world.recorder.noise) ** 2 / RATE
 
 
 def compressed(columns: Sequence[Floats]) -> Floats:

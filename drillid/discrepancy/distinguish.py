@@ -47,12 +47,14 @@ def columns(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], fur
     return _beside(model, [model.derivative(fit.point, extensions, one) for one in further])
 
 
-def secants(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension]) -> Complex:
-    """Directions (W, K, rows) in which further causes move the responses from size zero to their usual sizes."""
+def secants(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], further: Sequence[Extension], share: float = 1.0
+) -> Complex:
+    """Directions (W, K, rows) in which further causes move the responses from none to a share of their usual sizes."""
     point, before = fit.point, model.residual(fit.point, extensions)
 
     def direction(one: Extension) -> Complex:
-        usual = one.cause.size.typical
+        usual = share * one.cause.size.typical
         grown = replace(point, sizes=np.append(point.sizes, usual))
         return (before - model.residual(grown, (*extensions, one))) / usual
 

@@ -19,8 +19,10 @@ Floats = NDArray[np.float64]
 _DRAWS = 4000
 _TAIL = 0.02
 """Share of the draws whose exponential tail continues the chance below what draws can count."""
+_SHARES = (1.0, 0.125)
+"""Of their usual sizes, at which causes are looked for that are not linear in their size."""
 _STRAIGHT = 0.95
-"""Correlation from which a cause is as good as linear up to its usual size."""
+"""Correlation from which a cause is as good as linear up to a size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +66,16 @@ def screen(
 
     The chance of the total evidence comes from draws of the score under the model as it is, whose covariance is
     the projected information: the maximum over a catalogue needs no other correction. A cause whose first order
-    nuisance figures absorb, such as a lag beside a delay, is looked for at its usual size as well.
+    nuisance figures absorb, such as a lag beside a delay, is looked for at its usual size and a small one as well.
     """
     chosen = [one for one in candidates(catalogue) if not one.cause.size.fixed]
-    pieces = [columns(model, fit, extensions, chosen), secants(model, fit, extensions, chosen)]
+    pieces = [columns(model, fit, extensions, chosen)]
+    pieces += [secants(model, fit, extensions, chosen, share) for share in _SHARES]
     pieces += [unknown.directions(model, fit, extensions, port) for port in unknown.PORTS]
     whole = project(model, fit, extensions, np.concatenate(pieces, axis=1))
     curved = _curved(whole.information, len(chosen))
     projection = whole.without(len(chosen) + np.flatnonzero(~curved))
-    groups = _Groups(chosen, np.flatnonzero(curved), projection.information)
+    groups = _Groups(chosen, np.flatnonzero(curved) % len(chosen), projection.information)
     # estimated variances make scores a little larger than the information says
     spread = _dispersion(model)
     each, ports, total = groups.evidence(projection.score[None] / np.sqrt(spread))
@@ -84,14 +87,14 @@ def screen(
 
 
 def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
-    """Which candidates (K,) move another way at their usual size, beyond nuisances, than where they are small."""
-    small, usual = np.arange(count), np.arange(count, 2 * count)
-    scale = np.sqrt(information[small, small] * information[usual, usual])
-    return np.asarray(np.abs(information[small, usual]) < _STRAIGHT * scale, dtype=bool)
+    """Which steps of K candidates to a size, (shares · K,), go another way, beyond nuisances, than a first small one."""
+    small, sized = np.tile(np.arange(count), len(_SHARES)), count + np.arange(len(_SHARES) * count)
+    scale = np.sqrt(information[small, small] * information[sized, sized])
+    return np.asarray(np.abs(information[small, sized]) < _STRAIGHT * scale, dtype=bool)
 
 
 class _Groups:
-    """Candidates, those of them that are curved, and ports, and the evidence for all of them from scores."""
+    """Candidates, further steps of those that are curved, and ports, and the evidence for all of them from scores."""
 
     def __init__(self, chosen: Sequence[Extension], curved: NDArray[np.intp], information: Floats) -> None:
         self.chosen, self.curved, self.information = chosen, curved, information
@@ -108,7 +111,9 @@ class _Groups:
             score[..., :count], np.diag(self.information)[:count], self.typical[every], self.one_sided[every]
         )
         each = both[..., : len(self.chosen)]
-        each[..., curved] = np.logaddexp(each[..., curved], both[..., len(self.chosen) :]) - np.log(2.0)
+        for step, place in enumerate(curved, len(self.chosen)):
+            each[..., place] = np.logaddexp(each[..., place], both[..., step])
+        each -= np.log1p(np.bincount(curved, minlength=len(self.chosen)))
         size = 2 * unknown.FUNCTIONS
         blocks = [slice(count + place * size, count + (place + 1) * size) for place in range(len(unknown.PORTS))]
         ports = np.stack(
