@@ -51,6 +51,25 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     return frozenset(found)
 
 
+def stands_in(ideal: Ideal, hidden: Hidden, name: str, beside: tuple[Hidden, ...] = ()) -> bool:
+    """Whether a certain other cause comes too close, from any of its shapes and sizes.
+
+    Linear reckoning overlooks some, such as slower waves for a heavier bit; for what an answer names no start is spared.
+    """
+    if not EFFECTS[hidden.name].linear or not EFFECTS[name].linear or "sign_or_unit" in (name, hidden.name):
+        return False
+    beside = tuple(one for one in beside if EFFECTS[one.name].linear)
+    whole, best = (hidden, *beside), (np.inf, ())
+    for small in ideal.small(name in IN_TIME):
+        for rival in _sizes(small) if small.name == name else []:
+            for grown in (True, False):
+                found = ideal.closest(whole, (ideal.bounded(rival), *beside), grown=grown)
+                best = min(best, found, key=lambda entry: entry[0])
+                if best[0] < SAME**2:
+                    return True
+    return name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < SAME
+
+
 def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     """Whether two other causes together come too close to a hidden one to be told from it."""
     if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
@@ -77,6 +96,11 @@ def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tup
         squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
     if not continuous or not SAME**2 <= squared < far:
         return float(np.sqrt(squared))
+    return _at_best_shape(ideal, whole, reached, far)
+
+
+def _at_best_shape(ideal: Ideal, whole: tuple[Hidden, ...], reached: tuple[Hidden, ...], far: float) -> float:
+    """Least distance of the first of some rivals at shapes about its own, the others staying what they are."""
     rival = reached[0]
 
     def distance(shape: float) -> float:

@@ -1,12 +1,14 @@
 """One case's answer held against what was hidden."""
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.alike import imitated, same
+from benchmarks.blind.alike import imitated, same, stands_in
 from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
 from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
@@ -92,18 +94,34 @@ class Judgement:
     """Why the engine gave no verdict."""
 
 
-def kept_ideals(case: Case) -> Ideals:
-    """The same, kept in a file named after the code that computes it and the case."""
+def kept_ideals(case: Case, named: frozenset[str] = frozenset()) -> Ideals:
+    """The ideal test of a case, kept in a file named after the code that computes it and the case.
+
+    Parameters
+    ----------
+    named : causes that an answer names, of which it is asked thoroughly whether they can be told from those hidden
+    """
+    kept = _kept([str(case)], lambda: asdict(ideals(case)))
+    alike = tuple(
+        (*same, *(name for name in sorted(named - {*same}) if _kept_stands_in(case, one, name)))
+        for same, one in zip(kept["same"], case.hidden, strict=True)
+    )
+    return Ideals(**{**kept, "same": alike})
+
+
+def _kept_stands_in(case: Case, hidden: Hidden, name: str) -> bool:
+    found: bool = _kept([str(case), str(hidden), name], lambda: stands_in(Ideal(case), hidden, name, _others(case, hidden)))
+    return found
+
+
+def _kept(told: list[str], make: Callable[[], Any]) -> Any:
     texts = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py")) if path.stem in _OF_IDEALS]
     code = source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation")
-    path = FOLDER.parent / "ideals" / f"{digest([code, texts, str(case)])}.json"
-    if path.is_file():
-        kept = json.loads(path.read_text())
-        return Ideals(**{**kept, "same": tuple(tuple(one) for one in kept["same"])})
-    found = ideals(case)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(asdict(found)))
-    return found
+    path = FOLDER.parent / "ideals" / f"{digest([code, texts, *told])}.json"
+    if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(make()))
+    return json.loads(path.read_text())
 
 
 def ideals(case: Case) -> Ideals:

@@ -18,8 +18,8 @@ def one_case(seed: int) -> tuple[Row, Row]:
     """Judgements of the engine and of the random one about a case."""
     case = draw(seed)
     try:
-        ideal = kept_ideals(case)
         answers = [engine(case) for engine in (discovery, at_random)]
+        ideal = kept_ideals(case, frozenset(name for one in answers[0].verdicts for name in one.members))
         found, guessed = (as_row(judge(case, answer, ideal, stands=bit_stands(case))) for answer in answers)
     except Exception as error:
         error.add_note(f"in the sealed case of seed {seed}")

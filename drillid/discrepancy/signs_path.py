@@ -57,7 +57,8 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
         nearest = min(fitted.values(), key=lambda one: one.price)
         apart = _apart(list(fitted.values()))
-        freely = window.freely(nearest)
+        # a free course has several optima, one beside each way
+        freely = min(window.freely(way) for way in fitted.values())
         normal, log_ratio = max(best.normal, nearest.normal), max(best.log_ratio, nearest.gain)
         for cause, way in fitted.items():
             behind = way.price - nearest.price
