@@ -78,14 +78,14 @@ def _stiffened(rig: NonlinearRig, stiffness: float) -> NonlinearRig:
 
 
 def gain(before: Misses, after: Misses, series: str, last: float = 60.0) -> tuple[float, float, float]:
-    """Fall of the rms miss after the fitted stretch, with a 95 % interval by a jackknife over cycles."""
+    """Fall of the rms miss after the fitted stretch, with a 90 % interval by a jackknife over cycles."""
     from scipy.stats import t
 
     squares = [one.squares(series, FITTED_S, last) for one in (before, after)]
     falls = np.sqrt(squares[0].mean()) - np.sqrt(squares[1].mean())
     count = squares[0].size
     left = [np.subtract(*(np.sqrt(np.delete(one, place).mean()) for one in squares)) for place in range(count)]
-    error = jackknife_error(left) * t.ppf(0.975, count - 1)
+    error = jackknife_error(left) * t.ppf(0.95, count - 1)
     return float(falls), float(falls - error), float(falls + error)
 
 

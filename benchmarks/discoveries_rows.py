@@ -35,7 +35,7 @@ class Discovery:
     """With its 95 % interval."""
     unit: str = ""
     gain: tuple[float, float, float] = (NAN, NAN, NAN)
-    """On data that were not fitted, with its 95 % interval."""
+    """On data that were not fitted, with its 90 % interval."""
     gain_unit: str = ""
     held_out: str = ""
     what_would_separate: str = ""

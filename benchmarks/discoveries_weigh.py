@@ -11,7 +11,7 @@ from benchmarks.discoveries_unknown import average, unknown_evidence
 from benchmarks.jackknife import jackknife_error
 from drillid.discrepancy.naming import class_name
 from drillid.discrepancy.verdict import NONE, UNKNOWN
-from drillid.statistics import TWO_SIDED
+from drillid.statistics import ONE_SIDED
 
 Complex = NDArray[np.complex128]
 
@@ -84,10 +84,10 @@ def weigh(base: Fit, candidates: Sequence[Candidate]) -> Weighed:
 
 
 def held_out_gain(base: Complex, more: Complex, held: Response) -> tuple[float, float, float]:
-    """Log score a line, extended less base model, on lines that were not fitted, with its 95 % interval."""
+    """Log score a line, extended less base model, on lines that were not fitted, with its 90 % interval."""
     each = (np.abs(held.value - base) ** 2 - np.abs(held.value - more) ** 2) / held.deviation**2
     blocks = np.add.reduceat(each, np.arange(0, each.size, _BLOCK))
-    error = TWO_SIDED * float(np.sqrt(blocks.size) * blocks.std(ddof=1))
+    error = ONE_SIDED * float(np.sqrt(blocks.size) * blocks.std(ddof=1))
     total = float(each.sum())
     return total / each.size, (total - error) / each.size, (total + error) / each.size
 
@@ -101,10 +101,10 @@ def look(base: Callable[[Response], Fit], measured: Response, candidates: Sequen
 
 
 def relative_gain(base: Complex, more: Complex, held: Response) -> tuple[float, float, float]:
-    """Share of the rms misfit per response that the extension takes away, with its 95 % interval by a jackknife."""
+    """Share of the rms misfit per response that the extension takes away, with its 90 % interval by a jackknife."""
     before, after = (np.abs(one / held.value - 1) ** 2 for one in (base, more))
     places = np.arange(before.size) // _BLOCK
     shares = [1 - np.sqrt(after[kept].mean() / before[kept].mean()) for kept in (places != one for one in set(places))]
-    error = TWO_SIDED * jackknife_error(shares)
+    error = ONE_SIDED * jackknife_error(shares)
     share = float(1 - np.sqrt(after.mean() / before.mean()))
     return share, float(share - error), float(share + error)

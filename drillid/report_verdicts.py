@@ -195,7 +195,7 @@ def _worth(row: Mapping[Any, Any]) -> str:
         return ""
     ends = ""
     if np.isfinite(row["gain_low"]) and np.isfinite(row["gain_high"]):
-        ends = f" (95 % interval {_figure(row['gain_low'])} to {_figure(row['gain_high'])})"
+        ends = f" (90 % interval {_figure(row['gain_low'])} to {_figure(row['gain_high'])})"
     windows = int(row["held_out_windows"])
     over = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
     return f"With it the model predicts {over} better by {_figure(row['gain'])}{ends} units of log-likelihood each."

@@ -12,6 +12,8 @@ Floats = NDArray[np.float64]
 
 TWO_SIDED = 1.96
 """Standard errors to either side of a value that a 95 % interval holds."""
+ONE_SIDED = 1.645
+"""Standard errors below a value to its 95 % limit; to either side they make a 90 % interval."""
 _BISECTIONS = 40
 _TINY = 1e-300
 

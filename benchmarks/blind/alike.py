@@ -54,12 +54,13 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
 def stands_in(ideal: Ideal, hidden: Hidden, name: str, beside: tuple[Hidden, ...] = ()) -> bool:
     """Whether a certain other cause comes too close, from any of its shapes and sizes.
 
-    Linear reckoning overlooks some, such as slower waves for a heavier bit; for what an answer names no start is spared.
+    Linear reckoning overlooks some, as slower waves for a heavier bit; for what an answer names no start is spared.
     """
     if not EFFECTS[hidden.name].linear or not EFFECTS[name].linear or "sign_or_unit" in (name, hidden.name):
         return False
     beside = tuple(one for one in beside if EFFECTS[one.name].linear)
-    whole, best = (hidden, *beside), (np.inf, ())
+    whole: tuple[Hidden, ...] = (hidden, *beside)
+    best: tuple[float, tuple[Hidden, ...]] = (np.inf, ())
     for small in ideal.small(name in IN_TIME):
         for rival in _sizes(small) if small.name == name else []:
             for grown in (True, False):

@@ -110,7 +110,9 @@ def kept_ideals(case: Case, named: frozenset[str] = frozenset()) -> Ideals:
 
 
 def _kept_stands_in(case: Case, hidden: Hidden, name: str) -> bool:
-    found: bool = _kept([str(case), str(hidden), name], lambda: stands_in(Ideal(case), hidden, name, _others(case, hidden)))
+    found: bool = _kept(
+        [str(case), str(hidden), name], lambda: stands_in(Ideal(case), hidden, name, _others(case, hidden))
+    )
     return found
 
 

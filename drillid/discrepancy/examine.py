@@ -13,7 +13,7 @@ from drillid.discrepancy.examination import Examination, nameless, unextended
 from drillid.discrepancy.linear_verdicts import explained, is_hopeless
 from drillid.discrepancy.pooled import pool
 from drillid.discrepancy.screen import screen
-from drillid.discrepancy.set_fit import fit_set, with_own_deviation
+from drillid.discrepancy.set_fit import fit_set, with_own_deviation, without_strays
 from drillid.discrepancy.set_model import SetModel
 from drillid.discrepancy.sign_verdicts import with_signs
 from drillid.discrepancy.symptoms import SYMPTOMS
@@ -51,6 +51,7 @@ def examine(
     model = SetModel(evidence)
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda one: one.cost)
     model, base = with_own_deviation(model, base)
+    base = without_strays(model, base)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from drillid.discrepancy.set_fit import fit_local, fit_set
 from drillid.discrepancy.set_model import Extension, Point, SetModel
-from drillid.statistics import TWO_SIDED
+from drillid.statistics import ONE_SIDED
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +19,10 @@ _LEAST_WINDOWS = 2
 
 @dataclass(frozen=True)
 class Gain:
-    """Difference of the log scores of held-out data, per window, with its 95 % interval."""
+    """Difference of the log scores of held-out data, per window, with its 90 % interval.
+
+    The question is one-sided, whether there is a gain: so its lower end holds in 95 % of sets.
+    """
 
     value: float
     low: float
@@ -63,7 +66,7 @@ def held_out_gain(
     # what two predictions differ by is known; the noise turns it into a gain with as much variance
     error = float(np.sqrt(_SHARING * np.sum(np.abs(before - after) ** 2)))
     held_out = windows if windows >= _LEAST_WINDOWS else 0
-    return Gain(total / windows, (total - TWO_SIDED * error) / windows, (total + TWO_SIDED * error) / windows, held_out)
+    return Gain(total / windows, (total - ONE_SIDED * error) / windows, (total + ONE_SIDED * error) / windows, held_out)
 
 
 def trained_without(model: SetModel, held: NDArray[np.bool_], start: Point, extensions: tuple[Extension, ...]) -> Point:

@@ -12,7 +12,7 @@ from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.gain import Gain
 from drillid.discrepancy.pooled import evidence_of_chance
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
-from drillid.statistics import TWO_SIDED
+from drillid.statistics import ONE_SIDED, TWO_SIDED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -93,9 +93,9 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Ga
     gains = np.sum([_gains(*track) for track in tracks], axis=0)
     value, count = float(gains.mean()), gains.size
     if count == 1:
-        half, held_out = TWO_SIDED * np.sqrt(2 * max(value + 1, 0.5)), 0
+        half, held_out = ONE_SIDED * np.sqrt(2 * max(value + 1, 0.5)), 0
     else:
-        half, held_out = stdtrit(count - 1, ndtr(TWO_SIDED)) * gains.std(ddof=1) / np.sqrt(count), count
+        half, held_out = stdtrit(count - 1, ndtr(ONE_SIDED)) * gains.std(ddof=1) / np.sqrt(count), count
     return Gain(value, float(value - half), float(value + half), held_out)
 
 

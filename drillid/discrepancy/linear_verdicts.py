@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from drillid.discrepancy.causes import Cause
+from drillid.discrepancy.causes import CATALOGUE, Cause
 from drillid.discrepancy.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
+    PAIR_PRICE,
     WITHOUT_GAIN,
     Examination,
     doubt,
@@ -28,8 +29,6 @@ from drillid.statistics import TWO_SIDED
 _FIRSTS = 3
 """Causes with which a second one is tried."""
 _FIRST_WITHIN = 12.0
-_PAIR_PRICE = np.log(250.0)
-"""Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
 _LEFT = 4.0
@@ -39,7 +38,8 @@ _LEFT = 4.0
 def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
     """Name what the linear responses show: one cause, two, or unknown."""
     model, base, before = examination.model, examination.base, examination.before
-    refined = refine(model, base, (), before, causes, every=True, hopeless=is_hopeless(model, base))
+    moving = _moving(examination)
+    refined = refine(model, base, (), before, causes, moving=moving, every=True, hopeless=is_hopeless(model, base))
     most = refined[0].log_evidence if refined else 0.0
     refined = [one for one in refined if not one.at_bound]
     if not refined or refined[0].log_evidence < most - _LEFT:
@@ -52,7 +52,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
         other = _other(examination, first, after, causes, generator)
         if other is not None:
             chosen, after = other
-    total = sum(one.log_evidence for _, one in chosen) - _PAIR_PRICE * (len(chosen) - 1)
+    total = sum(one.log_evidence for _, one in chosen) - PAIR_PRICE * (len(chosen) - 1)
     open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, LEFT_SHARE * total)
     if any(one.at_bound for _, one in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
@@ -67,6 +67,12 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     if total < WITHOUT_GAIN and (before.unknown_evidence < 0 or all(one.gain <= 0 for one in verdicts)):
         return examination
     return _unknown(examination, before.unknown_evidence, verdicts)
+
+
+def _moving(examination: Examination) -> dict[str, float]:
+    """Sizes of causes that move, where their signs are in sight."""
+    signs = (one for one in examination.signs if one.cause in CATALOGUE and CATALOGUE[one.cause].moves)
+    return {one.cause: one.size for one in signs if one.log_evidence > 0}
 
 
 def is_hopeless(model: SetModel, base: SetFit) -> bool:
@@ -119,12 +125,14 @@ def _other(
         if seen.chance >= CLOSURE_RATE:
             option = (one.log_evidence, [(own, one)], seen)
         else:
-            seconds = refine(model, one.fit, (one.extension,), seen, causes)
-            if not seconds or seconds[0].log_evidence < _PAIR_PRICE:
+            seconds = _with_own_signs(
+                refine(model, one.fit, (one.extension,), seen, causes, moving=_moving(examination)), examination.signs
+            )
+            if max((other.log_evidence for other in seconds), default=0.0) < PAIR_PRICE:
                 continue
             second = posterior(seconds, seen.unknown_evidence)
             after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
-            total = one.log_evidence + second.best.log_evidence - _PAIR_PRICE
+            total = one.log_evidence + second.best.log_evidence - PAIR_PRICE
             option = (total, [(own, one), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
@@ -133,18 +141,20 @@ def _other(
     _, chosen, after = best
     if len(chosen) > 1:
         (own, one), (_, other) = chosen
-        chosen[0] = _beside(model, one, other, causes, generator) or own, one
+        chosen[0] = _beside(examination, one, other, causes, generator) or own, one
     return chosen, after
 
 
 def _beside(
-    model: SetModel, one: Refined, other: Refined, causes: list[Cause], generator: np.random.Generator
+    examination: Examination, one: Refined, other: Refined, causes: list[Cause], generator: np.random.Generator
 ) -> Posterior | None:
     """Posterior of the first of two causes beside the second: what that one explains is no rival of the first."""
-    pair = other.fit.point
+    model, pair = examination.model, other.fit.point
     fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
     seen = screen(model, fit, (other.extension,), causes, generator)
-    refined = refine(model, fit, (other.extension,), seen, causes)
+    refined = _with_own_signs(
+        refine(model, fit, (other.extension,), seen, causes, moving=_moving(examination)), examination.signs
+    )
     own = [candidate for candidate in refined if candidate.name == one.name]
     return _with_first(posterior(refined, seen.unknown_evidence), own[0]) if own else None
 
@@ -159,14 +169,14 @@ def _with_first(found: Posterior, chosen: Refined) -> Posterior:
 
 def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refined) -> Verdict:
     evidence = result.model.evidence
-    size, error = float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
+    size, error = _size(result, place)
     limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
     depth = evidence.conditions.hole_depth if rows is None else evidence.conditions.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     gain = _gain(result, place, without).joined(
         sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
     )
-    members = _members(result.model, found, without)
+    members = _members(result, found, without)
     location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
     return Verdict(
         verdict=class_name(members),
@@ -189,11 +199,27 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
     )
 
 
-def _members(model: SetModel, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
+def _size(result: Examination, place: int) -> tuple[float, float]:
+    """Size of an extension and its error; of one that moves by its sign, as the mean response hardly tells it."""
+    if result.extensions[place].cause.moves:
+        own = [sign for sign in result.signs if sign.cause == result.extensions[place].cause.name]
+        if own and np.isfinite(own[0].size_error):
+            return own[0].size, own[0].size_error
+    return float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
+
+
+def _members(result: Examination, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
     """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
     first, likely = found.best, found.members
-    members = (one for one in found.refined if one.name in likely)
-    return tuple(one.name for one in members if one is first or _distance(model, first, one, beside) < SAME)
+    apart = {sign.cause: sign.apart for sign in result.signs if sign.cause in CATALOGUE and CATALOGUE[sign.cause].moves}
+    members = [first.name]
+    for one in found.refined:
+        both = (first.name, one.name)
+        if one is first or one.name not in likely or min(apart.get(name, 0.0) for name in both) >= SAME:
+            continue
+        if _distance(result.model, first, one, beside) < SAME:
+            members.append(one.name)
+    return tuple(members)
 
 
 def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:

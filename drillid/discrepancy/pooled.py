@@ -9,7 +9,7 @@ from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.gain import NO_GAIN, Gain
-from drillid.statistics import TWO_SIDED
+from drillid.statistics import ONE_SIDED
 
 _AGAINST = 30.0
 """Most, in units of log-likelihood, that a sign may say against a cause, as its size is told roughly."""
@@ -170,4 +170,4 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     error_of_mean = float(np.sqrt(np.sum(2 * np.maximum(ratio, 0.5)))) / ratio.size
     value = float(gains.mean())
     held_out = ratio.size if ratio.size > 1 else 0
-    return Gain(value, value - TWO_SIDED * error_of_mean, value + TWO_SIDED * error_of_mean, held_out)
+    return Gain(value, value - ONE_SIDED * error_of_mean, value + ONE_SIDED * error_of_mean, held_out)

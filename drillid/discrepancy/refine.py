@@ -1,6 +1,6 @@
 """Causes one by one at their best: non-linear fits, and their evidence by Laplace's approximation."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.special import log_ndtr
 from drillid.discrepancy.causes import Cause
 from drillid.discrepancy.causes.base import WIDE
 from drillid.discrepancy.screen import Screen
-from drillid.discrepancy.set_fit import SetFit, fit_set
+from drillid.discrepancy.set_fit import SetFit, fit_set, without_strays
 from drillid.discrepancy.set_model import Extension, Point, SetModel
 
 Floats = NDArray[np.float64]
@@ -61,6 +61,7 @@ def refine(
     screened: Screen,
     catalogue: Sequence[Cause],
     *,
+    moving: Mapping[str, float] | None = None,
     every: bool = False,
     hopeless: bool = False,
 ) -> list[Refined]:
@@ -70,6 +71,10 @@ def refine(
     is `hopeless`, or `every` cause is asked for, all are fitted at their likeliest shapes, from several sizes and from
     the papers as well, as a large cause may show by what is not linear in it, and bend the base fit; those that come
     near the best are then fitted at more shapes.
+
+    Parameters
+    ----------
+    moving : sizes by which causes that move are in sight in the record; the screen does not know these
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
@@ -81,6 +86,8 @@ def refine(
     found: list[Refined] = []
     for name in sorted(names, key=lambda one: -linear[one]):
         found.append(search.best(_first_shapes(screened, name, obvious), _least_cost(found)))
+    following = [cause for cause in catalogue if cause.name in (moving or {}) and cause.name not in taken]
+    found += [search.following(one, (moving or {})[one.name], _least_cost(found)) for one in following]
     if obvious:
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
         found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
@@ -90,9 +97,12 @@ def refine(
     most = None if obvious else _MOST_SHAPES
     least = _least_cost(found)
     found = [
-        one if one.log_evidence < near or one.extension.cause.size.fixed else search.settled(one, screened, most, least)
+        search.settled(one, screened, most, least) if one.log_evidence >= near and one.name in linear else one
         for one in found
     ]
+    # the others start beside the best, once no window of it is astray
+    best_fit = max(found, key=lambda one: one.log_evidence, default=None)
+    found = [search.without_strays(one) if one is best_fit else one for one in found]
     contenders = [one for one in found if one.log_evidence >= near]
     found = [search.beside(one, contenders) if one in contenders else one for one in found]
     return sorted(found, key=lambda one: -one.log_evidence)
@@ -117,6 +127,13 @@ class _Search:
         found: list[Refined] = []
         for one in shapes:
             found.append(self._fitted(one, min(least, _least_cost(found))))
+        return max(found, key=lambda one: one.log_evidence)
+
+    def following(self, cause: Cause, size: float, least: float) -> Refined:
+        """The best shape of a cause that moves, from a size."""
+        origins, sizes = (self.base.point, self.model.expected()), np.append(self.base.point.sizes, size)
+        points = [Point(origin.shared, origin.local, sizes) for origin in origins]
+        found = [self._from(Extension(cause, shape), points, least) for shape in cause.shapes]
         return max(found, key=lambda one: one.log_evidence)
 
     def settled(self, found: Refined, screened: Screen, most: int | None, least: float) -> Refined:
@@ -147,6 +164,11 @@ class _Search:
         best = min(rivals, key=lambda one: one.fit.cost)
         point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, found.fit.point.sizes[-1]))
         return max(found, self._from(found.extension, [point], found.fit.cost), key=lambda one: one.log_evidence)
+
+    def without_strays(self, found: Refined) -> Refined:
+        """The same, where no window is left at an optimum far from the set that is not its best."""
+        fit = without_strays(self.model, found.fit, (*self.extensions, found.extension))
+        return Refined(found.extension, fit, _evidence(self.base, fit, found.extension.cause))
 
     def nearest(self, cause: Cause) -> list[Extension]:
         """The shapes of a cause without a size that come nearest as the papers and the base fit have the rest."""

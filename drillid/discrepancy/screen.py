@@ -87,7 +87,7 @@ def screen(
 
 
 def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
-    """Which steps of K candidates to a size, (shares · K,), go another way, beyond nuisances, than a first small one."""
+    """Which steps of K candidates to sizes, (shares · K,), go another way beyond nuisances than small ones do."""
     small, sized = np.tile(np.arange(count), len(_SHARES)), count + np.arange(len(_SHARES) * count)
     scale = np.sqrt(information[small, small] * information[sized, sized])
     return np.asarray(np.abs(information[small, sized]) < _STRAIGHT * scale, dtype=bool)

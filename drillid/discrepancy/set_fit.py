@@ -25,6 +25,8 @@ _CONVERGED = 1e-2
 """Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
 _PATIENCE = 10.0
 """Falls like the last that a fit may still need to the cost that is asked for."""
+_STRAYED = 0.1
+"""Fall of the cost from which it is looked once more for windows that have strayed."""
 _TAIL = 3.0
 """Degrees of freedom of the windows' deviations."""
 _LARGEST_DAMPING = 1e8
@@ -146,6 +148,25 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
         damped = each * (1 + damping[:, None, None] * np.eye(4))
         local = best + np.linalg.solve(damped, own[..., None])[..., 0]
     return Point(point.shared, best, point.sizes)
+
+
+def without_strays(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
+    """The fit after windows have been tried without deviations of their own: Student's t has an optimum near the set
+    and others far from it, and a window may have strayed to one of those.
+    """
+    for _ in range(_ROUNDS):
+        point = fit.point
+        near = fit_local(model, Point(point.shared, np.zeros_like(point.local), point.sizes), extensions)
+        costs = (_window_costs(model, one, model.residual(one, extensions)) for one in (near, point))
+        better = np.less(*costs)
+        local = np.where(better[:, None], near.local, point.local)
+        found = fit_set(model, Point(point.shared, local, point.sizes), extensions)
+        if not found.cost < fit.cost:
+            break
+        gained, fit = fit.cost - found.cost, found
+        if gained < _STRAYED:
+            break
+    return fit
 
 
 def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:

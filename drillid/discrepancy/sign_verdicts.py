@@ -10,6 +10,7 @@ from drillid.discrepancy.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
     NO_SURE_GAIN,
+    PAIR_PRICE,
     WITHOUT_GAIN,
     Examination,
     evidence_left,
@@ -25,6 +26,8 @@ from drillid.statistics import TWO_SIDED
 
 _STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _UNLIKE = "something like it fits better"
+_CLOSED = 0.05
+"""Chance of what a sign's cause leaves unexplained, below which it is no name; it is reckoned on the safe side."""
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 
@@ -47,7 +50,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     # beside a cause that is plain a faint sign is more likely its shadow than a second cause
     plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
     plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
-    chosen = [one for one in chosen if one.log_evidence >= plain]
+    chosen = [one for place, one in enumerate(chosen) if one.log_evidence >= max(plain, PAIR_PRICE if place else 0.0)]
     # where the plainest is no cause of the catalogue, what is fainter may be its shadow too
     known = not chosen or doubts[chosen[0].cause] != _UNLIKE
     named = [shown[one.cause] for one in chosen if known and not doubts[one.cause]]
@@ -64,6 +67,8 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
 def _possible(examination: Examination, found: list[PooledSign]) -> list[PooledSign]:
     """Signs of what may be there and has no name yet."""
     told = {name for one in examination.verdicts for name in one.members}
+    # what moves has several signs, each like the others
+    told |= {other for name in told if CATALOGUE[name].moves for other in CATALOGUE[name].looks_like}
     chosen = [one for one in found if one.cause not in told and _may_be(one)]
     if all(one.cause != _STUCK for one in chosen):
         return chosen
@@ -93,7 +98,7 @@ def _doubt(one: PooledSign, verdict: Verdict) -> str:
         return NO_SURE_GAIN
     if verdict.size_low <= 0 <= verdict.size_high:
         return "the windows do not agree that it has a size"
-    return _UNLIKE if one.closure < CLOSURE_RATE else ""
+    return _UNLIKE if one.closure < _CLOSED else ""
 
 
 def _may_be(one: PooledSign) -> bool:

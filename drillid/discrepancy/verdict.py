@@ -36,7 +36,7 @@ class Verdict:
     gain: float = float("nan")
     """Log score of a held-out window, extended less base model."""
     gain_low: float = float("nan")
-    """95 % interval."""
+    """90 % interval, so that each end holds in 95 % of sets."""
     gain_high: float = float("nan")
     held_out_windows: int = 0
     what_would_separate: str = ""

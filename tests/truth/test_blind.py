@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy.special import logit
 
@@ -19,8 +20,10 @@ from benchmarks.blind.draw import obvious
 from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.judge import Ideals, ideals, judge
-from drillid.discrepancy import CATALOGUE, Verdict, examine
+from drillid.discrepancy import CATALOGUE, Verdict, examine, screen
 from drillid.discrepancy.calibration import LINES
+from drillid.discrepancy.set_fit import fit_set
+from drillid.discrepancy.set_model import SetModel
 
 HIDDEN = {
     "drive_lag": 1,
@@ -74,6 +77,25 @@ def test_an_obvious_cause_is_named_as_itself_or_its_exact_class(name: str) -> No
     found = judge(case, answer, known(name))
     assert found.right, [(one.verdict, one.probability, one.evidence) for one in answer.verdicts]
     assert found.family_right
+
+
+def test_a_drift_whose_mean_is_more_damping_than_usual_is_no_zone() -> None:
+    plain = plain_case(70462)[0]
+    assert [
+        one.verdict for one in asked(replace(plain, hidden=(Hidden("parameter_drift", 1500.0, 0.3),))).verdicts
+    ] == ["parameter_drift"]
+
+
+def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = SetModel(evidence_of(obvious(_SEEDS["torque_filter"], "torque_filter", 1, 5.0)))
+    base = fit_set(model, model.start())
+
+    def chance() -> float:
+        return screen.screen(model, base, (), list(CATALOGUE.values()), np.random.default_rng(0)).chance
+
+    seen = chance()
+    monkeypatch.setattr(screen, "_SHARES", (1.0,))
+    assert seen < 1e-6 < chance()
 
 
 @pytest.mark.parametrize("seed", NULLS)

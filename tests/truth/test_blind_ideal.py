@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from benchmarks.blind import cases
-from benchmarks.blind.alike import imitated, same
+from benchmarks.blind.alike import imitated, same, stands_in
 from benchmarks.blind.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
 from benchmarks.blind.draw import draw, sized
+from benchmarks.blind.effects_sensor import wrong_factor
 from benchmarks.blind.ideal import Ideal
+from benchmarks.blind.judge import ideals
 from benchmarks.blind.scores import upper_limit
-from benchmarks.blind.theory import Theory
+from benchmarks.blind.theory import Theory, noise_density
 from drillid.discrepancy import CATALOGUE
 from drillid.physics.responses import command_mobility, laplace
 
@@ -43,7 +45,7 @@ def test_response_and_noise_are_those_of_the_simulator(
     expected = command_mobility(world.linear(0.5), s) * world.recording(0.5, 600.0).transfer(s)
     square = np.abs(evidence.mobility[0] - expected)[used] ** 2 / evidence.variance[0, used]
     assert 0.85 < square.mean() < 1.25
-    theory = Theory(replace(loaded, hidden=()))
+    theory = Theory(loaded)
     frequency = np.abs(theory.s) / (2 * np.pi)
     variance = 4 / theory.weights[0][0] ** 2
     ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / variance
@@ -78,6 +80,31 @@ def test_what_is_hidden_beside_a_cause_may_take_any_size(ideal: Ideal, case: Cas
     gain, control = (sized(case, name, generator, (10.0, 10.0)) for name in ("actuator_gain", "controller_gain"))
     assert "speed_scale" not in same(ideal, gain)
     assert "speed_scale" in same(ideal, gain, (control,))
+
+
+def test_of_two_causes_each_is_weighed_beside_the_other(ideal: Ideal, case: Case) -> None:
+    generator = np.random.default_rng(0)
+    filtered = sized(case, "torque_filter", generator, (6.0, 6.0))
+    twin, stranger = replace(filtered, name="speed_filter"), sized(case, "actuator_gain", generator, (6.0, 6.0))
+    assert ideal.noncentrality((filtered,), (twin,)) < 0.1 * ideal.noncentrality((filtered,))
+    assert ideal.noncentrality((filtered,), (stranger,)) > 20.0
+    drawn = replace(case, hidden=(filtered, stranger))
+    assert ideals(drawn).half_power <= ideals(replace(case, hidden=(filtered,))).half_power
+
+
+def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() -> None:
+    heavier = draw(70200)
+    ideal, (hidden,) = Ideal(heavier), heavier.hidden
+    assert "wave_speed" not in same(ideal, hidden)
+    assert stands_in(ideal, hidden, "wave_speed")
+    assert not stands_in(ideal, hidden, "mud_drag")
+
+
+def test_noise_is_recorded_as_the_speed_is(case: Case, ideal: Ideal) -> None:
+    wrong = Hidden("sign_or_unit", 1.0, 0.6)
+    s = laplace(np.array([0.5, 2.0]))
+    plain, scaled = (noise_density(case, case.world(0, hidden=hidden), 0, s) for hidden in ((), (wrong,)))
+    np.testing.assert_allclose(scaled, wrong_factor(wrong.shape) ** 2 * plain)
 
 
 def test_a_scale_near_that_of_a_unit_is_the_same_as_that_unit(ideal: Ideal) -> None:

@@ -1,5 +1,7 @@
 """Laws that hold for every cause of the catalogue."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,7 +15,7 @@ from drillid.physics.sensor import Recording
 FREQUENCY = np.geomspace(0.05, 5.0, 60)
 S = laplace(FREQUENCY)
 CIRCUMSTANCES = Circumstances(np.array([[10.0], [14.0]]), np.full((2, 1), 5e3), np.array([[2800.0], [2830.0]]))
-LINEAR = [cause for cause in CATALOGUE.values() if cause.is_linear and not cause.size.fixed]
+LINEAR = [cause for cause in CATALOGUE.values() if (cause.is_linear or cause.moves) and not cause.size.fixed]
 FEEDS_VIBRATION = {"coulomb_contact", "regenerative_cutting", "stribeck_cutting"}
 """Causes that bring energy into the string."""
 ABOVE = {"drive", "control", "sensor"}
@@ -51,6 +53,16 @@ def test_a_size_changes_the_responses(cause: Cause, shape: float) -> None:
         + np.abs(changed.control(S) / base.control(S) - 1).max()
     )
     assert far > 1e-4
+
+
+def test_what_moves_shows_its_mean_over_the_window() -> None:
+    base, before, after = setup(), 400.0, 1600.0
+    ends = [replace(base, system=replace(base.system, bit=Bit(40.0, damping))) for damping in (before, after)]
+    jumped = CATALOGUE["regime_change"].extend(base, after - before, 0.6, CIRCUMSTANCES)
+    assert jumped.system.bit.damping == pytest.approx(0.6 * before + 0.4 * after)
+    np.testing.assert_allclose(jumped.mobility(S), 0.6 * ends[0].mobility(S) + 0.4 * ends[1].mobility(S))
+    drifted = CATALOGUE["parameter_drift"].extend(jumped, 100.0, 0.0, CIRCUMSTANCES)
+    assert drifted.system.bit.damping == pytest.approx(jumped.system.bit.damping + 50.0)
 
 
 @pytest.mark.parametrize(("cause", "shape"), shapes(), ids=lambda entry: getattr(entry, "name", str(entry)))

@@ -17,7 +17,7 @@ from drillid.discrepancy.held_out import PHASES, in_band, mean_period
 from drillid.discrepancy.immittance import missing_immittance
 from drillid.discrepancy.products import examination_dataset
 from drillid.discrepancy.reflectogram import echoes, reflectogram
-from drillid.discrepancy.set_fit import fit_set
+from drillid.discrepancy.set_fit import fit_set, without_strays
 from drillid.discrepancy.set_model import Extension, Point, SetModel
 from drillid.discrepancy.wells import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
 from drillid.margins import loop_transfer, margins
@@ -201,6 +201,14 @@ def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     found = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
     assert found is not None, missing.reading
     assert abs(float(found[1]) - 30) < 4 * float(found[2])
+
+
+def test_a_window_that_has_strayed_is_brought_back(examined: Examination) -> None:
+    model, base = examined.model, examined.base
+    strayed = base.point.local.copy()
+    strayed[0] = 8.0
+    stuck = replace(base, point=replace(base.point, local=strayed), cost=np.inf)
+    assert without_strays(model, stuck).cost == pytest.approx(base.cost, abs=0.1)
 
 
 def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Examination) -> None:

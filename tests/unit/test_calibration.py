@@ -43,7 +43,7 @@ def test_windows_that_agree_gain_their_likelihood_less_the_error_of_the_other() 
     found = sign_gain(signs((5.0, 0.1, 20.0), (5.0, 0.1, 30.0)))
     # what predicts has the error of one window, so that the deviation is √2 of it
     assert found.value == pytest.approx(25.0 - np.log(2.0) / 2)
-    assert found.value - found.low == pytest.approx(1.96 * np.sqrt(100.0) / 2)
+    assert found.value - found.low == pytest.approx(1.645 * np.sqrt(100.0) / 2)
     assert found.windows == 2
 
 

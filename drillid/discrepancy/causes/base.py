@@ -1,5 +1,6 @@
 """What a cause is: a small class that changes the linear model of a window, or is told by a sign in its record."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -14,15 +15,30 @@ class Setup:
     """One window as the base model sees it: the drilling system, and how the speed is recorded."""
 
     system: DrillingSystem
+    """In the mean over the window."""
     recording: Recording
+    course: tuple[Any, ...] = (0.0,)
+    """N m s/rad, damping at the bit beyond its mean in parts of the window that follow each other and last as long."""
 
     def mobility(self, s: Any) -> Any:
-        """Recorded speed per sweep torque, rad/(N m s)."""
-        return self.recording.transfer(s) * command_mobility(self.system, s)
+        """Recorded speed per sweep torque in the mean over the window, rad/(N m s)."""
+        first, *further = (command_mobility(self._with_bit_damping(more), s) for more in self.course)
+        return self.recording.transfer(s) * (sum(further, first) / len(self.course) if further else first)
 
     def control(self, s: Any) -> Any:
         """What the control takes back per recorded speed, N m s/rad."""
         return control(self.system.top_drive.controller, s) / self.recording.transfer(s)
+
+    def _with_bit_damping(self, more: Any) -> DrillingSystem:
+        bit = self.system.bit
+        return replace(self.system, bit=replace(bit, damping=bit.damping + more))
+
+    def with_course(self, added: Sequence[Any]) -> "Setup":
+        """The same with damping added at the bit, N m s/rad in each of several parts of the window."""
+        mean = sum(added) / len(added)
+        course = self.course * (len(added) // len(self.course))
+        moved = tuple(before + more - mean for before, more in zip(course, added, strict=True))
+        return replace(self, system=self._with_bit_damping(mean), course=moved)
 
     def with_top_drive(self, **figures: Any) -> "Setup":
         """The same with other figures of the top drive."""
@@ -109,6 +125,9 @@ class Cause:
     regime: ClassVar[bool] = False
     """Whether the linear responses too go wrong where only a sign tells the cause."""
 
+    moves: ClassVar[bool] = False
+    """Whether it changes the response while a window lasts, which its sign tells, and that response's mean too."""
+
     def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
         """The window's model with the cause at a size; size 0 changes nothing.
 
@@ -118,5 +137,5 @@ class Cause:
 
     @property
     def is_linear(self) -> bool:
-        """Whether it changes the linear model."""
-        return type(self).extend is not Cause.extend
+        """Whether the linear model tells it."""
+        return type(self).extend is not Cause.extend and not self.moves

@@ -1,6 +1,11 @@
 """Causes that make one window's response change while it is measured."""
 
-from drillid.discrepancy.causes.base import Cause, Size
+from typing import Any
+
+from drillid.discrepancy.causes.base import Cause, Circumstances, Setup, Size
+
+_PARTS = 5
+"""Of a window, in each of which a figure that moves stands still."""
 
 
 class LengthGrowth(Cause):
@@ -22,7 +27,12 @@ class ParameterDrift(Cause):
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
     regime = True
+    moves = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Evenly more damping than at first."""
+        return setup.with_course([size * ((part + 0.5) / _PARTS) for part in range(_PARTS)])
 
 
 class RegimeChange(Cause):
@@ -33,4 +43,11 @@ class RegimeChange(Cause):
     looks_like = ("parameter_drift",)
     separated_by = "windows cut at the change"
     regime = True
+    moves = True
     size = Size("jump of bit damping", "N m s/rad", 200.0, -5e3, 5e3)
+    shapes = tuple(part / _PARTS for part in range(1, _PARTS))
+    shape_meaning = "moment of the jump, share of the window"
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """All of it from a moment on."""
+        return setup.with_course([size * (part / _PARTS >= shape - 1e-9) for part in range(_PARTS)])
