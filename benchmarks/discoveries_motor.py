@@ -86,7 +86,7 @@ def motor(figures: Sequence[Any]) -> MotorSetup:
     inertia, load, stiffness, damping, drag, load_drag, delay = figures
     coupling = Section(1.0, 1.0, delta=damping, density=_SHAFT_SHARE * load, shear_modulus=stiffness)
     system = DrillingSystem(TopDrive(inertia, delay, Controller(0.0)), (coupling,), Bit(load, load_drag))
-    return MotorSetup(system, Recording(), drag)
+    return MotorSetup(system, Recording(), drag=drag)
 
 
 def record(figures: Sequence[Any]) -> RecordSetup:
