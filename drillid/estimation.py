@@ -132,6 +132,9 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
         return Fit.refused(
             f"only {measured.frequency.size} frequencies passed the gate, of {_LEAST_FREQUENCIES} needed"
         )
+    silent = int(np.count_nonzero(measured.variance <= 0))
+    if silent:
+        return Fit.refused(f"{silent} frequencies have no noise at all, as where the recorded speed stands still")
     data = likelihood(measured, known, prior)
     points, costs = optima(data, measured, known, prior, settings.starts)
     return _judge(data, measured, known, prior, points, costs, settings)

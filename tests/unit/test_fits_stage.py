@@ -1,5 +1,6 @@
 """The fits stage on simulated wells: controller, knowledge, refusals, and what is stored."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,15 @@ def test_too_few_frequencies_are_refused_with_their_number(healthy: Processed) -
     assert not refused.accepted
     assert refused.reason == "only 12 frequencies passed the gate, of 20 needed"
     assert np.isnan(refused.value).all()
+
+
+def test_a_speed_that_stands_still_is_refused(healthy: Processed) -> None:
+    """As one that is recorded in steps coarser than it moves."""
+    whole = measured_rows(healthy.dataset("mobility", "mobility"))[0]
+    still = replace(whole, mobility=0.0 * whole.mobility, variance=0.0 * whole.variance)
+    refused = fit(still, SHALLOW.known, Prior.silent(), SETTINGS.fits)
+    assert not refused.accepted
+    assert refused.reason.endswith("frequencies have no noise at all, as where the recorded speed stands still")
 
 
 def test_a_window_without_frequencies_is_a_row_and_the_others_stand(troubled: Processed) -> None:
