@@ -186,7 +186,9 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         sure_of_wrong_family=any(
             one.verdict != UNKNOWN and one.family not in families and one.probability > 0.9 for one in verdicts
         ),
-        still_there=any(len(alike) > 1 for alike in ideal.same) or ideal.imitated,
+        still_there=any(len(alike) > 1 for alike in ideal.same)
+        or ideal.imitated
+        or (case.removed and case.answer <= _TOGETHER),
         covered=_covered(single, true),
         location_error=_location_error(case, single, true),
         gain_positive=None if true is None else bool(true.gain_low > 0),

@@ -121,6 +121,14 @@ def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
     assert [one.verdict for one in found.verdicts] == ["unknown"]
 
 
+def test_what_two_others_make_exactly_is_not_taken_out() -> None:
+    """A record times g with a control times 1/g is an actuator times g; no search has to find it."""
+    ideal = Ideals(17.0, 1.0, 1.0, 1.0, 30.0, (("actuator_gain",),))
+    for name, stays in (("actuator_gain", True), ("drive_lag", False)):
+        case = replace(plain_case(1, 1)[0], hidden=(Hidden(name, 0.02, 0.5),), removed=True)
+        assert judge(case, always("unknown"), replace(ideal, same=((name,),))).still_there == stays
+
+
 def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
     """Two filters come near its phase, and only the papers' delay and clocks tell them apart."""
     case = replace(obvious(2051, "clock_offset", 1, _DETECTABILITY), command_logged=True)
