@@ -32,9 +32,9 @@ no such test and are left out of `power_ratio`.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.
-Of two causes each is weighed beside the other, which the ideal test lets take any size. A cause that is taken out of the
-catalogue counts where no other cause, and no two of them together, come as close; gains of actuator, control and record
-are each exactly the other two together.
+Of two causes each is weighed beside the other, which the ideal test lets take any size. A cause that is taken out of
+the catalogue counts where no other cause, and no two of them together, come as close; gains of actuator, control and
+record are each exactly the other two together.
 A stated probability is true where the verdict is: one of its members is there, or nothing is, or nothing that the
 catalogue holds.
 
