@@ -43,8 +43,9 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     else:
         starts = _Reckoned.of(ideal, hidden, beside).nearest()
     found = {hidden.name}
+    alone = ideal.noncentrality((hidden,), beside)
     for rival in starts:
-        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), beside) < SAME:
+        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), alone, beside) < SAME:
             found.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
         found.add("sign_or_unit")
@@ -76,7 +77,8 @@ def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
     pairs = _Reckoned.of(ideal, hidden, ()).pairs()
-    return any(_least(ideal, hidden, tuple(ideal.bounded(one) for one in pair)) < SAME for pair in pairs)
+    alone = ideal.noncentrality((hidden,))
+    return any(_least(ideal, hidden, tuple(ideal.bounded(one) for one in pair), alone) < SAME for pair in pairs)
 
 
 def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
@@ -85,11 +87,18 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
     return ideal.least_distance((rest,)) < SAME**2
 
 
-def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
-    """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough."""
+def _least(
+    ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], alone: float, beside: tuple[Hidden, ...] = ()
+) -> float:
+    """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough.
+
+    Parameters
+    ----------
+    alone : squared distance of the cause from any rig without it and without rivals
+    """
     continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
     # a large cause bends linear reckoning: on its way a rival may be as far off as none at all
-    whole, alone = (hidden, *beside), ideal.noncentrality((hidden,), beside)
+    whole = (hidden, *beside)
     far = max(((_CLOSE if continuous else _HOPELESS) * SAME) ** 2, alone)
     squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
     if squared >= SAME**2:

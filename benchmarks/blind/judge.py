@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -116,10 +117,15 @@ def _kept_stands_in(case: Case, hidden: Hidden, name: str) -> bool:
     return found
 
 
-def _kept(told: list[str], make: Callable[[], Any]) -> Any:
+@cache
+def _code_of_ideals() -> str:
+    """Hash of all that computes them, as it was when it was first asked for."""
     texts = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py")) if path.stem in _OF_IDEALS]
-    code = source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation")
-    path = FOLDER.parent / "ideals" / f"{digest([code, texts, *told])}.json"
+    return digest([source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation"), *texts])
+
+
+def _kept(told: list[str], make: Callable[[], Any]) -> Any:
+    path = FOLDER.parent / "ideals" / f"{digest([_code_of_ideals(), *told])}.json"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(make()))

@@ -16,7 +16,7 @@ from drillid.discrepancy.examination import (
     surely,
 )
 from drillid.discrepancy.gain import Gain, held_out_gain
-from drillid.discrepancy.naming import SAME, Posterior, class_name, posterior, separator
+from drillid.discrepancy.naming import SAME, Posterior, class_name, posterior, separator, told_apart
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
 from drillid.discrepancy.screen import Screen, screen
@@ -125,9 +125,7 @@ def _other(
         if seen.chance >= CLOSURE_RATE:
             option = (one.log_evidence, [(own, one)], seen)
         else:
-            seconds = _with_own_signs(
-                refine(model, one.fit, (one.extension,), seen, causes, moving=_moving(examination)), examination.signs
-            )
+            seconds = _seconds(examination, one.fit, one.extension, seen, causes)
             if max((other.log_evidence for other in seconds), default=0.0) < PAIR_PRICE:
                 continue
             second = posterior(seconds, seen.unknown_evidence)
@@ -145,6 +143,14 @@ def _other(
     return chosen, after
 
 
+def _seconds(
+    examination: Examination, fit: SetFit, beside: Extension, seen: Screen, causes: list[Cause]
+) -> list[Refined]:
+    """Further causes beside one, with their own signs; in the order of the responses' evidence."""
+    refined = refine(examination.model, fit, (beside,), seen, causes, moving=_moving(examination))
+    return _with_own_signs(refined, examination.signs)
+
+
 def _beside(
     examination: Examination, one: Refined, other: Refined, causes: list[Cause], generator: np.random.Generator
 ) -> Posterior | None:
@@ -152,9 +158,7 @@ def _beside(
     model, pair = examination.model, other.fit.point
     fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
     seen = screen(model, fit, (other.extension,), causes, generator)
-    refined = _with_own_signs(
-        refine(model, fit, (other.extension,), seen, causes, moving=_moving(examination)), examination.signs
-    )
+    refined = _seconds(examination, fit, other.extension, seen, causes)
     own = [candidate for candidate in refined if candidate.name == one.name]
     return _with_first(posterior(refined, seen.unknown_evidence), own[0]) if own else None
 
@@ -211,15 +215,15 @@ def _size(result: Examination, place: int) -> tuple[float, float]:
 def _members(result: Examination, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
     """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
     first, likely = found.best, found.members
-    apart = {sign.cause: sign.apart for sign in result.signs if sign.cause in CATALOGUE and CATALOGUE[sign.cause].moves}
-    members = [first.name]
-    for one in found.refined:
-        both = (first.name, one.name)
-        if one is first or one.name not in likely or min(apart.get(name, 0.0) for name in both) >= SAME:
-            continue
-        if _distance(result.model, first, one, beside) < SAME:
-            members.append(one.name)
-    return tuple(members)
+    members = (one for one in found.refined if one.name in likely)
+    return tuple(one.name for one in members if one is first or not _apart(result, first, one, beside))
+
+
+def _apart(result: Examination, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> bool:
+    """Whether two causes are told apart by their signs, or by what they predict."""
+    signs = [sign for sign in result.signs if sign.cause in (one.name, other.name)]
+    by_signs = len(signs) > 1 and told_apart(*signs)
+    return by_signs or _distance(result.model, one, other, beside) >= SAME
 
 
 def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:

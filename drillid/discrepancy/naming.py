@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import logsumexp, ndtri
 
 from drillid.discrepancy.causes import CATALOGUE, Cause
+from drillid.discrepancy.pooled import PooledSign
 from drillid.discrepancy.refine import Refined
 from drillid.discrepancy.verdict import UNKNOWN
 
@@ -59,6 +60,11 @@ def posterior(refined: Sequence[Refined], unknown: float) -> Posterior:
     logs = np.array([*(one.log_evidence for one in order), unknown])
     shares = np.exp(logs - logsumexp(logs))
     return Posterior(tuple(order), dict(zip([*(one.name for one in order), UNKNOWN], shares.tolist(), strict=True)))
+
+
+def told_apart(one: PooledSign, other: PooledSign) -> bool:
+    """Whether two ways of one change say so different things that the likelier is the name."""
+    return min(one.apart, other.apart) >= SAME
 
 
 def class_name(members: Sequence[str]) -> str:

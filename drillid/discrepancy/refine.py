@@ -1,6 +1,6 @@
 """Causes one by one at their best: non-linear fits, and their evidence by Laplace's approximation."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,7 +61,7 @@ def refine(
     screened: Screen,
     catalogue: Sequence[Cause],
     *,
-    moving: Mapping[str, float] | None = None,
+    moving: Mapping[str, float],
     every: bool = False,
     hopeless: bool = False,
 ) -> list[Refined]:
@@ -86,8 +86,8 @@ def refine(
     found: list[Refined] = []
     for name in sorted(names, key=lambda one: -linear[one]):
         found.append(search.best(_first_shapes(screened, name, obvious), _least_cost(found)))
-    following = [cause for cause in catalogue if cause.name in (moving or {}) and cause.name not in taken]
-    found += [search.following(one, (moving or {})[one.name], _least_cost(found)) for one in following]
+    following = [cause for cause in catalogue if cause.name in moving and cause.name not in taken]
+    found += [search.following(one, moving[one.name], _least_cost(found)) for one in following]
     if obvious:
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
         found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
@@ -131,8 +131,7 @@ class _Search:
 
     def following(self, cause: Cause, size: float, least: float) -> Refined:
         """The best shape of a cause that moves, from a size."""
-        origins, sizes = (self.base.point, self.model.expected()), np.append(self.base.point.sizes, size)
-        points = [Point(origin.shared, origin.local, sizes) for origin in origins]
+        points = self._sized([self.base.point, self.model.expected()], [size])
         found = [self._from(Extension(cause, shape), points, least) for shape in cause.shapes]
         return max(found, key=lambda one: one.log_evidence)
 
@@ -191,12 +190,12 @@ class _Search:
         starts = (size.typical, large if size.low >= 0 else -size.typical) if self.starts else (0.0,)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
         origins = [self.base.point, self.model.expected()] if self.starts else [self.base.point]
-        sized = [
-            Point(origin.shared, origin.local, np.append(self.base.point.sizes, one))
-            for origin in origins
-            for one in sizes
-        ]
-        return self._from(further, sized, least)
+        return self._from(further, self._sized(origins, sizes), least)
+
+    def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
+        """Each of some points with each of some sizes of a further cause."""
+        beside = self.base.point.sizes
+        return [Point(one.shared, one.local, np.append(beside, size)) for one in origins for size in sizes]
 
     def _near(self, found: Refined, shape: float) -> Refined:
         return self._from(Extension(found.extension.cause, shape), [found.fit.point], found.fit.cost)

@@ -18,7 +18,7 @@ from drillid.discrepancy.examination import (
     surely,
     unextended,
 )
-from drillid.discrepancy.naming import CLASS_MASS, SAME, class_name, separator
+from drillid.discrepancy.naming import CLASS_MASS, class_name, separator, told_apart
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
@@ -115,11 +115,6 @@ def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
     return chosen
 
 
-def _told_apart(one: PooledSign, other: PooledSign) -> bool:
-    """Whether two ways of one change say so different things that the likelier is the name."""
-    return min(one.apart, other.apart) >= SAME
-
-
 def _of_symptom(examination: Examination, one: PooledSign) -> Verdict:
     """Something is wrong that no cause of the catalogue stands for."""
     symptom, depth = SYMPTOMS[one.cause], examination.model.evidence.conditions.hole_depth
@@ -148,7 +143,7 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
     likely = {
         other.cause: share
         for other, share in zip(rivals, shares, strict=True)
-        if other is one or (share > 1 - CLASS_MASS and not _told_apart(one, other))
+        if other is one or (share > 1 - CLASS_MASS and not told_apart(one, other))
     }
     members = list(likely)
     gain = sign_gain([sign for sign in evidence.signs if sign.cause == one.cause])

@@ -100,7 +100,7 @@ def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() ->
     assert not stands_in(ideal, hidden, "mud_drag")
 
 
-def test_noise_is_recorded_as_the_speed_is(case: Case, ideal: Ideal) -> None:
+def test_noise_is_recorded_as_the_speed_is(case: Case) -> None:
     wrong = Hidden("sign_or_unit", 1.0, 0.6)
     s = laplace(np.array([0.5, 2.0]))
     plain, scaled = (noise_density(case, case.world(0, hidden=hidden), 0, s) for hidden in ((), (wrong,)))

@@ -124,7 +124,6 @@ class Cause:
     """Whether the shape is a place along the pipe, as a share from the top."""
     regime: ClassVar[bool] = False
     """Whether the linear responses too go wrong where only a sign tells the cause."""
-
     moves: ClassVar[bool] = False
     """Whether it changes the response while a window lasts, which its sign tells, and that response's mean too."""
 

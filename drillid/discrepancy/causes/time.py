@@ -50,4 +50,4 @@ class RegimeChange(Cause):
 
     def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
         """All of it from a moment on."""
-        return setup.with_course([size * (part / _PARTS >= shape - 1e-9) for part in range(_PARTS)])
+        return setup.with_course([size * (part >= round(shape * _PARTS)) for part in range(_PARTS)])
