@@ -69,9 +69,10 @@ discoveries: $(READY)
 	$(BIN)/python -m benchmarks.discoveries
 
 # two processes on two cores: threads of one would wait for those of the other
+# the longest come first, so that both workers end together
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder
+	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder tests/workflow tests
 
 lint: $(READY)
 	$(BIN)/ruff check
