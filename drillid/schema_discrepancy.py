@@ -34,7 +34,7 @@ EXAMINATIONS = DatasetSchema(
         "set": Variable(("set",), "int32", "", "number of the set in its well"),
         "cause": Variable(("cause",), "str", "", "cause of the catalogue"),
         "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
-        "port": Variable(("port",), "str", "", "place at which a disturbance of unknown shape may act"),
+        "port": Variable(("port",), "str", "", "where something unknown may show: ports, and papers"),
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
         "figure": Variable(("figure",), "str", "", "figure that describes a window before causes are added"),
         "window_set": Variable(("window",), "int32", "", "set of the window; -1 where it has no fit"),
@@ -55,7 +55,7 @@ EXAMINATIONS = DatasetSchema(
             smallest_detectable=("", "size that stands three standard deviations out, in the cause's unit"),
             typical_size=("", "usual size of the cause, in its unit"),
         ),
-        "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of a disturbance of unknown shape"),
+        "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of something unknown that shows there"),
         "separation": Variable(
             ("set", "cause", "cause_"), "float64", "1", "distance of a usual cause from the next best other one"
         ),

@@ -14,7 +14,8 @@ from drillid.discrepancy.set_model import Extension, SetModel
 from drillid.discrepancy.verdict import UNKNOWN, UNPROVED, Verdict
 
 CLOSURE_RATE = 0.01
-"""Chance below which an extended model has not passed the tests that the base model failed."""
+"""Chance below which an extended model has not passed the tests that the base model failed, and a cause that is told by
+its sign leaves too much of the record unexplained."""
 LEFT_SHARE = 0.02
 """Of the evidence for a cause, what may be left beside it as its shadow."""
 PAIR_PRICE = float(np.log(250.0))

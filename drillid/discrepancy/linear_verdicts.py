@@ -23,6 +23,7 @@ from drillid.discrepancy.screen import Screen, screen
 from drillid.discrepancy.set_fit import SetFit, fit_set
 from drillid.discrepancy.set_model import Extension, Point, SetModel
 from drillid.discrepancy.track import stretch
+from drillid.discrepancy.unknown import ON_PAPER, furthest_off_papers
 from drillid.discrepancy.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
@@ -31,6 +32,8 @@ _FIRSTS = 3
 _FIRST_WITHIN = 12.0
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
+_PLAIN = 1e-3
+"""Chance below which something is wrong though no name has a sure gain."""
 _LEFT = 4.0
 """What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
 
@@ -41,7 +44,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     moving = _moving(examination)
     refined = refine(model, base, (), before, causes, moving=moving, every=True, hopeless=is_hopeless(model, base))
     most = refined[0].log_evidence if refined else 0.0
-    refined = [one for one in refined if not one.at_bound]
+    refined = [one for one in refined if not one.at_bound and not _refuted(examination, one.name)]
     if not refined or refined[0].log_evidence < most - _LEFT:
         return _unknown(examination, max(before.unknown_evidence, most))
     first = posterior(_with_own_signs(refined, examination.signs), before.unknown_evidence)
@@ -64,7 +67,8 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     kept = tuple(one for one in verdicts if one.gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
-    if total < WITHOUT_GAIN and (before.unknown_evidence < 0 or all(one.gain <= 0 for one in verdicts)):
+    faint = total < WITHOUT_GAIN and before.chance > _PLAIN
+    if faint and (before.unknown_evidence < 0 or all(one.gain <= 0 for one in verdicts)):
         return examination
     return _unknown(examination, before.unknown_evidence, verdicts)
 
@@ -73,6 +77,11 @@ def _moving(examination: Examination) -> dict[str, float]:
     """Sizes of causes that move, where their signs are in sight."""
     signs = (one for one in examination.signs if one.cause in CATALOGUE and CATALOGUE[one.cause].moves)
     return {one.cause: one.size for one in signs if one.log_evidence > 0}
+
+
+def _refuted(examination: Examination, cause: str) -> bool:
+    """Whether a cause's own sign leaves more in the record than it may where that cause is what is there."""
+    return any(one.cause == cause and one.log_evidence > 0 and one.closure < CLOSURE_RATE for one in examination.signs)
 
 
 def is_hopeless(model: SetModel, base: SetFit) -> bool:
@@ -245,18 +254,25 @@ def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Ga
 
 def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
     """Something is wrong, and nothing in the catalogue explains it in a way that held-out data bear out."""
-    port = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
+    channel = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
     conditions = examination.model.evidence.conditions
     verdict = Verdict(
         verdict=UNKNOWN,
-        family=port,
+        family=channel,
         probability=surely(log_evidence),
         from_m=float(conditions.hole_depth.min()),
         to_m=float(conditions.hole_depth.max()),
         evidence=f"linear responses, chance {examination.before.chance:.2g} where nothing is wrong{doubt(unproved)}",
-        what_would_separate="the unknown disturbance acts as one " + _AT[port],
+        what_would_separate=_localised(examination, channel),
     )
     return replace(examination, verdicts=(verdict,))
+
+
+def _localised(examination: Examination, channel: str) -> str:
+    """Where something unknown acts, in words."""
+    if channel == ON_PAPER:
+        return furthest_off_papers(examination.model, examination.base)
+    return "the unknown disturbance acts as one " + _AT[channel]
 
 
 _AT = {

@@ -47,7 +47,7 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
     dataset = xr.Dataset(stacked | _of_windows(sets, data) | extension_variables(sets, windows))
     return dataset.assign_coords(
         {name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")}
-        | {"set": np.arange(len(sets)), "cause": _CAUSES, "cause_": _CAUSES, "port": list(unknown.PORTS)}
+        | {"set": np.arange(len(sets)), "cause": _CAUSES, "cause_": _CAUSES, "port": list(unknown.CHANNELS)}
         | {"parameter": list(PARAMETERS), "figure": list(FIGURES)}
     )
 
@@ -115,7 +115,7 @@ def _evidence(found: Examination) -> Columns:
         "log_evidence": (("cause",), [linear.get(name, np.nan) for name in _CAUSES]),
         "sign_log_evidence": (("cause",), [signs[name].log_evidence if name in signs else np.nan for name in _CAUSES]),
         "sign_chance": (("cause",), [signs[name].chance if name in signs else np.nan for name in _CAUSES]),
-        "unknown_evidence": (("port",), [found.before.unknown[port] for port in unknown.PORTS]),
+        "unknown_evidence": (("port",), [found.before.unknown[port] for port in unknown.CHANNELS]),
     }
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ class Screen:
     log_evidence: Floats
     """(K,) log Bayes factor against the model as it is."""
     unknown: dict[str, float]
-    """The same for a disturbance of unknown shape at each port."""
+    """The same for a disturbance of unknown shape at each port, and for papers that do not fit."""
     chance: float
     """Of so much evidence for any of them where nothing is wrong."""
     projection: Projection
@@ -51,7 +52,7 @@ class Screen:
 
     @property
     def unknown_evidence(self) -> float:
-        """Log Bayes factor of an unknown disturbance, averaged over the ports."""
+        """Log Bayes factor of something unknown, averaged over where it may show."""
         return float(logsumexp(list(self.unknown.values())) - np.log(len(self.unknown)))
 
 
@@ -62,7 +63,7 @@ def screen(
     catalogue: Sequence[Cause],
     generator: np.random.Generator,
 ) -> Screen:
-    """Look at all linear causes and at disturbances of unknown shape beyond the model as it is.
+    """Look at all linear causes and at what is unknown beyond the model as it is.
 
     The chance of the total evidence comes from draws of the score under the model as it is, whose covariance is
     the projected information: the maximum over a catalogue needs no other correction. A cause whose first order
@@ -71,19 +72,22 @@ def screen(
     chosen = [one for one in candidates(catalogue) if not one.cause.size.fixed]
     pieces = [columns(model, fit, extensions, chosen)]
     pieces += [secants(model, fit, extensions, chosen, share) for share in _SHARES]
-    pieces += [unknown.directions(model, fit, extensions, port) for port in unknown.PORTS]
+    off = [unknown.directions(model, fit, extensions, channel) for channel in unknown.CHANNELS]
+    pieces += off
     whole = project(model, fit, extensions, np.concatenate(pieces, axis=1))
     curved = _curved(whole.information, len(chosen))
     projection = whole.without(len(chosen) + np.flatnonzero(~curved))
-    groups = _Groups(chosen, np.flatnonzero(curved) % len(chosen), projection.information)
+    groups = _Groups(
+        chosen, np.flatnonzero(curved) % len(chosen), [one.shape[1] for one in off], projection.information
+    )
     # estimated variances make scores a little larger than the information says
     spread = _dispersion(model)
-    each, ports, total = groups.evidence(projection.score[None] / np.sqrt(spread))
+    each, channels, total = groups.evidence(projection.score[None] / np.sqrt(spread))
     draws = generator.standard_normal((_DRAWS, projection.score.size)) @ _root(projection.information).T
     chance = tail_chance(float(total[0]), groups.evidence(draws)[2])
     count = len(chosen)
     own = Projection(projection.score[:count], projection.information[:count, :count])
-    return Screen(tuple(chosen), each[0], dict(zip(unknown.PORTS, ports[0], strict=True)), chance, own)
+    return Screen(tuple(chosen), each[0], dict(zip(unknown.CHANNELS, channels[0], strict=True)), chance, own)
 
 
 def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
@@ -94,17 +98,23 @@ def _curved(information: Floats, count: int) -> NDArray[np.bool_]:
 
 
 class _Groups:
-    """Candidates, further steps of those that are curved, and ports, and the evidence for all of them from scores."""
+    """Candidates, further steps of those that are curved, and channels of what is unknown, of so many directions each,
+    and the evidence for all of them from scores.
+    """
 
-    def __init__(self, chosen: Sequence[Extension], curved: NDArray[np.intp], information: Floats) -> None:
+    def __init__(
+        self, chosen: Sequence[Extension], curved: NDArray[np.intp], counts: Sequence[int], information: Floats
+    ) -> None:
         self.chosen, self.curved, self.information = chosen, curved, information
+        first = len(chosen) + curved.size + np.cumsum([0, *counts])
+        self.blocks = [slice(*ends) for ends in pairwise(first)]
         self.typical = np.array([one.cause.size.typical for one in chosen])
         self.one_sided = np.array([one.cause.size.low >= 0 for one in chosen])
         names = [one.cause.name for one in chosen]
         self.log_prior = -np.log([names.count(name) for name in names])
 
     def evidence(self, score: Floats) -> tuple[Floats, Floats, Floats]:
-        """Log Bayes factors of candidates (..., K), of ports (..., 3) and of all together (...)."""
+        """Log Bayes factors of candidates (..., K), of channels (..., 8) and of all together (...)."""
         curved, every = self.curved, np.append(np.arange(len(self.chosen)), self.curved)
         count = every.size
         both = gaussian_evidence(
@@ -114,13 +124,15 @@ class _Groups:
         for step, place in enumerate(curved, len(self.chosen)):
             each[..., place] = np.logaddexp(each[..., place], both[..., step])
         each -= np.log1p(np.bincount(curved, minlength=len(self.chosen)))
-        size = 2 * unknown.FUNCTIONS
-        blocks = [slice(count + place * size, count + (place + 1) * size) for place in range(len(unknown.PORTS))]
-        ports = np.stack(
-            [unknown.log_evidence(score[..., block], self.information[block, block]) for block in blocks], axis=-1
+        channels = np.stack(
+            [
+                unknown.log_evidence(channel, score[..., block], self.information[block, block])
+                for channel, block in zip(unknown.CHANNELS, self.blocks, strict=True)
+            ],
+            axis=-1,
         )
-        weighted = np.concatenate([each + self.log_prior, ports - np.log(len(blocks))], axis=-1)
-        return each, ports, np.asarray(logsumexp(weighted, axis=-1), dtype=float)
+        weighted = np.concatenate([each + self.log_prior, channels - np.log(len(self.blocks))], axis=-1)
+        return each, channels, np.asarray(logsumexp(weighted, axis=-1), dtype=float)
 
 
 def gaussian_evidence(score: Floats, information: Floats, typical: Floats, one_sided: NDArray[np.bool_]) -> Floats:

@@ -26,8 +26,6 @@ from drillid.statistics import TWO_SIDED
 
 _STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _UNLIKE = "something like it fits better"
-_CLOSED = 0.05
-"""Chance of what a sign's cause leaves unexplained, below which it is no name; it is reckoned on the safe side."""
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 
@@ -98,7 +96,7 @@ def _doubt(one: PooledSign, verdict: Verdict) -> str:
         return NO_SURE_GAIN
     if verdict.size_low <= 0 <= verdict.size_high:
         return "the windows do not agree that it has a size"
-    return _UNLIKE if one.closure < _CLOSED else ""
+    return _UNLIKE if one.closure < CLOSURE_RATE else ""
 
 
 def _may_be(one: PooledSign) -> bool:

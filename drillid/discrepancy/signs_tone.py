@@ -29,7 +29,7 @@ _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
 _WIDEST = 1.0
 """Noise that the neighbours add, per a harmonic's own, up to which they are asked."""
 _DOUBTFUL = 2.0
-"""Score from which it is asked whether a tone is motion."""
+"""Score from which a tone tells its size, and it is asked whether it is motion."""
 _ANSWERED = 0.5
 """Share of the control's answer that may be missing for a line to be motion."""
 _LOWEST, _HIGHEST = 0.05, 0.48
@@ -89,8 +89,10 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
     error = np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum()
     amplitude, kept = _amplitude(remainder, ways[way], place)
-    height = complex(_lines(remainder, ways[way].series)[place])
-    return Line(place, height, Score(normal_of_chance(float(overall)), amplitude, float(error) / kept, log_ratio))
+    height, normal = complex(_lines(remainder, ways[way].series)[place]), normal_of_chance(float(overall))
+    # what chance has made stand out is another line in every window, and tells no size
+    size_error = float(error) / kept if normal > _DOUBTFUL else np.inf
+    return Line(place, height, Score(normal, amplitude, size_error, log_ratio))
 
 
 def tone_score(remainder: Remainder, line: Line | None) -> Score | None:

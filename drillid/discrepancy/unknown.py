@@ -1,10 +1,12 @@
-"""What the catalogue does not hold: smooth disturbances of unknown shape at the ports of the rig.
+"""What the catalogue does not hold: smooth disturbances of unknown shape at the ports, or papers that do not fit.
 
 At each port the response is disturbed by a smooth complex function of log frequency, with a Gaussian prior of unknown
 amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of the Royal Statistical Society B 63,
-425–464), written in a basis so that it is one more linear model.
+425–464), written in a basis so that it is one more linear model. What the fitted figures take up of it shows where the
+papers know them: one of these, or all, may lie off the papers by more than their tolerances.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -13,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.discrepancy.set_fit import SetFit
-from drillid.discrepancy.set_model import Complex, Extension, SetModel
+from drillid.discrepancy.set_model import PAPERS, SCALED, Complex, Extension, SetModel
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
@@ -25,6 +27,18 @@ RELATIVE = ("record", "drive", "control")
 """Ports at which a disturbance multiplies what is recorded, the torque that is made, or what the control answers."""
 PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
 """At the others it adds an admittance: at the string's top, at a third and at two thirds of the pipe, at the bit."""
+ON_PAPER = "papers"
+CHANNELS = (*PORTS, ON_PAPER)
+"""Where what is unknown may show."""
+_IN_WORDS = {
+    "length": "length of the string",
+    "polar_moment": "polar moment of the pipe",
+    "delay": "delay of the drive",
+    "inertia_td": "inertia of the top drive",
+    "P": "P gain of the control",
+    "I": "I gain of the control",
+    "clock": "offset between the clocks",
+}
 _PLACES = {"upper string": 1 / 3, "lower string": 2 / 3}
 FUNCTIONS = 12
 """Smooth functions over the band, each with real and imaginary part."""
@@ -32,6 +46,8 @@ _REACHES = (0.0, 6.0)
 """Functions over which a disturbance stays alike, as tried: rough, and as smooth as a gain or a delay."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Standard deviations tried, relative to the response or to the pipe's characteristic admittance."""
+_OFF_PAPERS = np.array([3.0, 10.0, 30.0])
+"""The same of figures off the papers, in tolerances."""
 
 
 def smooth_functions(frequency: Floats, count: int) -> Floats:
@@ -44,10 +60,16 @@ def smooth_functions(frequency: Floats, count: int) -> Floats:
     return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).toarray().T, dtype=float)
 
 
-def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> Complex:
-    """Whitened directions (W, 2 FUNCTIONS, rows) of a disturbance at a port, the same in all windows."""
+def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], channel: str) -> Complex:
+    """Whitened directions (W, K, rows) of what is unknown, the same in all windows.
+
+    A disturbance at a port has 2 FUNCTIONS of them; of papers each figure that they know has one, in tolerances.
+    """
+    if channel == ON_PAPER:
+        slopes = model.linearised(fit.point, extensions).jacobian[:, PAPERS]
+        return np.asarray(slopes * model.prior_error[PAPERS, None], dtype=complex)
     basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
-    real = model.changed(*(one[:, None] * basis for one in _sensitivity(model, fit, extensions, port)))
+    real = model.changed(*(one[:, None] * basis for one in _sensitivity(model, fit, extensions, channel)))
     return np.concatenate([real, 1j * real], axis=1)
 
 
@@ -80,6 +102,14 @@ def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
     return speed_ratio(replace(pipe, length=pipe.length * share), string_admittance(lower, s), s)
 
 
+def furthest_off_papers(model: SetModel, fit: SetFit) -> str:
+    """Which fitted figure lies furthest off the papers, in words."""
+    tolerances = ((fit.point.shared - model.prior_mean) / model.prior_error)[list(PAPERS)]
+    place = int(np.argmax(np.abs(tolerances)))
+    name, side = _IN_WORDS[SCALED[PAPERS[place]]], "above" if tolerances[place] > 0 else "below"
+    return f"the fitted {name} lies {abs(tolerances[place]):.1f} tolerances {side} the papers"
+
+
 @cache
 def prior_roots() -> Floats:
     """Factors R of prior covariances R Rᵀ of a disturbance of amplitude one, (smoothness, 2 FUNCTIONS, 2 FUNCTIONS)."""
@@ -92,18 +122,29 @@ def prior_roots() -> Floats:
     return np.stack(roots)
 
 
-def log_evidence(score: Floats, information: Floats) -> Floats:
-    """Log Bayes factor of a Gaussian disturbance against none, averaged over how smooth it is and over AMPLITUDES.
+def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
+    """Log Bayes factor of something unknown against nothing, averaged over its size.
+
+    A disturbance is as smooth as any of `prior_roots`; off the papers are all of their figures or one of them.
 
     Parameters
     ----------
-    score : shape (..., 2 FUNCTIONS)
-    information : shape (2 FUNCTIONS, 2 FUNCTIONS)
+    channel : one of CHANNELS
+    score : shape (..., K)
+    information : shape (K, K)
     """
+    if channel == ON_PAPER:
+        every = np.eye(len(PAPERS))
+        return _averaged(score, information, [every, *every[:, :, None]], _OFF_PAPERS)
+    return _averaged(score, information, prior_roots(), AMPLITUDES)
+
+
+def _averaged(score: Floats, information: Floats, roots: Iterable[Floats], amplitudes: Floats) -> Floats:
+    """Log Bayes factor of Gaussian sizes with covariances a² R Rᵀ, averaged over factors R and over amplitudes a."""
     from scipy.special import logsumexp
 
-    each, variance = [], AMPLITUDES[:, None] ** 2
-    for root in prior_roots():
+    each, variance = [], amplitudes[:, None] ** 2
+    for root in roots:
         values, vectors = np.linalg.eigh(root.T @ information @ root)
         values = np.maximum(values, 0.0)
         power = (score @ root @ vectors) ** 2

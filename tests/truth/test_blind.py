@@ -134,7 +134,27 @@ def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
     case = replace(obvious(2051, "clock_offset", 1, _DETECTABILITY), command_logged=True)
     without = [cause for name, cause in CATALOGUE.items() if name != "clock_offset"]
     found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
-    assert [(one.verdict, one.family) for one in found.verdicts] == [("unknown", "record")]
+    (verdict,) = found.verdicts
+    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert "clocks" in verdict.what_would_separate or "delay" in verdict.what_would_separate
+
+
+def test_a_length_that_fits_far_off_the_papers_is_wrong_though_all_residuals_are_noise() -> None:
+    slow = Hidden("wave_speed", 0.25, 0.5)
+    case = replace(obvious(2055, slow.name, 1, _DETECTABILITY), hidden=(slow,))
+    without = [cause for name, cause in CATALOGUE.items() if name != slow.name]
+    (verdict,) = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed).verdicts
+    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert verdict.what_would_separate.startswith("the fitted length of the string lies")
+
+
+def test_a_drift_that_the_catalogue_lacks_is_no_jump() -> None:
+    """Its mean response over the window is that of a jump; how the answer moves on the way is not."""
+    drift = Hidden("parameter_drift", 1500.0, 0.5)
+    case = replace(plain_case(90078)[0], hidden=(drift,))
+    without = [cause for name, cause in CATALOGUE.items() if name != drift.name]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == ["unknown"]
 
 
 def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried() -> None:
