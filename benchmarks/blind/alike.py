@@ -10,10 +10,12 @@ from benchmarks.blind.cases import EFFECTS, Hidden
 from benchmarks.blind.effects_sensor import nearest_factor, wrong_factor
 from benchmarks.blind.ideal import CONTINUOUS, IN_TIME, Ideal
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.naming import SAME
+from drillid.discrepancy.naming import SAME, TOLD_APART
 
 Floats = NDArray[np.float64]
 
+UNTOLD = Ideal.distance_unaware(TOLD_APART)
+"""Standard deviations below which a cause that is not in the catalogue counts as imitated by others."""
 _SIZES = 3
 """Sizes of a cause, from small to the largest that the catalogue allows, that are reckoned with."""
 _FARTHEST = 5.0
@@ -45,15 +47,15 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     found = {hidden.name}
     alone = ideal.noncentrality((hidden,), beside)
     for rival in starts:
-        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), alone, beside) < SAME:
+        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), alone, SAME, beside) < SAME:
             found.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
         found.add("sign_or_unit")
     return frozenset(found)
 
 
-def stands_in(ideal: Ideal, hidden: Hidden, name: str, beside: tuple[Hidden, ...] = ()) -> bool:
-    """Whether a certain other cause comes too close, from any of its shapes and sizes.
+def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tuple[Hidden, ...] = ()) -> bool:
+    """Whether a certain other cause comes nearer than some standard deviations, from any of its shapes and sizes.
 
     Linear reckoning overlooks some, as slower waves for a heavier bit; for what an answer names no start is spared.
     """
@@ -67,18 +69,21 @@ def stands_in(ideal: Ideal, hidden: Hidden, name: str, beside: tuple[Hidden, ...
             for grown in (True, False):
                 found = ideal.closest(whole, (ideal.bounded(rival), *beside), grown=grown)
                 best = min(best, found, key=lambda entry: entry[0])
-                if best[0] < SAME**2:
+                if best[0] < near**2:
                     return True
-    return name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < SAME
+    return name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < near
 
 
 def imitated(ideal: Ideal, hidden: Hidden) -> bool:
-    """Whether two other causes together come too close to a hidden one to be told from it."""
+    """Whether another cause, or two together, come so close that a test that does not know the hidden one is blind."""
     if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
-    pairs = _Reckoned.of(ideal, hidden, ()).pairs()
+    reckoned = _Reckoned.of(ideal, hidden, ())
     alone = ideal.noncentrality((hidden,))
-    return any(_least(ideal, hidden, tuple(ideal.bounded(one) for one in pair), alone) < SAME for pair in pairs)
+    return any(
+        _least(ideal, hidden, tuple(ideal.bounded(one) for one in rivals), alone, UNTOLD) < UNTOLD
+        for rivals in (*((one,) for one in reckoned.nearest()), *reckoned.pairs())
+    )
 
 
 def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
@@ -88,23 +93,29 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
 
 
 def _least(
-    ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], alone: float, beside: tuple[Hidden, ...] = ()
+    ideal: Ideal,
+    hidden: Hidden,
+    rivals: tuple[Hidden, ...],
+    alone: float,
+    near: float,
+    beside: tuple[Hidden, ...] = (),
 ) -> float:
-    """Least distance of rivals, from where they start and as they grow with the cause; less than `SAME` is enough.
+    """Least distance of rivals, from where they start and as they grow with the cause.
 
     Parameters
     ----------
     alone : squared distance of the cause from any rig without it and without rivals
+    near : distance below which nobody asks how near
     """
     continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
     # a large cause bends linear reckoning: on its way a rival may be as far off as none at all
     whole = (hidden, *beside)
-    far = max(((_CLOSE if continuous else _HOPELESS) * SAME) ** 2, alone)
+    far = max(((_CLOSE if continuous else _HOPELESS) * near) ** 2, alone)
     squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
-    if squared >= SAME**2:
+    if squared >= near**2:
         other, end = ideal.closest(whole, (*rivals, *beside), hopeless=far)
         squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
-    if not continuous or not SAME**2 <= squared < far:
+    if not continuous or not near**2 <= squared < far:
         return float(np.sqrt(squared))
     return _at_best_shape(ideal, whole, reached, far)
 

@@ -11,11 +11,11 @@ NULLS = 0.5
 """Share of cases with nothing hidden."""
 PAIRS = 0.1
 """Share of the others with two causes."""
-REMOVED = 0.1
+REMOVED = 0.25
 """Share of the others whose cause is taken out of the engine's catalogue."""
 _DETECTABILITY = (1.0, 30.0)
 """√λ of the ideal test, drawn evenly in its logarithm."""
-_REMOVED_DETECTABILITY = (8.0, 30.0)
+_REMOVED_DETECTABILITY = (10.0, 30.0)
 _ROUNDS = 6
 _CLOSE = 0.05
 

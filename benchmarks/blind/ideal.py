@@ -5,13 +5,14 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chndtr, ndtr, ndtri
+from scipy.special import chdtri, chndtr, chndtrinc, ndtr, ndtri
 
 from benchmarks.blind.cases import EFFECTS, WINDOW_S, Case, Hidden
 from benchmarks.blind.effects_sensor import tone_frequency
 from benchmarks.blind.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
 from benchmarks.blind.world import NUISANCES
 from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.unknown import FUNCTIONS, PORTS
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.top_drive import control
 
@@ -23,7 +24,7 @@ IN_TIME = ("length_growth", "parameter_drift", "regime_change", "clock_drift")
 ADDITIVE = ("aliased_tone", "once_per_revolution")
 """Causes that add a tone to the record."""
 _PARTS = 5
-_ROUNDS = 5
+_ROUNDS = 20
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
 """Of a rival's largest size; some causes are not defined at none."""
@@ -31,6 +32,9 @@ _ALIKE = 1e-6
 """Relative size from which what differs between columns counts."""
 _LOWEST = np.array([-0.9 if unit == "relative" else -np.inf for unit in NUISANCES.values()])
 """Of the nuisances; no length or moment falls below nothing."""
+_FREEDOMS = 2 * FUNCTIONS
+_UNEXPECTED = float(chdtri(_FREEDOMS, 1 - (1 - FALSE_ALARM) ** (1 / len(PORTS))))
+"""χ² that a smooth disturbance of unknown shape, at any port, exceeds as often as there are false alarms."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
 """Shares of a cause's size at which it is followed."""
@@ -186,9 +190,10 @@ class Ideal:
         """Where linear reckoning leads, and how far off that would be."""
         factors = []
         for number, one in enumerate(target):
-            here = point.response(theory, number)
-            slopes = theory.slopes(number, point.figures[number], point.rivals)
-            factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
+            with np.errstate(all="ignore"):
+                here = point.response(theory, number)
+                slopes = theory.slopes(number, point.figures[number], point.rivals)
+                factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
         design, rest = self._design(factors)
         pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
         target_rows = np.concatenate([rest[:, -1], pulls])
@@ -287,6 +292,16 @@ class Ideal:
         # the power of a line is χ² of two degrees of freedom
         chance = ndtr(-self.threshold(family=family)) / (tones if family else 1.0)
         return float(1 - chndtr(-2 * np.log(chance), 2, noncentrality))
+
+    @staticmethod
+    def power_unaware(noncentrality: float) -> float:
+        """Chance that a test speaks which knows of a cause no more than that it is smooth and at one of the ports."""
+        return float(1 - chndtr(_UNEXPECTED, _FREEDOMS, noncentrality))
+
+    @staticmethod
+    def distance_unaware(power: float) -> float:
+        """Standard deviations at which such a test has some power."""
+        return float(np.sqrt(chndtrinc(_UNEXPECTED, _FREEDOMS, 1 - power)))
 
     @staticmethod
     def tones(hidden: tuple[Hidden, ...]) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.alike import imitated, same, stands_in
+from benchmarks.blind.alike import UNTOLD, imitated, same, stands_in
 from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
 from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
@@ -17,6 +17,7 @@ from benchmarks.blind.ideal import Ideal
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.calibration import kind
 from drillid.discrepancy.examine import LINEAR_SHARE
+from drillid.discrepancy.naming import SAME
 from drillid.discrepancy.verdict import NONE, UNKNOWN
 from drillid.provenance import digest, source_hash
 
@@ -48,12 +49,13 @@ class Ideals:
     family_power: float
     """Of the test over all candidates."""
     half_power: float
-    """That of the whole family at half the size, the least over what is hidden; of two causes beside the other."""
+    """At half the size, the least over what is hidden: of the test over all candidates, of two causes beside the other;
+    of the test that does not know the cause where it is taken out of the catalogue."""
     candidates: float
     same: tuple[tuple[str, ...], ...]
     """Causes that cannot be told from each of those hidden."""
     imitated: bool = False
-    """Whether what is taken out of the catalogue cannot be told from two other causes together."""
+    """Whether a test that does not know what is taken out of the catalogue cannot tell it from other causes."""
 
 
 @dataclass(frozen=True)
@@ -104,15 +106,22 @@ def kept_ideals(case: Case, named: frozenset[str] = frozenset()) -> Ideals:
     """
     kept = _kept([str(case)], lambda: asdict(ideals(case)))
     alike = tuple(
-        (*same, *(name for name in sorted(named - {*same}) if _kept_stands_in(case, one, name)))
+        (*same, *(name for name in sorted(named - {*same}) if _kept_stands_in(case, one, name, SAME)))
         for same, one in zip(kept["same"], case.hidden, strict=True)
     )
+    if case.removed and not kept["imitated"]:
+        kept["imitated"] = any(
+            _kept_stands_in(case, one, name, UNTOLD)
+            for same, one in zip(alike, case.hidden, strict=True)
+            for name in sorted(named - {*same})
+        )
     return Ideals(**{**kept, "same": alike})
 
 
-def _kept_stands_in(case: Case, hidden: Hidden, name: str) -> bool:
+def _kept_stands_in(case: Case, hidden: Hidden, name: str, near: float) -> bool:
     found: bool = _kept(
-        [str(case), str(hidden), name], lambda: stands_in(Ideal(case), hidden, name, _others(case, hidden))
+        [str(case), str(hidden), name, f"{near:.6f}"],
+        lambda: stands_in(Ideal(case), hidden, name, near, _others(case, hidden)),
     )
     return found
 
@@ -137,11 +146,7 @@ def ideals(case: Case) -> Ideals:
     ideal = Ideal(case)
     noncentrality, tones = ideal.noncentrality(case.hidden), ideal.tones(case.hidden)
     halves = [ideal.noncentrality((replace(one, size=one.size / 2),), _others(case, one)) for one in case.hidden]
-    # a wrong sign or unit has one size, and cannot be missed
-    powers = [
-        1.0 if one.name == "sign_or_unit" else ideal.power(half, family=True, tones=ideal.tones((one,)))
-        for one, half in zip(case.hidden, halves, strict=True)
-    ]
+    powers = [_half_power(ideal, one, half) for one, half in zip(case.hidden, halves, strict=True)]
     return Ideals(
         float(np.sqrt(noncentrality)),
         ideal.power(noncentrality, family=False, tones=tones),
@@ -151,6 +156,16 @@ def ideals(case: Case) -> Ideals:
         tuple(tuple(sorted(same(ideal, one, _others(case, one)))) for one in case.hidden),
         case.removed and any(imitated(ideal, one) for one in case.hidden),
     )
+
+
+def _half_power(ideal: Ideal, hidden: Hidden, noncentrality: float) -> float:
+    tones = ideal.tones((hidden,))
+    if hidden.name == "sign_or_unit":
+        # has one size, and cannot be missed
+        return 1.0
+    if ideal.case.removed and not tones:
+        return ideal.power_unaware(noncentrality)
+    return ideal.power(noncentrality, family=True, tones=tones)
 
 
 def _others(case: Case, hidden: Hidden) -> tuple[Hidden, ...]:

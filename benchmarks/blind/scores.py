@@ -33,7 +33,8 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
       the whole family of candidates has 50 % power
     - ideal_power_at_2x: share of these that the ideal test detects, less than all where an effect stops growing
     - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
-    - unknown_share: removed causes of that size without a stand-in in the catalogue that are called unknown
+    - unknown_share: removed causes, at twice the size where the ideal test that does not know them has 50 % power,
+      without a stand-in in the catalogue, that are called unknown; unknown_share_any: those with a stand-in as well
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
     - coverage95, location_within_5pct, gain_positive, second_pass_none: of right names of single causes
     """
@@ -57,6 +58,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "second_pass_none": _share(kept["second_none"]),
         "contains_at_2x": _share(large["contains"]),
         "ideal_power_at_2x": float(large["family_power"].mean()) if len(large) else np.nan,
+        "unknown_share_any": _share(removed[removed["large"]]["named"] == UNKNOWN),
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
         "signs_named": _share(kept[~kept["linear"]]["right"]),
         "failures": int((table["failure"] != "").sum()),

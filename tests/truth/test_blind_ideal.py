@@ -16,6 +16,7 @@ from benchmarks.blind.judge import ideals
 from benchmarks.blind.scores import upper_limit
 from benchmarks.blind.theory import Theory, noise_density
 from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.naming import SAME
 from drillid.physics.responses import command_mobility, laplace
 
 
@@ -96,8 +97,8 @@ def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() ->
     heavier = draw(70200)
     ideal, (hidden,) = Ideal(heavier), heavier.hidden
     assert "wave_speed" not in same(ideal, hidden)
-    assert stands_in(ideal, hidden, "wave_speed")
-    assert not stands_in(ideal, hidden, "mud_drag")
+    assert stands_in(ideal, hidden, "wave_speed", SAME)
+    assert not stands_in(ideal, hidden, "mud_drag", SAME)
 
 
 def test_noise_is_recorded_as_the_speed_is(case: Case) -> None:
@@ -138,6 +139,18 @@ def test_a_tone_of_unknown_frequency_is_harder_to_see_than_a_line() -> None:
     assert ideal.power(0.0, family=True, tones=1.0) == pytest.approx(chance)
     assert ideal.power(0.0, family=True, tones=4560.0) == pytest.approx(chance / 4560)
     assert ideal.power(25.0, family=True, tones=4560.0) < ideal.power(25.0, family=True, tones=1.0)
+
+
+def test_a_test_that_does_not_know_the_cause_needs_more_of_it(ideal: Ideal) -> None:
+    """A χ² of 24 degrees of freedom at seven ports holds its error rate, and its power is behind that of any one."""
+    assert ideal.power_unaware(0.0) == pytest.approx(1 - 0.95 ** (1 / 7))
+    for power in (0.5, 0.95):
+        squared = ideal.distance_unaware(power) ** 2
+        assert ideal.power_unaware(squared) == pytest.approx(power)
+        assert ideal.power(squared, family=True) > power + 0.04
+    hidden = (sized(ideal.case, "controller_gain", np.random.default_rng(0), (7.5, 7.5)),)
+    known, gone = (ideals(replace(ideal.case, hidden=hidden, removed=removed)) for removed in (False, True))
+    assert gone.half_power < 0.5 < known.half_power
 
 
 def test_power_is_half_at_the_threshold(ideal: Ideal) -> None:
