@@ -32,7 +32,7 @@ _FIRSTS = 3
 _FIRST_WITHIN = 12.0
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
-_PLAIN = 1e-3
+_PLAIN = 1e-5
 """Chance below which something is wrong though no name has a sure gain."""
 _LEFT = 4.0
 """What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
