@@ -76,14 +76,14 @@ FIGURES = {
     "verdicts": FigureText(
         "What the simulation gets wrong",
         "Every verdict of the discovery engine over its depths, its probability, and what the extended model gains on "
-        "windows that it was not fitted to, with 95 % intervals. Red: named causes; violet: something is wrong that "
+        "windows that it was not fitted to, with 90 % intervals. Red: named causes; violet: something is wrong that "
         "the catalogue does not hold; grey: none.",
     ),
     "evidence": FigureText(
         "Evidence for every cause",
-        "Log Bayes factor of each cause of the catalogue, and of a disturbance of unknown shape at each port, for "
-        "every set of windows. Above zero the data speak for it, and 5 is strong; beyond 10 the axis is logarithmic. "
-        "Bars end at −10.",
+        "Log Bayes factor of each cause of the catalogue, and of something unknown: a disturbance at a port, or "
+        "papers that do not fit; for every set of windows. Above zero the data speak for it, and 5 is strong; beyond "
+        "10 the axis is logarithmic. Bars end at −10.",
     ),
     "distinguishability": FigureText(
         "Which causes these data can tell apart",
