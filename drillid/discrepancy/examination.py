@@ -20,8 +20,6 @@ LEFT_SHARE = 0.02
 """Of the evidence for a cause, what may be left beside it as its shadow."""
 PAIR_PRICE = float(np.log(250.0))
 """Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
-WITHOUT_GAIN = 10.0
-"""Evidence, in units of log-likelihood, of which a set without a name keeps the verdict that something is wrong."""
 NO_SURE_GAIN = "its gain on held-out data is not sure"
 
 

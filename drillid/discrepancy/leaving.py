@@ -93,10 +93,12 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Ga
     gains = np.sum([_gains(*track) for track in tracks], axis=0)
     value, count = float(gains.mean()), gains.size
     if count == 1:
-        half, held_out = ONE_SIDED * np.sqrt(2 * max(value + 1, 0.5)), 0
+        error, held_out = np.sqrt(2 * max(value + 1, 0.5)), 0
     else:
-        half, held_out = stdtrit(count - 1, ndtr(ONE_SIDED)) * gains.std(ddof=1) / np.sqrt(count), count
-    return Gain(value, float(value - half), float(value + half), held_out)
+        # as far as Student's t asks for so few
+        few = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
+        error, held_out = few * gains.std(ddof=1) / np.sqrt(count), count
+    return Gain(value, float(error), held_out)
 
 
 def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:

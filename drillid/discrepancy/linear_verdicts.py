@@ -9,7 +9,6 @@ from drillid.discrepancy.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
     PAIR_PRICE,
-    WITHOUT_GAIN,
     Examination,
     doubt,
     evidence_left,
@@ -32,8 +31,6 @@ _FIRSTS = 3
 _FIRST_WITHIN = 12.0
 _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
-_PLAIN = 1e-5
-"""Chance below which something is wrong though no name has a sure gain."""
 _LEFT = 4.0
 """What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
 
@@ -67,9 +64,6 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     kept = tuple(one for one in verdicts if one.gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
-    faint = total < WITHOUT_GAIN and before.chance > _PLAIN
-    if faint and (before.unknown_evidence < 0 or all(one.gain <= 0 for one in verdicts)):
-        return examination
     return _unknown(examination, before.unknown_evidence, verdicts)
 
 

@@ -9,8 +9,9 @@ from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.gain import NO_GAIN, Gain
-from drillid.statistics import ONE_SIDED
 
+_BY_CHANCE = 0.05
+"""Chance of so much scatter between windows, from which their errors are taken for right."""
 _AGAINST = 30.0
 """Most, in units of log-likelihood, that a sign may say against a cause, as its size is told roughly."""
 
@@ -155,8 +156,9 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     weight = np.where(told, 1 / np.where(told, error, 1.0) ** 2, 0.0)
     size = np.where(told, size, 0.0)
     mean = float(np.sum(weight * size)) / max(float(np.sum(weight)), 1e-300)
-    # windows whose sizes differ by more than their errors have larger errors
-    spread = max(float(np.sum(weight * (size - mean) ** 2)) / max(int(told.sum()) - 1, 1), 1.0)
+    # windows whose sizes differ by more than their errors, and not by chance, have larger errors
+    freedom, scatter = max(int(told.sum()) - 1, 1), float(np.sum(weight * (size - mean) ** 2))
+    spread = scatter / freedom if chdtrc(freedom, scatter) < _BY_CHANCE else 1.0
     rest = np.sum(weight) - weight
     predicted = rest > 1e-9 * weight
     rest = np.where(predicted, rest, np.inf)
@@ -165,9 +167,12 @@ def sign_gain(signs: Sequence[Sign]) -> Gain:
     unsure = weight / rest
     missed = 0.5 * weight * (others - size) ** 2 / (spread * (1 + unsure)) + 0.5 * np.log1p(unsure)
     missed = np.where(predicted, missed, 1.0)
+    ratio = np.where(predicted, ratio / spread, ratio)
     gains = ratio - missed
-    # a log-likelihood ratio has twice its mean as variance
-    error_of_mean = float(np.sqrt(np.sum(2 * np.maximum(ratio, 0.5)))) / ratio.size
+    # a log-likelihood ratio has twice its mean as variance, as the others' size tells it with an error of its own
+    share = np.divide(others, size, out=np.zeros_like(size), where=size != 0)
+    variance = np.where(predicted, 2 * ratio * share**2 + unsure, 2 * np.maximum(ratio, 0.5))
+    error_of_mean = float(np.sqrt(variance.sum())) / ratio.size
     value = float(gains.mean())
     held_out = ratio.size if ratio.size > 1 else 0
-    return Gain(value, value - ONE_SIDED * error_of_mean, value + ONE_SIDED * error_of_mean, held_out)
+    return Gain(value, error_of_mean, held_out)

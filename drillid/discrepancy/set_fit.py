@@ -90,6 +90,10 @@ class SetFit:
     pulls: float
     """Half the sum of squared pulls of the papers on the shared figures."""
 
+    def off_papers(self, model: SetModel) -> Floats:
+        """How far the shared figures lie off their priors, in standard deviations of these, (11,)."""
+        return np.asarray((self.point.shared - model.prior_mean) / model.prior_error, dtype=float)
+
     @property
     def size_errors(self) -> Floats:
         """Standard errors of the sizes by the curvature."""

@@ -11,7 +11,6 @@ from drillid.discrepancy.examination import (
     LEFT_SHARE,
     NO_SURE_GAIN,
     PAIR_PRICE,
-    WITHOUT_GAIN,
     Examination,
     evidence_left,
     nameless,
@@ -26,6 +25,8 @@ from drillid.statistics import TWO_SIDED
 
 _STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _UNLIKE = "something like it fits better"
+_WITHOUT_GAIN = 10.0
+"""Evidence, in units of log-likelihood, of which a sign without a name keeps the verdict that something is wrong."""
 _SHADOW = 0.1
 """Evidence for a second sign, per that of the plainest, below which it is not told."""
 
@@ -57,7 +58,7 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     doubtful = [
         nameless(shown[one.cause], doubts[one.cause])
         for one in chosen
-        if shown[one.cause].gain > 0 or one.log_evidence > WITHOUT_GAIN
+        if shown[one.cause].gain > 0 or one.log_evidence > _WITHOUT_GAIN
     ]
     return replace(examination, verdicts=(*linear, *named) or tuple([*doubtful, *symptoms][:1]))
 
