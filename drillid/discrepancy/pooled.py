@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
+from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
+from scipy.stats import binom
 
 from drillid.discrepancy.causes import CATALOGUE
-from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.evidence import STANDS_OUT, Sign
 from drillid.discrepancy.gain import NO_GAIN, Gain
 
-_BY_CHANCE = 0.05
+_BY_CHANCE = 0.01
 """Chance of so much scatter between windows, from which their errors are taken for right."""
 _AGAINST = 30.0
 """Most, in units of log-likelihood, that a sign may say against a cause, as its size is told roughly."""
@@ -50,7 +51,8 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
     A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by how well
     each window tells the size, and the largest (Šidák 1967) are looked at, and the smaller chance is doubled. In the
     sum windows that show sizes of opposite sign speak against each other. Where a cause has shapes, such as the moment
-    of a jump, each window's own is looked at and the one that all share, and the smallest of the chances counts thrice.
+    of a jump or the line of a tone, each window's own is looked at and the one that all share, and the smallest of the
+    chances counts thrice.
     """
     pooled = []
     for cause in sorted({sign.cause for sign in signs}):
@@ -79,10 +81,15 @@ def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
     score = np.array([sign.score for sign in own])
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
     each = min(_chance_of_sum(own), strongest)
-    shapes = {len(sign.by_shape) for sign in own}
-    if len(own) == 1 or len(shapes) > 1 or shapes == {0}:
+    shapes, grids = {len(sign.by_shape) for sign in own}, {sign.lines and sign.lines.spacing for sign in own}
+    if len(own) == 1:
         return own, min(1.0, 2 * each)
-    joined, shared = _at_one_shape(own)
+    if len(grids) == 1 and grids != {None}:
+        joined, shared = _at_one_line(own)
+    elif len(shapes) == 1 and shapes != {0}:
+        joined, shared = _at_one_shape(own)
+    else:
+        return own, min(1.0, 2 * each)
     return (joined if shared < each else own), min(1.0, 3 * min(each, shared))
 
 
@@ -95,6 +102,37 @@ def _at_one_shape(own: Sequence[Sign]) -> tuple[list[Sign], float]:
     total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
     best = int(np.argmax(total))
     return [_at(sign, best) for sign in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
+
+
+def _at_one_line(own: Sequence[Sign]) -> tuple[list[Sign], float]:
+    """Signs at the line that stands out most over all windows, and the chance of that by Bonferroni.
+
+    In noise a line stands out in a binomial number of windows, and what is beyond STANDS_OUT there is exponential.
+    """
+    lines = [sign.lines for sign in own if sign.lines is not None]
+    total = np.zeros(max((int(one.place.max(initial=0)) for one in lines), default=0) + 1)
+    for one in lines:
+        total[one.place] += one.log_ratio - STANDS_OUT
+    best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
+    chance = float(np.sum(binom.pmf(number, len(own), np.exp(-STANDS_OUT)) * gammaincc(number, total[best])))
+    plain = np.array([np.isfinite(sign.size_error) for sign in own])
+    # where most windows show the tone by itself they tell its size best; few of many would be those with most noise
+    told = [
+        replace(at, size=sign.size, size_error=sign.size_error) if 2 * plain.sum() >= plain.size else at
+        for at, sign in ((_at_line(sign, best), sign) for sign in own)
+    ]
+    return told, min(1.0, max(one.tried for one in lines) * chance)
+
+
+def _at_line(sign: Sign, place: int) -> Sign:
+    """A sign at a line; without a size where nothing stands out."""
+    found = np.flatnonzero(sign.lines.place == place) if sign.lines is not None else np.empty(0, dtype=int)
+    if sign.lines is None or not found.size:
+        return replace(sign, score=0.0, size=0.0, size_error=np.inf, log_ratio=0.0)
+    ratio, size, error = (
+        float(values[found[0]]) for values in (sign.lines.log_ratio, sign.lines.size, sign.lines.size_error)
+    )
+    return replace(sign, score=-float(ndtri_exp(-ratio)), size=size, size_error=error, log_ratio=ratio)
 
 
 def _at(sign: Sign, shape: int) -> Sign:
