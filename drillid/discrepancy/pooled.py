@@ -1,15 +1,15 @@
 """Signs of all windows, taken together cause by cause."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
-from scipy.stats import binom
+from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
 
 from drillid.discrepancy.causes import CATALOGUE
-from drillid.discrepancy.evidence import STANDS_OUT, Sign
+from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.gain import NO_GAIN, Gain
+from drillid.discrepancy.pooled_shapes import at_one_line, at_one_shape
 
 _BY_CHANCE = 0.01
 """Chance of so much scatter between windows, from which their errors are taken for right."""
@@ -81,66 +81,11 @@ def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
     score = np.array([sign.score for sign in own])
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
     each = min(_chance_of_sum(own), strongest)
-    shapes, grids = {len(sign.by_shape) for sign in own}, {sign.lines and sign.lines.spacing for sign in own}
-    if len(own) == 1:
+    found = at_one_line(own) or at_one_shape(own) if len(own) > 1 else None
+    if found is None:
         return own, min(1.0, 2 * each)
-    if len(grids) == 1 and grids != {None}:
-        joined, shared = _at_one_line(own)
-    elif len(shapes) == 1 and shapes != {0}:
-        joined, shared = _at_one_shape(own)
-    else:
-        return own, min(1.0, 2 * each)
+    joined, shared = found
     return (joined if shared < each else own), min(1.0, 3 * min(each, shared))
-
-
-def _at_one_shape(own: Sequence[Sign]) -> tuple[list[Sign], float]:
-    """Signs at the shape at which the weighted sum of scores is largest, and the chance of that by Bonferroni."""
-    size, error = np.moveaxis(np.array([sign.by_shape for sign in own]), -1, 0)
-    told = np.isfinite(size) & (error > 0)
-    weight = np.where(told, 1 / np.where(told, error, 1.0), 0.0)
-    normal = np.where(told, size, 0.0) * weight
-    total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
-    best = int(np.argmax(total))
-    return [_at(sign, best) for sign in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
-
-
-def _at_one_line(own: Sequence[Sign]) -> tuple[list[Sign], float]:
-    """Signs at the line that stands out most over all windows, and the chance of that by Bonferroni.
-
-    In noise a line stands out in a binomial number of windows, and what is beyond STANDS_OUT there is exponential.
-    """
-    lines = [sign.lines for sign in own if sign.lines is not None]
-    total = np.zeros(max((int(one.place.max(initial=0)) for one in lines), default=0) + 1)
-    for one in lines:
-        total[one.place] += one.log_ratio - STANDS_OUT
-    best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
-    chance = float(np.sum(binom.pmf(number, len(own), np.exp(-STANDS_OUT)) * gammaincc(number, total[best])))
-    plain = np.array([np.isfinite(sign.size_error) for sign in own])
-    # where most windows show the tone by itself they tell its size best; few of many would be those with most noise
-    told = [
-        replace(at, size=sign.size, size_error=sign.size_error) if 2 * plain.sum() >= plain.size else at
-        for at, sign in ((_at_line(sign, best), sign) for sign in own)
-    ]
-    return told, min(1.0, max(one.tried for one in lines) * chance)
-
-
-def _at_line(sign: Sign, place: int) -> Sign:
-    """A sign at a line; without a size where nothing stands out."""
-    found = np.flatnonzero(sign.lines.place == place) if sign.lines is not None else np.empty(0, dtype=int)
-    if sign.lines is None or not found.size:
-        return replace(sign, score=0.0, size=0.0, size_error=np.inf, log_ratio=0.0)
-    ratio, size, error = (
-        float(values[found[0]]) for values in (sign.lines.log_ratio, sign.lines.size, sign.lines.size_error)
-    )
-    return replace(sign, score=-float(ndtri_exp(-ratio)), size=size, size_error=error, log_ratio=ratio)
-
-
-def _at(sign: Sign, shape: int) -> Sign:
-    """A sign at a shape; itself where its record bears none there, or told its size by following the change whole."""
-    size, error = sign.by_shape[shape]
-    if not (np.isfinite(size) and error > 0 and np.isnan(sign.misfit)):
-        return sign
-    return replace(sign, score=abs(size / error), size=size, size_error=error, log_ratio=0.5 * (size / error) ** 2)
 
 
 def _closure(own: Sequence[Sign]) -> float:
