@@ -146,6 +146,7 @@ class Ideal:
                 break
         return least, point.rivals
 
+    @np.errstate(all="ignore")  # beyond what the theory can follow costs are infinite
     def _settled(
         self, theory: Theory, target: list[Floats], point: "_Point", hopeless: float
     ) -> tuple[float, "_Point"]:
@@ -181,8 +182,7 @@ class Ideal:
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
-        with np.errstate(all="ignore"):
-            left = [np.sum((one - point.response(theory, number)) ** 2) for number, one in enumerate(target)]
+        left = [np.sum((one - point.response(theory, number)) ** 2) for number, one in enumerate(target)]
         total = float(np.sum(left) + pulls)
         return total if np.isfinite(total) else np.inf
 
@@ -190,10 +190,9 @@ class Ideal:
         """Where linear reckoning leads, and how far off that would be."""
         factors = []
         for number, one in enumerate(target):
-            with np.errstate(all="ignore"):
-                here = point.response(theory, number)
-                slopes = theory.slopes(number, point.figures[number], point.rivals)
-                factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
+            here = point.response(theory, number)
+            slopes = theory.slopes(number, point.figures[number], point.rivals)
+            factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
         design, rest = self._design(factors)
         pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
         target_rows = np.concatenate([rest[:, -1], pulls])

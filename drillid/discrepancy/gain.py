@@ -78,7 +78,7 @@ def held_out_gain(
             held[:, fold::2] = True
         before += _residuals(model, held, *base)
         after += _residuals(model, held, *extended)
-    pulls, fewer = (fit_set(model, *one).off_papers(model) for one in (base, extended))
+    pulls, fewer = (fit_set(model, *one).off_papers for one in (base, extended))
     total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls**2 - fewer**2))
     # what two predictions differ by is known; the noise turns it into a gain with as much variance
     error = float(np.sqrt(_SHARING * np.sum(np.abs(before - after) ** 2) + np.sum((pulls - fewer) ** 2)))

@@ -232,9 +232,8 @@ def _apart(result: Examination, one: Refined, other: Refined, beside: tuple[Exte
 def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:
     """Standard deviations between what two causes at their best predict, the papers' figures among it."""
     left, right = (model.residual(fitted.fit.point, (*beside, fitted.extension)) for fitted in (one, other))
-    here, there = one.fit.point, other.fit.point
-    shared = (here.shared - there.shared) / model.prior_error
-    local = (here.local - there.local) / model.deviation
+    shared = one.fit.off_papers - other.fit.off_papers
+    local = (one.fit.point.local - other.fit.point.local) / model.deviation
     return float(np.sqrt(np.sum(np.abs(left - right) ** 2) + np.sum(shared**2) + np.sum(local**2)))
 
 
@@ -265,7 +264,7 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
 def _localised(examination: Examination, channel: str) -> str:
     """Where something unknown acts, in words."""
     if channel == ON_PAPER:
-        return furthest_off_papers(examination.model, examination.base)
+        return furthest_off_papers(examination.base)
     return "the unknown disturbance acts as one " + _AT[channel]
 
 

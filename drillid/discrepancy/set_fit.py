@@ -87,12 +87,13 @@ class SetFit:
     """Sum of squared residuals of the mobilities, two for each used frequency."""
     information: Floats
     """(P, P), curvature of the cost in shared figures and sizes, the windows' own eliminated."""
-    pulls: float
-    """Half the sum of squared pulls of the papers on the shared figures."""
+    off_papers: Floats
+    """(11,) how far the shared figures lie off their priors, in standard deviations of these."""
 
-    def off_papers(self, model: SetModel) -> Floats:
-        """How far the shared figures lie off their priors, in standard deviations of these, (11,)."""
-        return np.asarray((self.point.shared - model.prior_mean) / model.prior_error, dtype=float)
+    @property
+    def pulls(self) -> float:
+        """Half the sum of squared pulls of the papers on the shared figures."""
+        return 0.5 * float(np.sum(self.off_papers**2))
 
     @property
     def size_errors(self) -> Floats:
@@ -126,8 +127,8 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
             damping *= 8
             if damping > _LARGEST_DAMPING or -fall < _CONVERGED / 10:
                 break
-    pulls = 0.5 * float(np.sum(((point.shared - model.prior_mean) / model.prior_error) ** 2))
-    return SetFit(point, cost, chi2, normal.eliminated()[0], pulls)
+    off_papers = (point.shared - model.prior_mean) / model.prior_error
+    return SetFit(point, cost, chi2, normal.eliminated()[0], off_papers)
 
 
 def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:

@@ -102,9 +102,9 @@ def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
     return speed_ratio(replace(pipe, length=pipe.length * share), string_admittance(lower, s), s)
 
 
-def furthest_off_papers(model: SetModel, fit: SetFit) -> str:
+def furthest_off_papers(fit: SetFit) -> str:
     """Which fitted figure lies furthest off the papers, in words."""
-    tolerances = fit.off_papers(model)[list(PAPERS)]
+    tolerances = fit.off_papers[list(PAPERS)]
     place = int(np.argmax(np.abs(tolerances)))
     name, side = _IN_WORDS[SCALED[PAPERS[place]]], "above" if tolerances[place] > 0 else "below"
     return f"the fitted {name} lies {abs(tolerances[place]):.1f} tolerances {side} the papers"

@@ -68,7 +68,7 @@ def test_gains_on_separate_data_add_up_and_their_errors_in_squares() -> None:
 def test_the_lower_end_of_a_gain_holds_in_95_percent_of_sets(windows: int, deviations: float, shown: float) -> None:
     """Windows that see a cause at so many standard deviations together, weighed on each other.
 
-    Symmetric in the gain itself, the interval would show one at three deviations in less than a fifth of sets.
+    Symmetric in the gain itself, the interval would show one at three deviations in about one set of six.
     """
     generator, sets = np.random.default_rng(0), 2000
     seen = deviations / np.sqrt(windows) + generator.standard_normal((sets, windows))
