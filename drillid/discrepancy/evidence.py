@@ -62,6 +62,30 @@ class Knowledge:
         return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
 
 
+STANDS_OUT = 2.0
+"""Log ratio above which a line is kept; of noise, one line in seven has so much."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines between the harmonics of the sweep that stand out of one window's record at all, so that windows whose own
+    lines are faint tell a tone together.
+    """
+
+    spacing: float
+    """Hz."""
+    tried: int
+    """Lines that were looked at."""
+    place: NDArray[np.int32]
+    """(L,) those with a log ratio above STANDS_OUT, as multiples of the spacing."""
+    log_ratio: NDArray[np.float32]
+    """(L,) −log of the chance of so much power in noise."""
+    size: NDArray[np.float32]
+    """(L,) amplitude, less what noise adds in the mean, rad/s."""
+    size_error: NDArray[np.float32]
+    """(L,) rad/s; infinite beside a harmonic, as a part of a tone goes with what repeats."""
+
+
 @dataclass(frozen=True)
 class Sign:
     """What one window's own record shows of a cause that the linear responses do not show, or show late."""
@@ -81,6 +105,8 @@ class Sign:
     """Size and its error at each shape, as each moment of a jump; empty where the cause has one shape in the record."""
     apart: float = np.nan
     """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
+    lines: Lines | None = field(default=None, compare=False)
+    """Of a tone, all lines that stand out; None of other causes."""
 
 
 @dataclass(frozen=True, eq=False)

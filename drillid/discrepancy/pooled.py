@@ -1,7 +1,7 @@
 """Signs of all windows, taken together cause by cause."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
@@ -9,6 +9,7 @@ from scipy.special import chdtrc, log_ndtr, ndtr, ndtri_exp
 from drillid.discrepancy.causes import CATALOGUE
 from drillid.discrepancy.evidence import Sign
 from drillid.discrepancy.gain import NO_GAIN, Gain
+from drillid.discrepancy.pooled_shapes import at_one_line, at_one_shape
 
 _BY_CHANCE = 0.01
 """Chance of so much scatter between windows, from which their errors are taken for right."""
@@ -50,7 +51,8 @@ def pool(signs: Sequence[Sign]) -> list[PooledSign]:
     A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by how well
     each window tells the size, and the largest (Šidák 1967) are looked at, and the smaller chance is doubled. In the
     sum windows that show sizes of opposite sign speak against each other. Where a cause has shapes, such as the moment
-    of a jump, each window's own is looked at and the one that all share, and the smallest of the chances counts thrice.
+    of a jump or the line of a tone, each window's own is looked at and the one that all share, and the smallest of the
+    chances counts thrice.
     """
     pooled = []
     for cause in sorted({sign.cause for sign in signs}):
@@ -79,30 +81,11 @@ def _seen(own: Sequence[Sign]) -> tuple[Sequence[Sign], float]:
     score = np.array([sign.score for sign in own])
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
     each = min(_chance_of_sum(own), strongest)
-    shapes = {len(sign.by_shape) for sign in own}
-    if len(own) == 1 or len(shapes) > 1 or shapes == {0}:
+    found = at_one_line(own) or at_one_shape(own) if len(own) > 1 else None
+    if found is None:
         return own, min(1.0, 2 * each)
-    joined, shared = _at_one_shape(own)
+    joined, shared = found
     return (joined if shared < each else own), min(1.0, 3 * min(each, shared))
-
-
-def _at_one_shape(own: Sequence[Sign]) -> tuple[list[Sign], float]:
-    """Signs at the shape at which the weighted sum of scores is largest, and the chance of that by Bonferroni."""
-    size, error = np.moveaxis(np.array([sign.by_shape for sign in own]), -1, 0)
-    told = np.isfinite(size) & (error > 0)
-    weight = np.where(told, 1 / np.where(told, error, 1.0), 0.0)
-    normal = np.where(told, size, 0.0) * weight
-    total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
-    best = int(np.argmax(total))
-    return [_at(sign, best) for sign in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
-
-
-def _at(sign: Sign, shape: int) -> Sign:
-    """A sign at a shape; itself where its record bears none there, or told its size by following the change whole."""
-    size, error = sign.by_shape[shape]
-    if not (np.isfinite(size) and error > 0 and np.isnan(sign.misfit)):
-        return sign
-    return replace(sign, score=abs(size / error), size=size, size_error=error, log_ratio=0.5 * (size / error) ** 2)
 
 
 def _closure(own: Sequence[Sign]) -> float:

@@ -82,6 +82,7 @@ def read_signs(record: WindowRecord, window: int = 0) -> tuple[Sign, ...]:
             found.misfit,
             found.by_shape,
             found.apart,
+            found.lines,
         )
         for cause, found in scores.items()
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
+from drillid.discrepancy.evidence import Lines
 from drillid.discrepancy.signs_record import Remainder
 
 Floats = NDArray[np.float64]
@@ -62,6 +63,8 @@ class Score:
     """Size and its error at each of several columns, NaN where too little of the record bears one."""
     apart: float = np.nan
     """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
+    lines: Lines | None = None
+    """Of a tone, all lines of the record that stand out."""
 
 
 def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft, rfftfreq
 
+from drillid.discrepancy.evidence import STANDS_OUT, Lines
 from drillid.discrepancy.signs_record import Remainder
 from drillid.discrepancy.signs_score import Score, normal_of_chance
 from drillid.physics.top_drive import control
@@ -19,6 +20,8 @@ Complex = NDArray[np.complex128]
 
 _OWN_LINES, _FAR_LINES = 3, 22
 """Lines on either side of a tone, from the first that it leaves alone to the last that tells its noise."""
+_UPON, _LOBE = 1, 4
+"""Half lines on either side of a tone in which it stands with much of its power, and with some."""
 _FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
 """Independent ones among them."""
 _NEIGHBOURS = np.repeat(
@@ -92,7 +95,35 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     height, normal = complex(_lines(remainder, ways[way].series)[place]), normal_of_chance(float(overall))
     # what chance has made stand out is another line in every window, and tells no size
     size_error = float(error) / kept if normal > _DOUBTFUL else np.inf
-    return Line(place, height, Score(normal, amplitude, size_error, log_ratio))
+    lines = _faint_lines(remainder, between.series, ratio[0])
+    return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
+
+
+def _faint_lines(remainder: Remainder, series: Floats, ratio: Floats) -> Lines:
+    """Lines that stand out at all and do not repeat with the sweep, at any frequency.
+
+    What repeats with it stands alike in all windows: errors of a wrong model in the sweep's band, distortion and the
+    record's rounding beyond it. Beside the sweep's harmonics a tone has not its whole size.
+
+    Parameters
+    ----------
+    ratio : (half line,) power per noise; 0 where none is looked for
+    """
+    repeats = np.zeros(ratio.size, dtype=bool)
+    if remainder.periods:
+        repeats[:: 2 * remainder.periods] = True
+    upon, beside = (np.convolve(repeats, np.ones(2 * width + 1), "same") > 0 for width in (_UPON, _LOBE))
+    ratio = np.where(upon, 0.0, ratio)
+    log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
+    place = np.flatnonzero(log_ratio > STANDS_OUT)
+    error = np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum()
+    height = 2 * np.abs(_lines(remainder, series)[place]) / remainder.taper.sum()
+    # both quadratures of the noise add to the power
+    size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
+    error = np.where(beside[place], np.inf, error)
+    spacing = remainder.record.rate / (2 * remainder.samples)
+    kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
+    return Lines(spacing, int(np.count_nonzero(ratio)), place.astype(np.int32), *kept)
 
 
 def tone_score(remainder: Remainder, line: Line | None) -> Score | None:

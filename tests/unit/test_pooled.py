@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from drillid.discrepancy.evidence import Sign
+from drillid.discrepancy.evidence import STANDS_OUT, Lines, Sign
 from drillid.discrepancy.pooled import pool, sign_gain
 
 
@@ -46,6 +46,37 @@ def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
         Sign("torque_rate_limit", 0, 5.0, size, error, 9.0) for size, error in ((5.0, 0.1), (np.nan, np.inf))
     )
     assert pool([told, untold])[0].size == pytest.approx(5.0)
+
+
+def tones(generator: np.random.Generator, windows: int, ratio: float) -> list[Sign]:
+    """A tone upon one of 5000 lines, its power so many times the noise's."""
+    found = []
+    for window in range(windows):
+        noise = generator.standard_normal((5000, 2)) / np.sqrt(2)
+        noise[1234] += np.sqrt(ratio) * np.array([np.cos(window), np.sin(window)])
+        log_ratio = np.sum(noise**2, axis=1)
+        place, best = np.flatnonzero(log_ratio > STANDS_OUT), int(np.argmax(log_ratio))
+        size, error = np.sqrt(np.maximum(2 * log_ratio - 2, 0.0))[place], np.ones(place.size)
+        kept = (one.astype(np.float32) for one in (log_ratio[place], size, error))
+        lines = Lines(1e-3, 5000, place.astype(np.int32), *kept)
+        chance = float(-np.expm1(5000 * np.log1p(-np.exp(-log_ratio[best]))))
+        normal = float(ndtri(1 - chance))
+        found.append(Sign("aliased_tone", window, normal, 1.0, np.inf, float(log_ratio[best]), lines=lines))
+    return found
+
+
+def test_windows_that_share_a_faint_tone_say_more_than_each_for_itself() -> None:
+    shared = pool(tones(np.random.default_rng(0), 12, 5.0))[0]
+    assert shared.chance < 1e-8
+    assert shared.size == pytest.approx(np.sqrt(10.0), rel=0.15)
+    assert pool([replace(sign, lines=None) for sign in tones(np.random.default_rng(0), 12, 5.0)])[0].chance > 1e-4
+
+
+def test_a_tone_that_is_shared_is_no_surer_by_chance_than_it_says() -> None:
+    generator = np.random.default_rng(1)
+    chances = np.array([pool(tones(generator, windows, 0.0))[0].chance for windows in (2, 8, 24) for _ in range(100)])
+    assert np.mean(chances < 0.05) < 0.08
+    assert np.mean(chances < 0.3) < 0.35
 
 
 def jumps(generator: np.random.Generator, windows: int, size: float) -> list[Sign]:
