@@ -10,15 +10,17 @@ import pytest
 from numpy.typing import NDArray
 
 from drillid.config import Settings
-from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict, examine
+from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict, examine, linear_verdicts
 from drillid.discrepancy.advice import advise
 from drillid.discrepancy.extended import figures, identified_setups, setup_of
+from drillid.discrepancy.gain import Gain
 from drillid.discrepancy.held_out import PHASES, in_band, mean_period
 from drillid.discrepancy.immittance import missing_immittance
 from drillid.discrepancy.products import examination_dataset
 from drillid.discrepancy.reflectogram import echoes, reflectogram
 from drillid.discrepancy.set_fit import fit_set, without_strays
 from drillid.discrepancy.set_model import Extension, Point, SetModel
+from drillid.discrepancy.verdict import UNKNOWN
 from drillid.discrepancy.wells import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
 from drillid.margins import loop_transfer, margins
 from drillid.physics.equipment import DrillingSystem
@@ -280,6 +282,16 @@ def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examin
     assert np.isfinite(stored["missing_rational"].values).all()
     assert stored.sizes["extension"] == 0
     assert identified_setups(stored) == {}
+
+
+def test_what_is_seen_has_no_name_without_a_sure_gain_and_is_never_none(
+    lagging: Processed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(linear_verdicts, "held_out_gain", lambda *_: Gain(1.0, 10.0, 2))
+    (said,) = examine(evidence(lagging)).verdicts
+    assert said.verdict == UNKNOWN
+    assert said.probability > 0.5
+    assert "drive_lag" in said.evidence
 
 
 def test_a_well_without_any_fit_is_told_nothing(lagging: Processed, tmp_path: Path) -> None:
