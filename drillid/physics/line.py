@@ -71,10 +71,14 @@ def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:
 
 
 def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
-    """Speed at the end that carries `load` per speed at the other: 1/(cosh γL + Y_L/Y₀ sinh γL), without overflow."""
+    """Speed at the end that carries `load` per speed at the other: 1/(cosh γL + Y_L/Y₀ sinh γL), without overflow.
+
+    It is the same for −γ and −Y₀, and with them taken where a line feeds its waves.
+    """
     gamma, characteristic = propagation(section, s)
-    decay = np.exp(-gamma * section.length)
-    relative = load / characteristic
+    root = np.where(gamma < 0, -1.0, 1.0)
+    decay = np.exp(-root * gamma * section.length)
+    relative = root * load / characteristic
     ratio: Complex = 2 * decay / (1 + relative + (1 - relative) * np.square(decay))
     return ratio
 

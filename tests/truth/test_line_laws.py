@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
 from drillid.physics.ladder import ladder_input_admittance
-from drillid.physics.line import chain_matrix, input_admittance, input_impedance, propagation
+from drillid.physics.line import chain_matrix, input_admittance, input_impedance, propagation, speed_ratio
 from drillid.physics.responses import bit_mobility, bit_step_response, laplace, string_admittance
 
 S = laplace(np.geomspace(0.05, 5.0, 61))
@@ -38,6 +38,15 @@ def test_reciprocity(section: Section) -> None:
 def test_a_passive_load_stays_passive_through_a_section(section: Section, load: np.ndarray) -> None:
     admittance = input_admittance(section, load, S)
     assert np.all(admittance.real >= -1e-9 * np.abs(admittance))
+
+
+@pytest.mark.parametrize("kappa", [-20.0, 20.0])
+def test_the_speed_ratio_is_that_of_the_chain_matrix_on_lines_that_feed_too(kappa: float) -> None:
+    section = Section(length=3000.0, polar_moment=2e-5, kappa=kappa, delta=0.0, density=7850, shear_modulus=79e9)
+    matrix, load = chain_matrix(section, S), 200.0 * S + 300.0
+    speed = 1 / (matrix[..., 1, 1] + load * matrix[..., 0, 1])
+    np.testing.assert_allclose(speed_ratio(section, load, S), speed, rtol=1e-9)
+    assert np.isfinite(speed_ratio(replace(section, kappa=1e5 * kappa), load, S)).all()
 
 
 @settings(max_examples=60, deadline=None)
