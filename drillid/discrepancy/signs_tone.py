@@ -81,7 +81,8 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     explained = np.zeros(remainder.samples) if explained is None else explained
     between = _Left(remainder.left - remainder.without_sweep(explained), np.ones(frequency.size), loses=True)
     ways = [between, *([_beside_harmonics(remainder, explained)] if remainder.periods else [])]
-    powers = np.stack([_power(remainder, left) for left in ways])
+    spectra = [_lines(remainder, left.series) for left in ways]
+    powers = np.stack([_power(remainder, left, spectrum) for left, spectrum in zip(ways, spectra, strict=True)])
     noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(ways), 1))
     if remainder.periods:
         noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], remainder.periods))
@@ -90,16 +91,15 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     way, place = (int(one) for one in np.unravel_index(np.argmax(ratio), ratio.shape))
     log_ratio = _FREEDOM * float(np.log1p(ratio[way, place] / _FREEDOM))
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
-    error = np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum()
     amplitude, kept = _amplitude(remainder, ways[way], place)
-    height, normal = complex(_lines(remainder, ways[way].series)[place]), normal_of_chance(float(overall))
+    height, normal = complex(spectra[way][place]), normal_of_chance(float(overall))
     # what chance has made stand out is another line in every window, and tells no size
-    size_error = float(error) / kept if normal > _DOUBTFUL else np.inf
-    lines = _faint_lines(remainder, between.series, ratio[0])
+    size_error = float(_amplitude_error(remainder, place)) / kept if normal > _DOUBTFUL else np.inf
+    lines = _faint_lines(remainder, spectra[0], ratio[0])
     return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
 
-def _faint_lines(remainder: Remainder, series: Floats, ratio: Floats) -> Lines:
+def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats) -> Lines:
     """Lines that stand out at all and do not repeat with the sweep, at any frequency.
 
     What repeats with it stands alike in all windows: errors of a wrong model in the sweep's band, distortion and the
@@ -107,17 +107,17 @@ def _faint_lines(remainder: Remainder, series: Floats, ratio: Floats) -> Lines:
 
     Parameters
     ----------
+    spectrum : (half line,) of what is left between harmonics, rad/s
     ratio : (half line,) power per noise; 0 where none is looked for
     """
     repeats = np.zeros(ratio.size, dtype=bool)
-    if remainder.periods:
-        repeats[:: 2 * remainder.periods] = True
+    repeats[::2] = ~remainder.between
     upon, beside = (np.convolve(repeats, np.ones(2 * width + 1), "same") > 0 for width in (_UPON, _LOBE))
     ratio = np.where(upon, 0.0, ratio)
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
     place = np.flatnonzero(log_ratio > STANDS_OUT)
-    error = np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum()
-    height = 2 * np.abs(_lines(remainder, series)[place]) / remainder.taper.sum()
+    error = _amplitude_error(remainder, place)
+    height = 2 * np.abs(spectrum[place]) / remainder.taper.sum()
     # both quadratures of the noise add to the power
     size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
     error = np.where(beside[place], np.inf, error)
@@ -138,11 +138,11 @@ def _lines(remainder: Remainder, series: Floats) -> Complex:
     return np.asarray(rfft(series * remainder.taper, 2 * remainder.samples), dtype=complex)
 
 
-def _power(remainder: Remainder, left: _Left) -> Floats:
+def _power(remainder: Remainder, left: _Left, spectrum: Complex) -> Floats:
     """Power of each half line per its noise, on the average over those that lie alike between harmonics."""
     size = left.noise.size
     modelled = np.interp(np.arange(size) / 2, np.arange(remainder.frequency.size), remainder.modelled_noise)
-    power = np.abs(_lines(remainder, left.series)) ** 2 / modelled / left.noise
+    power = np.abs(spectrum) ** 2 / modelled / left.noise
     within = 2 * int(np.flatnonzero(remainder.repeating).max()) + 1 if remainder.periods else 0
     # in the sweep's band lines at and beside its harmonics have lost some of their noise with the mean over periods
     alike = [slice(place, within, 2 * remainder.periods) for place in range(2 * remainder.periods)]
@@ -197,6 +197,11 @@ def _control_answers(remainder: Remainder, line: Line) -> bool:
     answer, asked = (_lines(remainder, series - series.mean())[line.place] for series in (given, remainder.speed))
     gain = np.ravel(control(controller, remainder.s))[line.place // 2]
     return bool(abs(answer + gain * asked) < _ANSWERED * abs(gain * line.height))
+
+
+def _amplitude_error(remainder: Remainder, place: int | NDArray[np.intp]) -> Floats:
+    """Standard error of the amplitude of a tone at half lines, rad/s."""
+    return np.asarray(np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum(), dtype=float)
 
 
 def _amplitude(remainder: Remainder, left: _Left, place: int) -> tuple[float, float]:
