@@ -76,6 +76,8 @@ class Lines:
     """Hz."""
     tried: int
     """Lines that were looked at."""
+    strongest: int
+    """The line that the window's own sign is of, as a multiple of the spacing."""
     place: NDArray[np.int32]
     """(L,) those with a log ratio above STANDS_OUT, as multiples of the spacing."""
     log_ratio: NDArray[np.float32]
@@ -83,7 +85,7 @@ class Lines:
     size: NDArray[np.float32]
     """(L,) amplitude, less what noise adds in the mean, rad/s."""
     size_error: NDArray[np.float32]
-    """(L,) rad/s; infinite beside a harmonic, as a part of a tone goes with what repeats."""
+    """(L,) rad/s."""
 
 
 @dataclass(frozen=True)

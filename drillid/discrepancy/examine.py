@@ -20,8 +20,9 @@ from drillid.discrepancy.symptoms import SYMPTOMS
 from drillid.discrepancy.verdict import EVEN_ODDS, NONE, Verdict
 from drillid.errors import EstimationError
 
-LINEAR_SHARE = 0.6
-"""Of the error rate, what is given to the linear responses; the rest is shared among the signs."""
+LINEAR_SHARE, _SIGNS_SHARE = 0.5, 0.25
+"""Of the error rate, what is given to the linear responses and what the signs share; the rest is kept, so that no more
+than the stated rate of sets with nothing wrong are named although chances come from draws and estimates."""
 
 
 def examine(
@@ -59,7 +60,7 @@ def examine(
     examination = Examination((), model, base, base, (), before, before, None, signs)
     if before.chance < error_rate * LINEAR_SHARE or is_hopeless(model, base):
         examination = explained(examination, causes, generator)
-    found = [one for one in signs if one.chance < error_rate * (1 - LINEAR_SHARE) / len(signs)]
+    found = [one for one in signs if one.chance < error_rate * _SIGNS_SHARE / len(signs)]
     return _at_even_odds(with_signs(examination, found, error_rate))
 
 

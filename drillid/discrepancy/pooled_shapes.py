@@ -50,11 +50,16 @@ def at_one_line(own: Sequence[Sign]) -> tuple[list[Sign], float] | None:
     best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
     chance = float(np.sum(binom.pmf(number, len(own), np.exp(-STANDS_OUT)) * gammaincc(number, total[best])))
     found = [_at_line(sign, one, best) for sign, one in zip(own, lines, strict=True)]
-    plain = [bool(np.isfinite(sign.size_error)) for sign in own]
+    plain = [
+        bool(np.isfinite(sign.size_error) and abs(one.strongest - best) <= 1)
+        for sign, one in zip(own, lines, strict=True)
+    ]
     if 2 * sum(plain) >= len(plain):
         # most windows show the tone by themselves and tell its size best; few of many would be those with most noise
-        pairs = zip(found, own, strict=True)
-        found = [replace(at, size=sign.size, size_error=sign.size_error) for at, sign in pairs]
+        found = [
+            replace(at, size=sign.size, size_error=sign.size_error) if shows else at
+            for at, sign, shows in zip(found, own, plain, strict=True)
+        ]
     return found, min(1.0, max(one.tried for one in lines) * chance)
 
 

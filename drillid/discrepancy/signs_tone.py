@@ -20,8 +20,8 @@ Complex = NDArray[np.complex128]
 
 _OWN_LINES, _FAR_LINES = 3, 22
 """Lines on either side of a tone, from the first that it leaves alone to the last that tells its noise."""
-_UPON, _LOBE = 1, 4
-"""Half lines on either side of a tone in which it stands with much of its power, and with some."""
+_UPON = 1
+"""Half lines on either side of a harmonic in which a part of a tone goes with what repeats; farther off 92 % is left."""
 _FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
 """Independent ones among them."""
 _NEIGHBOURS = np.repeat(
@@ -95,24 +95,25 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     height, normal = complex(spectra[way][place]), normal_of_chance(float(overall))
     # what chance has made stand out is another line in every window, and tells no size
     size_error = float(_amplitude_error(remainder, place)) / kept if normal > _DOUBTFUL else np.inf
-    lines = _faint_lines(remainder, spectra[0], ratio[0])
+    lines = _faint_lines(remainder, spectra[0], ratio[0], place)
     return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
 
-def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats) -> Lines:
+def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats, strongest: int) -> Lines:
     """Lines that stand out at all and do not repeat with the sweep, at any frequency.
 
     What repeats with it stands alike in all windows: errors of a wrong model in the sweep's band, distortion and the
-    record's rounding beyond it. Beside the sweep's harmonics a tone has not its whole size.
+    record's rounding beyond it.
 
     Parameters
     ----------
     spectrum : (half line,) of what is left between harmonics, rad/s
     ratio : (half line,) power per noise; 0 where none is looked for
+    strongest : half line of the window's own sign
     """
     repeats = np.zeros(ratio.size, dtype=bool)
     repeats[::2] = ~remainder.between
-    upon, beside = (np.convolve(repeats, np.ones(2 * width + 1), "same") > 0 for width in (_UPON, _LOBE))
+    upon = np.convolve(repeats, np.ones(2 * _UPON + 1), "same") > 0
     ratio = np.where(upon, 0.0, ratio)
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
     place = np.flatnonzero(log_ratio > STANDS_OUT)
@@ -120,10 +121,9 @@ def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats) -> Line
     height = 2 * np.abs(spectrum[place]) / remainder.taper.sum()
     # both quadratures of the noise add to the power
     size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
-    error = np.where(beside[place], np.inf, error)
     spacing = remainder.record.rate / (2 * remainder.samples)
     kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
-    return Lines(spacing, int(np.count_nonzero(ratio)), place.astype(np.int32), *kept)
+    return Lines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
 
 
 def tone_score(remainder: Remainder, line: Line | None) -> Score | None:

@@ -58,7 +58,7 @@ def tones(generator: np.random.Generator, windows: int, ratio: float) -> list[Si
         place, best = np.flatnonzero(log_ratio > STANDS_OUT), int(np.argmax(log_ratio))
         size, error = np.sqrt(np.maximum(2 * log_ratio - 2, 0.0))[place], np.ones(place.size)
         kept = (one.astype(np.float32) for one in (log_ratio[place], size, error))
-        lines = Lines(1e-3, 5000, place.astype(np.int32), *kept)
+        lines = Lines(1e-3, 5000, best, place.astype(np.int32), *kept)
         chance = float(-np.expm1(5000 * np.log1p(-np.exp(-log_ratio[best]))))
         normal = float(ndtri(1 - chance))
         found.append(Sign("aliased_tone", window, normal, 1.0, np.inf, float(log_ratio[best]), lines=lines))
