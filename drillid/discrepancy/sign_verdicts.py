@@ -82,8 +82,12 @@ def _bent(examination: Examination, proved: list[PooledSign]) -> bool:
     linear, regimes = examination.verdicts, [one for one in proved if CATALOGUE[one.cause].regime]
     if not linear or not regimes:
         return False
-    nothing_named = all(one.verdict == UNKNOWN for one in linear)
-    return nothing_named or sum(one.log_evidence for one in regimes) > evidence_left(examination.before)
+    if all(one.verdict == UNKNOWN for one in linear):
+        return True
+    # what is left of a rig bent out of shape no linear cause explains; one that does pays for being second
+    evidence = evidence_left(examination.before)
+    stands = evidence > PAIR_PRICE and examination.after.chance >= CLOSURE_RATE
+    return not stands and sum(one.log_evidence for one in regimes) > evidence
 
 
 def _bends(cause: str) -> bool:

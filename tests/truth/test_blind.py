@@ -175,3 +175,10 @@ def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert {one.verdict for one in found.verdicts} == {"clock_offset|recorder_filter", "local_damping_zone"}
     assert min(uncalibrated([one.probability for one in found.verdicts], LINES["named"])) > logit(0.98)
+
+
+def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -> None:
+    pair = (Hidden("clock_drift", 4e-6, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
+    case = replace(obvious(2056, "drive_lag", 1, _DETECTABILITY), hidden=pair)
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert {one.verdict for one in found.verdicts} == {"clock_drift", "local_damping_zone"}
