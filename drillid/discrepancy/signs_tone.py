@@ -21,7 +21,7 @@ Complex = NDArray[np.complex128]
 _OWN_LINES, _FAR_LINES = 3, 22
 """Lines on either side of a tone, from the first that it leaves alone to the last that tells its noise."""
 _UPON = 1
-"""Half lines on either side of a harmonic in which a part of a tone goes with what repeats; farther off 92 % is left."""
+"""Half lines on either side of a harmonic in which much of a tone goes with what repeats; 92 % is left farther off."""
 _FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
 """Independent ones among them."""
 _NEIGHBOURS = np.repeat(
