@@ -255,7 +255,7 @@ def _covered(hidden: Hidden | None, verdict: Verdict | None) -> bool | None:
 
 
 def _location_error(case: Case, hidden: Hidden | None, verdict: Verdict | None) -> float | None:
-    if hidden is None or verdict is None or hidden.name != "local_damping_zone":
+    if hidden is None or verdict is None or hidden.name != "local_damping_zone" or np.isnan(verdict.location_m):
         return None
     length = case.stretches[0].pipe_length + float(case.equipment.collars.length)
     return abs(verdict.location_m - zone_middle(case.context(hidden))) / length

@@ -36,7 +36,8 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - unknown_share: removed causes, at twice the size where the ideal test that does not know them has 50 % power,
       without a stand-in in the catalogue, that are called unknown; unknown_share_any: those with a stand-in as well
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
-    - coverage95, location_within_5pct, gain_positive, second_pass_none: of right names of single causes
+    - coverage95, gain_positive, second_pass_none: of right names of single causes
+    - location_within_5pct: of these where a zone alone is named; a class with a cause that is everywhere has no place
     """
     nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
     kept, removed = found[~found["removed"]], found[found["removed"]]

@@ -184,7 +184,9 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
     )
     members = _members(result, found, without)
-    location = one.extension.shape * float(np.mean(result.model.length)) if cause.is_place else float("nan")
+    # a class with a cause that is everywhere says of no place that it is there
+    located = all(CATALOGUE[name].is_place for name in members)
+    location = one.extension.shape * float(np.mean(result.model.length)) if located else float("nan")
     return Verdict(
         verdict=class_name(members),
         family=cause.family,

@@ -121,7 +121,7 @@ class GearBacklash(Cause):
 
     name, family, port = "gear_backlash", "top", "top"
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
-    looks_like = ("delay_jitter",)
+    looks_like = ("delay_jitter", "coulomb_contact")
     separated_by = "a window of low mean torque beside one of high"
     regime = True
     size = Size("free angle", "rad", 0.05, 0.0, 1.0)
