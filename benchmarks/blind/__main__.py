@@ -51,7 +51,7 @@ def main(
     console.print(
         f"power_ratio: {figures['single_linear']:.0f} single linear causes against the ideal test at a family-wise 5 % "
         f"over the effectively distinct candidates; {figures['without_ideal']:.0f} cases hide what is not linear, have "
-        "no ideal test and are left out. At twice the size: at half the size that test has 50 % power or more."
+        "no ideal test and are left out. At twice the size: at it and at half of it that test has 50 % power or more."
     )
     FOLDER.mkdir(parents=True, exist_ok=True)
     found.to_csv(FOLDER / "cases.csv", index=False)

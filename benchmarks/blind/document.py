@@ -25,10 +25,11 @@ A likelihood ratio that knows the cause, its shape and all but the nuisance figu
 squared distance, with the noise and the papers' tolerances as units, between the rig with the cause and any rig without
 it. It is computed from the equipment that is simulated, not from the engine's model. A cause is *detectable* with the
 power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates: about {candidates} are
-effectively distinct (Li and Ji 2005). `power_ratio` and "twice the size" refer to the latter: at half the size the
-ideal test over the family has 50 % power or more. Sizes are drawn so that √λ is even in its logarithm over 1 … 30,
-or over 10 … 30 where the catalogue lacks the cause, as far as physical sizes allow. {without_ideal} cases hide what is
-not linear (limits, play, steps, regimes); they have no such test and are left out of `power_ratio`.
+effectively distinct (Li and Ji 2005). `power_ratio` and "twice the size" refer to the latter: at half the size, and
+at the size itself, the ideal test over the family has 50 % power or more. Sizes are drawn so that √λ is even in its
+logarithm over 1 … 30, or over 10 … 30 where the catalogue lacks the cause, as far as physical sizes allow.
+{without_ideal} cases hide what is not linear (limits, play, steps, regimes); they have no such test and are left out of
+`power_ratio`.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.

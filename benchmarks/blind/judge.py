@@ -197,7 +197,8 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         detectability=ideal.detectability,
         power=ideal.power,
         family_power=ideal.family_power,
-        large=bool(ideal.half_power >= 0.5),
+        # a size may look less than its half, as a shift of the modes by a whole one does
+        large=bool(min(ideal.half_power, ideal.family_power) >= 0.5),
         named="+".join(one.verdict for one in verdicts) or NONE,
         detected=bool(verdicts),
         right=_is_right(case, verdicts, right),
