@@ -286,6 +286,7 @@ def test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep(
     found = pool(own)[0]
     assert (found.chance < 1e-3) is seen
     assert found.size == pytest.approx(5e-5, rel=0.3) or not seen
+    assert found.size_error < 0.3 * found.size or not seen
     assert sign_gain(own).low > 0 or not seen
 
 
