@@ -184,6 +184,16 @@ def test_the_reflectogram_points_at_a_zone_of_damping(braked: Examination) -> No
     assert distance == pytest.approx(0.6 * SHALLOW.pipe.length, abs=0.15 * SHALLOW.pipe.length)
 
 
+@pytest.mark.parametrize(("members", "located"), [((), True), (("mud_drag",), False)])
+def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
+    braked: Examination, monkeypatch: pytest.MonkeyPatch, members: tuple[str, ...], located: bool
+) -> None:
+    zone = "local_damping_zone"
+    monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
+    found = linear_verdicts.explained(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
+    assert (found.cause, bool(np.isfinite(found.location_m))) == (zone, located)
+
+
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     """What the papers rule out, a port must take up."""
     lagging = examined.model.evidence
