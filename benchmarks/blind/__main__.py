@@ -17,10 +17,10 @@ from benchmarks.blind.scores import TARGETS, confusion, holds, scores
 
 FOLDER = Path("results/blind")
 RESULT = Path("results/blind.json")
-FIRST = 130_000
-"""Seed of the first case; smaller ones served while the engine was made."""
+FIRST = 140_000
+"""Seed of the first case; smaller ones served while the engine was made, or for its calibration."""
 CASES = 700
-"""From the first seed on, 368 of them hide nothing and 332 something."""
+"""From the first seed on, 341 of them hide nothing and 359 something."""
 
 
 def told(found: dict[str, float], guessed: dict[str, float]) -> Table:

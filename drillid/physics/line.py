@@ -76,7 +76,7 @@ def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
     It is the same for −γ and −Y₀, and with them taken where a line feeds its waves.
     """
     gamma, characteristic = propagation(section, s)
-    root = np.where(gamma < 0, -1.0, 1.0)
+    root = np.where(gamma.real < 0, -1.0, 1.0)
     decay = np.exp(-root * gamma * section.length)
     relative = root * load / characteristic
     ratio: Complex = 2 * decay / (1 + relative + (1 - relative) * np.square(decay))
