@@ -21,7 +21,7 @@ class Line(NamedTuple):
 
 
 LINES = {"none": Line(0.67, 1.29), "named": Line(1.05, 0.14), "unknown": Line(-1.77, 0.40)}
-"""By kind of verdict, from sealed cases of former proofs, up to seed 130699: mean of the line of 652 and that of 697."""
+"""By kind of verdict, from sealed cases of former proofs, up to seed 130699: mean of the lines of 652 and of 697."""
 _SUREST = 12.0
 """Largest log odds that are told apart."""
 
