@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.physics.damping import KelvinVoigt, ViscousWall
+from drillid.physics.dual import primal
 from drillid.physics.equipment import Section
 
 Complex = NDArray[np.complex128]
@@ -76,7 +77,7 @@ def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
     It is the same for −γ and −Y₀, and with them taken where a line feeds its waves.
     """
     gamma, characteristic = propagation(section, s)
-    root = np.where(gamma.real < 0, -1.0, 1.0)
+    root = np.where(primal(gamma).real < 0, -1.0, 1.0)
     decay = np.exp(-root * gamma * section.length)
     relative = root * load / characteristic
     ratio: Complex = 2 * decay / (1 + relative + (1 - relative) * np.square(decay))
