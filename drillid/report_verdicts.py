@@ -179,7 +179,11 @@ def _size(row: Mapping[Any, Any]) -> str:
 
 
 def _where(row: Mapping[Any, Any]) -> str:
-    return f"It sits {row['location_m']:.0f} m along the string." if np.isfinite(row["location_m"]) else ""
+    if np.isfinite(row["location_m"]):
+        return f"It sits {row['location_m']:.0f} m along the string."
+    members = [CATALOGUE[name] for name in str(row["class"]).split("|") if name in CATALOGUE]
+    placeless = not members or not all(cause.is_place for cause in members)
+    return "" if placeless else "Where along the string it sits, the data do not tell."
 
 
 def _surely(row: Mapping[Any, Any]) -> str:

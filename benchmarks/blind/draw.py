@@ -13,6 +13,8 @@ PAIRS = 0.1
 """Share of the others with two causes."""
 REMOVED = 0.25
 """Share of the others whose cause is taken out of the engine's catalogue."""
+ZONES = 0.05
+"""Share of the others that are turned to a zone of local damping, the one cause with a place, to be located."""
 _DETECTABILITY = (1.0, 30.0)
 """√λ of the ideal test, drawn evenly in its logarithm."""
 _REMOVED_DETECTABILITY = (10.0, 30.0)
@@ -26,7 +28,7 @@ def draw(seed: int, windows: int | None = None) -> Case:
     if generator.random() < NULLS:
         return case
     kind = generator.random()
-    names = [list(EFFECTS)[seed % len(EFFECTS)]]
+    names = ["local_damping_zone" if kind >= 1 - ZONES else list(EFFECTS)[seed % len(EFFECTS)]]
     if kind < PAIRS:
         names.append(_partner(generator, names[0]))
     removed = PAIRS <= kind < PAIRS + REMOVED

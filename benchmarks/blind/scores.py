@@ -37,12 +37,13 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
       without a stand-in in the catalogue, that are called unknown; unknown_share_any: those with a stand-in as well
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
     - coverage95, gain_positive, second_pass_none: of right names of single causes
-    - location_within_5pct: of these where a zone alone is named; a class with a cause that is everywhere has no place
+    - location_within_5pct: of these where a zone alone is named and its place is stated; zones_placed: share that is
     """
     nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
     kept, removed = found[~found["removed"]], found[found["removed"]]
     single = kept[kept["linear"] & ~kept["hidden"].str.contains("+", regex=False)]
     large, gone = kept[kept["large"]], removed[removed["large"] & ~removed["still_there"]]
+    zones = kept[(kept["hidden"] == "local_damping_zone") & (kept["named"] == "local_damping_zone")]
     alarms = int(nulls["detected"].sum())
     return {
         "cases": len(table),
@@ -61,6 +62,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "ideal_power_at_2x": float(large["family_power"].mean()) if len(large) else np.nan,
         "unknown_share_any": _share(removed[removed["large"]]["named"] == UNKNOWN),
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
+        "zones_placed": _share(zones["location_error"].notna()),
         "signs_named": _share(kept[~kept["linear"]]["right"]),
         "failures": int((table["failure"] != "").sum()),
         "single_linear": len(single),

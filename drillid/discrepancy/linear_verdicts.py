@@ -15,6 +15,7 @@ from drillid.discrepancy.examination import (
     surely,
 )
 from drillid.discrepancy.gain import Gain, held_out_gain
+from drillid.discrepancy.location import surely_placed
 from drillid.discrepancy.naming import SAME, Posterior, class_name, posterior, separator, told_apart
 from drillid.discrepancy.pooled import PooledSign, sign_gain
 from drillid.discrepancy.refine import Refined, refine
@@ -33,6 +34,8 @@ _HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
 """Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
 _LEFT = 4.0
 """What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
+_PLACED = 0.95
+"""Probability with which a place is right that is stated."""
 
 
 def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
@@ -184,9 +187,6 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
     )
     members = _members(result, found, without)
-    # a class with a cause that is everywhere says of no place that it is there
-    located = all(CATALOGUE[name].is_place for name in members)
-    location = one.extension.shape * float(np.mean(result.model.length)) if located else float("nan")
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
@@ -198,7 +198,7 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         size_low=max(size - TWO_SIDED * error, limits.low),
         size_high=min(size + TWO_SIDED * error, limits.high),
         unit=limits.unit,
-        location_m=location,
+        location_m=_location(result, place, members),
         gain=gain.value,
         gain_low=gain.low,
         gain_high=gain.high,
@@ -206,6 +206,19 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         what_would_separate=separator(members),
         evidence=f"linear responses, log Bayes factor {one.log_evidence:.1f}",
     )
+
+
+def _location(result: Examination, place: int, members: tuple[str, ...]) -> float:
+    """Where along the string an extension sits, m; NaN where the data do not tell.
+
+    A class with a cause that is everywhere says of no place that it is there.
+    """
+    model, extensions = result.model, result.extensions
+    if not all(CATALOGUE[name].is_place for name in members):
+        return float("nan")
+    if surely_placed(model, result.extended, extensions, place) < _PLACED:
+        return float("nan")
+    return extensions[place].shape * float(np.mean(model.length))
 
 
 def _size(result: Examination, place: int) -> tuple[float, float]:

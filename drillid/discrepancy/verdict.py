@@ -32,7 +32,7 @@ class Verdict:
     size_high: float = float("nan")
     unit: str = ""
     location_m: float = float("nan")
-    """Measured depth along the string, where the cause has a place."""
+    """Measured depth along the string, where the cause has a place and the data tell it."""
     gain: float = float("nan")
     """Log score of a held-out window, extended less base model."""
     gain_low: float = float("nan")

@@ -16,6 +16,7 @@ from drillid.discrepancy.extended import figures, identified_setups, setup_of
 from drillid.discrepancy.gain import Gain
 from drillid.discrepancy.held_out import PHASES, in_band, mean_period
 from drillid.discrepancy.immittance import missing_immittance
+from drillid.discrepancy.location import surely_placed
 from drillid.discrepancy.products import examination_dataset
 from drillid.discrepancy.reflectogram import echoes, reflectogram
 from drillid.discrepancy.set_fit import fit_set, without_strays
@@ -192,6 +193,14 @@ def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
     monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
     found = linear_verdicts.explained(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
     assert (found.cause, bool(np.isfinite(found.location_m))) == (zone, located)
+
+
+@pytest.mark.parametrize(("noise", "placed"), [(1.0, True), (100.0, False)])
+def test_a_place_is_told_where_the_noise_lets_it(braked: Examination, noise: float, placed: bool) -> None:
+    own = braked.model.evidence
+    model = SetModel(replace(own, variance=own.variance * noise))
+    fit = fit_set(model, braked.extended.point, braked.extensions)
+    assert (surely_placed(model, fit, braked.extensions, 0) > 0.95) == placed
 
 
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:

@@ -69,6 +69,14 @@ def test_a_place_is_told() -> None:
     assert "It sits 1989 m along the string." in words.sentences
 
 
+def test_that_the_data_do_not_tell_a_place_is_told() -> None:
+    nowhere = "Where along the string it sits, the data do not tell."
+    zone = replace(LAG, verdict="local_damping_zone", cause="local_damping_zone")
+    everywhere = replace(zone, verdict="local_damping_zone|mud_drag")
+    assert nowhere in told(row(zone)).sentences
+    assert not any(nowhere in told(row(one)).sentences for one in (everywhere, LAG))
+
+
 def test_nothing_and_something_unknown() -> None:
     nothing = told(row(Verdict("none", "", 0.93, 1000.0, 1100.0)))
     assert (nothing.named, nothing.action) == (False, "")
