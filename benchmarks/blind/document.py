@@ -30,7 +30,9 @@ effectively distinct (Li and Ji 2005). `power_ratio` and "twice the size" refer 
 at the size itself, the ideal test over the family has 50 % power or more. Sizes are drawn so that √λ is even in its
 logarithm over 1 … 30, or over 10 … 30 where the catalogue lacks the cause, as far as physical sizes allow.
 {without_ideal} cases hide what is not linear (limits, play, steps, regimes); they have no such test and are left out of
-`power_ratio`.
+`power_ratio`. Of limits and play it is known what they leave in the records, as the same rig is simulated under the
+same noise without them: a limit that is never reached leaves nothing, nor does a play that never opens. They show where
+a test that knew all the course of what they leave, at half its size, would see it over the family.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.
@@ -55,8 +57,10 @@ catalogue holds.
 The false-alarm limit is the one-sided 95 % limit of Clopper and Pearson over {nulls} cases that hide nothing;
 `accuracy_at_2x` counts {at_2x} cases, of which the ideal test itself would detect `ideal_power_at_2x`, as some effects
 stop growing with their size; `unknown_share` {removed_at_2x}, `coverage95` {covered_of},
+`signs_named` {signs_of} single causes that are not linear, or tones, and show,
 `location_within_5pct` {located_of}, where a zone alone is named and a place is stated: the engine states one where it
-is sure of it to 95 %, as it is of `zones_placed` of the zones that it names.
+is sure of it to 95 %, as it is of `zones_placed` of the zones that it names. `accuracy_at_2x_in_turn` leaves out the
+cases that were turned to such zones.
 
 ![Detection efficiency](discovery/efficiency.png)
 
@@ -66,7 +70,7 @@ is sure of it to 95 %, as it is of `zones_placed` of the zones that it names.
 
 ## Confusion matrix
 
-Single causes at twice the size or without an ideal test, and nulls.
+Single causes at twice the size, or without an ideal test where they show, and nulls.
 
 {confusion}
 """
@@ -94,6 +98,7 @@ def write_document(
     text = _TEXT.format(
         **{name: counts.get(name, 0) for name in ("cases", "nulls", "at_2x", "removed_at_2x", "covered_of")},
         located_of=int(found["located_of"]),
+        signs_of=int(found["signs_of"]),
         without_ideal=int(found["without_ideal"]),
         candidates=f"{table['candidates'].median():.0f}",
         rows="\n".join(_row(name, found[name], guessed[name]) for name in found),

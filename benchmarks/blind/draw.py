@@ -28,7 +28,7 @@ def draw(seed: int, windows: int | None = None) -> Case:
     if generator.random() < NULLS:
         return case
     kind = generator.random()
-    names = ["local_damping_zone" if kind >= 1 - ZONES else list(EFFECTS)[seed % len(EFFECTS)]]
+    names = ["local_damping_zone" if kind >= 1 - ZONES else in_turn(seed)]
     if kind < PAIRS:
         names.append(_partner(generator, names[0]))
     removed = PAIRS <= kind < PAIRS + REMOVED
@@ -37,6 +37,11 @@ def draw(seed: int, windows: int | None = None) -> Case:
     for name in sorted(names):
         hidden = (*hidden, sized(case, name, generator, span))
     return replace(case, hidden=hidden, removed=removed)
+
+
+def in_turn(seed: int) -> str:
+    """The cause whose turn it is with a seed."""
+    return list(EFFECTS)[seed % len(EFFECTS)]
 
 
 def obvious(seed: int, name: str, windows: int, detectability: float = 20.0) -> Case:

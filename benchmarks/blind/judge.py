@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from benchmarks.blind.alike import UNTOLD, imitated, same, stands_in
 from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
+from benchmarks.blind.draw import in_turn
 from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
-from benchmarks.blind.ideal import Ideal
+from benchmarks.blind.ideal import FALSE_ALARM, Ideal
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.calibration import kind
 from drillid.discrepancy.examine import LINEAR_SHARE
@@ -67,12 +69,18 @@ class Judgement:
     hidden: str
     """Names joined by +; none where nothing is hidden."""
     removed: bool
+    in_turn: bool
+    """Not turned to a zone of local damping for the sake of its place."""
     linear: bool
     detectability: float
     power: float
     family_power: float
     large: bool
     """At least twice the size at which the family's ideal test has 50 % power."""
+    trace: float
+    """√λ that a cause beyond a threshold leaves in the records; NaN where none is hidden."""
+    shows: bool
+    """Large, or what is hidden has no ideal test and leaves no trace that is known to be too small to be seen."""
     named: str
     detected: bool
     right: bool
@@ -172,7 +180,7 @@ def _others(case: Case, hidden: Hidden) -> tuple[Hidden, ...]:
     return tuple(one for one in case.hidden if one is not hidden)
 
 
-def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) -> Judgement:
+def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, trace: float = float("nan")) -> Judgement:
     """An answer's figures.
 
     Parameters
@@ -183,6 +191,8 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
     if stands:
         alike = tuple((*one, "stuck_slip_regimes") for one in ideal.same)
         ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, alike)
+    # a size may look less than its half, as a shift of the modes by a whole one does
+    large = bool(min(ideal.half_power, ideal.family_power) >= 0.5)
     verdicts = [one for one in answer.verdicts if one.verdict != NONE]
     right = [_named(alike, verdicts) for alike in ideal.same]
     families = {CATALOGUE[one.name].family for one in case.hidden}
@@ -193,12 +203,14 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         windows=len(case.stretches),
         hidden="+".join(one.name for one in case.hidden) or NONE,
         removed=case.removed,
+        in_turn=not case.hidden or in_turn(case.seed) in case.answer,
         linear=not stands and all(EFFECTS[one.name].linear for one in case.hidden),
         detectability=ideal.detectability,
         power=ideal.power,
         family_power=ideal.family_power,
-        # a size may look less than its half, as a shift of the modes by a whole one does
-        large=bool(min(ideal.half_power, ideal.family_power) >= 0.5),
+        large=large,
+        trace=trace,
+        shows=large or bool(np.isnan(ideal.half_power) and not trace / 2 < _threshold(ideal.candidates)),
         named="+".join(one.verdict for one in verdicts) or NONE,
         detected=bool(verdicts),
         right=_is_right(case, verdicts, right),
@@ -218,6 +230,11 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False) ->
         candidates=ideal.candidates,
         failure=answer.failure,
     )
+
+
+def _threshold(candidates: float) -> float:
+    """Normal score at which the test over all candidates has 50 % power."""
+    return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
 
 
 def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> bool:

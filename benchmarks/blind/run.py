@@ -9,6 +9,7 @@ from benchmarks.blind.cases import bit_stands
 from benchmarks.blind.draw import draw
 from benchmarks.blind.engines import at_random, discovery
 from benchmarks.blind.judge import as_row, judge, kept_ideals
+from benchmarks.blind.trace import trace
 
 PROCESSES = 2
 Row = dict[str, object]
@@ -20,7 +21,8 @@ def one_case(seed: int) -> tuple[Row, Row]:
     try:
         answers = [engine(case) for engine in (discovery, at_random)]
         ideal = kept_ideals(case, frozenset(name for one in answers[0].verdicts for name in one.members))
-        found, guessed = (as_row(judge(case, answer, ideal, stands=bit_stands(case))) for answer in answers)
+        stands, left = bit_stands(case), trace(case)
+        found, guessed = (as_row(judge(case, answer, ideal, stands=stands, trace=left)) for answer in answers)
     except Exception as error:
         error.add_note(f"in the sealed case of seed {seed}")
         raise

@@ -31,6 +31,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - false_alarm: nulls with another verdict than none; false_alarm_upper: one-sided 95 % limit of Clopper and Pearson
     - accuracy_at_2x: cause or exact class named, of single causes and pairs at twice the size where the ideal test over
       the whole family of candidates has 50 % power
+    - accuracy_at_2x_in_turn: the same without the cases that are turned to a zone of local damping to be located
     - ideal_power_at_2x: share of these that the ideal test detects, less than all where an effect stops growing
     - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
     - unknown_share: removed causes, at twice the size where the ideal test that does not know them has 50 % power,
@@ -38,10 +39,13 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
     - coverage95, gain_positive, second_pass_none: of right names of single causes
     - location_within_5pct: of these where a zone alone is named and its place is stated; zones_placed: share that is
+    - signs_named: single causes that are not linear, or tones, and show, that are named right; signs_contain: that are
+      named, alone, in a class or beside others
     """
     nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
     kept, removed = found[~found["removed"]], found[found["removed"]]
-    single = kept[kept["linear"] & ~kept["hidden"].str.contains("+", regex=False)]
+    alone = kept[~kept["hidden"].str.contains("+", regex=False)]
+    single, signs = alone[alone["linear"]], alone[~alone["linear"] & alone["shows"]]
     large, gone = kept[kept["large"]], removed[removed["large"] & ~removed["still_there"]]
     zones = kept[(kept["hidden"] == "local_damping_zone") & (kept["named"] == "local_damping_zone")]
     alarms = int(nulls["detected"].sum())
@@ -58,12 +62,14 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "location_within_5pct": _share(kept["location_error"].dropna().astype(float) <= 0.05),
         "gain_positive": _share(kept["gain_positive"]),
         "second_pass_none": _share(kept["second_none"]),
+        "accuracy_at_2x_in_turn": _share(large[large["in_turn"]]["right"]),
         "contains_at_2x": _share(large["contains"]),
         "ideal_power_at_2x": float(large["family_power"].mean()) if len(large) else np.nan,
         "unknown_share_any": _share(removed[removed["large"]]["named"] == UNKNOWN),
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
         "zones_placed": _share(zones["location_error"].notna()),
-        "signs_named": _share(kept[~kept["linear"]]["right"]),
+        "signs_named": _share(signs["right"]),
+        "signs_contain": _share(signs["contains"]),
         "failures": int((table["failure"] != "").sum()),
         "single_linear": len(single),
         "nulls": len(nulls),
@@ -72,6 +78,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "removed_at_2x": len(gone),
         "without_ideal": int(found["detectability"].isna().sum()),
         "covered_of": int(kept["covered"].notna().sum()),
+        "signs_of": len(signs),
         "located_of": int(kept["location_error"].notna().sum()),
     }
 
@@ -117,7 +124,7 @@ def confusion(table: pd.DataFrame) -> pd.DataFrame:
 
     Causes come first, in the same order in rows and columns, and then what is no cause.
     """
-    kept = table[(table["hidden"] == NONE) | (~table["removed"] & (table["large"] | ~table["linear"]))]
+    kept = table[(table["hidden"] == NONE) | (~table["removed"] & table["shows"])]
     kept = kept[~kept["hidden"].str.contains("+", regex=False)]
     named = kept["named"].where(~kept["named"].str.contains("+", regex=False), "several")
     short = named.where(~named.str.contains("|", regex=False), "class with it").where(

@@ -20,6 +20,7 @@ from benchmarks.blind.draw import obvious
 from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
 from benchmarks.blind.judge import Ideals, ideals, judge
+from benchmarks.blind.trace import trace
 from drillid.discrepancy import CATALOGUE, Verdict, examine, screen
 from drillid.discrepancy.calibration import LINES
 from drillid.discrepancy.set_fit import fit_set
@@ -115,7 +116,7 @@ def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:
 
 def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
     rpm = Hidden("sign_or_unit", 1.0, 0.7)
-    case = replace(obvious(2050, rpm.name, 1, _DETECTABILITY), hidden=(rpm,))
+    case = replace(plain_case(2050, 1)[0], hidden=(rpm,))
     without = [cause for name, cause in CATALOGUE.items() if name != "sign_or_unit"]
     found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
     assert [one.verdict for one in found.verdicts] == ["unknown"]
@@ -141,9 +142,9 @@ def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
 
 def test_a_length_that_fits_far_off_the_papers_is_wrong_though_all_residuals_are_noise() -> None:
     slow = Hidden("wave_speed", 0.25, 0.5)
-    case = replace(obvious(2055, slow.name, 1, _DETECTABILITY), hidden=(slow,))
-    without = [cause for name, cause in CATALOGUE.items() if name != slow.name]
-    (verdict,) = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed).verdicts
+    case = replace(plain_case(2055, 1)[0], hidden=(slow,))
+    other = [CATALOGUE[name] for name in ("drive_lag", "clock_offset", "extra_section", "mud_drag", "length_growth")]
+    (verdict,) = examine(evidence_of(case), catalogue=other, error_rate=ERROR_RATE, seed=case.seed).verdicts
     assert (verdict.verdict, verdict.family) == ("unknown", "papers")
     assert verdict.what_would_separate.startswith("the fitted length of the string lies")
 
@@ -159,7 +160,7 @@ def test_a_drift_that_the_catalogue_lacks_is_no_jump() -> None:
 
 def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried() -> None:
     taper = Hidden("tapered_string", 0.8, 0.04)
-    case = replace(obvious(2052, taper.name, 1, _DETECTABILITY), hidden=(taper,))
+    case = replace(plain_case(2052, 1)[0], hidden=(taper,))
     quiet = tuple(replace(one, bit_noise=one.bit_noise / 10) for one in case.stretches)
     case = replace(
         case, stretches=quiet, equipment=replace(case.equipment, sensor_noise=case.equipment.sensor_noise / 10)
@@ -171,7 +172,7 @@ def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tri
 
 def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
     pair = (Hidden("clock_offset", 0.01, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
-    case = replace(obvious(2053, "drive_lag", 1, _DETECTABILITY), hidden=pair, command_logged=True)
+    case = replace(plain_case(2053, 1)[0], hidden=pair, command_logged=True)
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert {one.verdict for one in found.verdicts} == {"clock_offset|recorder_filter", "local_damping_zone"}
     assert min(uncalibrated([one.probability for one in found.verdicts], LINES["named"])) > logit(0.98)
@@ -179,6 +180,35 @@ def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
 
 def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -> None:
     pair = (Hidden("clock_drift", 4e-6, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
-    case = replace(obvious(2056, "drive_lag", 1, _DETECTABILITY), hidden=pair)
+    case = replace(plain_case(2056, 1)[0], hidden=pair)
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert {one.verdict for one in found.verdicts} == {"clock_drift", "local_damping_zone"}
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "seed", "acts"),
+    [
+        ("torque_limit", 1.0, 2057, True),
+        ("torque_limit", 1e6, 2057, False),
+        ("torque_rate_limit", 1.0, 2057, True),
+        ("torque_rate_limit", 1e6, 2057, False),
+        ("gear_backlash", 0.1, 2057, True),
+        # the pipe's load keeps the teeth together
+        ("gear_backlash", 0.1, 2060, False),
+    ],
+)
+def test_a_cause_that_never_comes_to_its_threshold_leaves_no_trace(
+    name: str, size: float, seed: int, *, acts: bool
+) -> None:
+    case = plain_case(seed, 1)[0]
+    least = (
+        1.0
+        if name == "gear_backlash"
+        else cases.EFFECTS[name].range(case.world(0), case.context(Hidden(name, 0, 0)))[0]
+    )
+    left = trace(replace(case, hidden=(Hidden(name, size * least, 0.5),)))
+    assert left > 100.0 if acts else left < 0.1
+
+
+def test_where_no_cause_has_a_threshold_no_trace_is_known() -> None:
+    assert np.isnan(trace(plain_case(2057, 1)[0]))

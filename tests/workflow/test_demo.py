@@ -29,6 +29,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "results": "results",
         "rigs": str(ROOT / "config/demo/rigs"),
         "simulate": {"drilling_s": 620.0, "connection_s": 60.0},
+        "figures": {"dpi": 60},
     }
     (folder / "demo.yaml").write_text(yaml.safe_dump(settings))
     run(folder)
@@ -57,6 +58,11 @@ def test_the_depth_dataset_holds_what_the_simulator_was_given(demo: Path) -> Non
         found = depth[["accepted", "inertia_td"]].load()
     assert found["accepted"].item()
     assert found["inertia_td"].item() == pytest.approx(WELLS["D03"].system(0).top_drive.inertia, rel=0.03)
+
+
+def test_nothing_is_found_in_a_well_in_which_nothing_is_hidden(demo: Path) -> None:
+    assert pd.read_csv(demo / "results/discrepancy/D03/intervals.csv").empty
+    assert pd.read_csv(demo / "results/verdicts.csv")["verdict"].tolist() == ["none"]
 
 
 def test_every_stage_leaves_its_key_and_its_problems(demo: Path) -> None:
