@@ -37,6 +37,7 @@ a test that knew all the course of what they leave, at half its size, would see 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.
 Of two causes each is weighed beside the other, which the ideal test lets take any size.
+Where the bit stands for some of the time, whatever makes it stand, regimes of sticking and slipping are a right answer.
 
 A cause that is taken out of the catalogue has no test that knows it. The best that does not is a χ² of 24 degrees of
 freedom, as many as a smooth disturbance at a port has, at any of seven ports. In the cases that `unknown_share` counts
@@ -57,7 +58,7 @@ catalogue holds.
 The false-alarm limit is the one-sided 95 % limit of Clopper and Pearson over {nulls} cases that hide nothing;
 `accuracy_at_2x` counts {at_2x} cases, of which the ideal test itself would detect `ideal_power_at_2x`, as some effects
 stop growing with their size; `unknown_share` {removed_at_2x}, `coverage95` {covered_of},
-`signs_named` {signs_of} single causes that are not linear, or tones, and show,
+`signs_named` {signs_of} single causes that are not linear, or tones, and show;
 `location_within_5pct` {located_of}, where a zone alone is named and a place is stated: the engine states one where it
 is sure of it to 95 %, as it is of `zones_placed` of the zones that it names. `accuracy_at_2x_in_turn` leaves out the
 cases that were turned to such zones.
