@@ -19,7 +19,9 @@ _HALVINGS = 24
 _CLOSE = 0.02
 """Largest difference of the root of twice the rise in cost from the quantile at an interval's end."""
 _TRIALS = 12
-_STEPS = 12
+_ONE_STEP, _STEPS, _MORE_STEPS = np.array([1, 12, 50])
+"""As numpy's integers: numba compiles a function anew for every Python integer that it is called with."""
+_ALL = np.int64(-1)
 _TOLERANCE = 2e-3
 _LARGEST_FACTOR = 4.0
 """By which a trial may be farther from the optimum than the one before."""
@@ -133,7 +135,7 @@ def _widen(optimum: Floats, least: float, data: Data, low: Floats, high: Floats,
     """Widen intervals (2, 8) by those about one optimum: of the parameter `one` or, where that is −1, of all."""
     gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
     point = optimum.copy()
-    minimise(point, data, True, low, high, np.zeros(SIZE, np.bool_), 1, 0.0, gradient, hessian)
+    minimise(point, data, True, low, high, np.zeros(SIZE, np.bool_), _ONE_STEP, 0.0, gradient, hessian)
     for i in range(SIZE):
         if one < 0 or i == one:
             lower = interval_end(point, least, gradient, hessian, data, low, high, i, -1.0)
@@ -160,8 +162,8 @@ def intervals(
     freed, rest = optima.copy(), costs.copy()
     for row in range(costs.size):
         if costs[row] < costs[0] + 0.5 * QUANTILE**2:
-            _widen(optima[row], costs[0], data, low, high, -1, ends)
-        rest[row] = minimise(freed[row], alone, True, low, high, none, 50, _TOLERANCE, gradient, hessian)
+            _widen(optima[row], costs[0], data, low, high, _ALL, ends)
+        rest[row] = minimise(freed[row], alone, True, low, high, none, _MORE_STEPS, _TOLERANCE, gradient, hessian)
     lowest = rest.min()
     for row in range(costs.size):
         if rest[row] < lowest + 0.5 * QUANTILE**2:

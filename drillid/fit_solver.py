@@ -20,7 +20,8 @@ _LEAST_CURVATURE = 1e-12
 LENGTH = 2
 TOLERANCE = 1e-7
 """Fall in cost, as expected of a step, below which it is the last."""
-_FIRST_STEPS, _MORE_STEPS, _STEPS = 4, 25, 100
+_FIRST_STEPS, _MORE_STEPS, _STEPS = np.array([4, 25, 100])
+"""As numpy's integers: numba compiles a function anew for every Python integer that it is called with."""
 _PROMISING = 30.0
 """Cost above the best after the first steps, within which a start is followed further."""
 _AS_GOOD = 10.0
@@ -29,7 +30,7 @@ _LIKELY = 5.0
 """Cost on all of the data above the best, within which an optimum is followed to its end."""
 SHIFTS = (-0.04, -0.015, 0.015, 0.04)
 """Relative changes of the best length that are tried as well."""
-_HELD_STEPS, _FREE_STEPS = 2, 6
+_HELD_STEPS, _FREE_STEPS = np.array([2, 6])
 _SAME_COST = 0.1
 SAME_LENGTH = 0.003
 """Relative difference of length below which two points lead to the same optimum."""
