@@ -32,7 +32,7 @@ logarithm over 1 … 30, or over 10 … 30 where the catalogue lacks the cause, 
 {without_ideal} cases hide what is not linear (limits, play, steps, regimes); they have no such test and are left out of
 `power_ratio`. Of limits and play it is known what they leave in the records, as the same rig is simulated under the
 same noise without them: a limit that is never reached leaves nothing, nor does a play that never opens. They show where
-a test that knew all the course of what they leave, at half its size, would see it over the family.
+a test over the family that knows what they leave, sample by sample, would see half of it.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be told from it: the ideal
 test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard deviations.

@@ -18,8 +18,8 @@ _BAND_HZ = (0.02, 9.0)
 def trace(case: Case) -> float:
     """√λ of the speed that such causes leave out or add, known in all its course; NaN where none is hidden.
 
-    It is 0 where a limit is never reached or a play never opens, and more than any test has that must find the rig's
-    figures from the same records.
+    It is 0 where a limit is never reached or a play never opens, and bounds from above what any test finds that has to
+    learn the rig's figures from the same records.
     """
     if not case.answer & set(ABSENT):
         return float("nan")
