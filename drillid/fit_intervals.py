@@ -20,7 +20,7 @@ _CLOSE = 0.02
 """Largest difference of the root of twice the rise in cost from the quantile at an interval's end."""
 _TRIALS = 12
 _ONE_STEP, _STEPS, _MORE_STEPS, _ALL = np.array([1, 12, 50, -1])
-"""As numpy's integers: numba compiles a function anew for every Python integer that it is called with."""
+"""As numpy's integers, as in `drillid.fit_solver`."""
 _TOLERANCE = 2e-3
 _LARGEST_FACTOR = 4.0
 """By which a trial may be farther from the optimum than the one before."""

@@ -8,6 +8,16 @@ import pandas as pd
 from benchmarks.blind.scores import TARGETS, confusion, holds
 
 _PICTURES = ("efficiency", "calibration", "confusion")
+_COUNTS = (
+    "cases",
+    "nulls",
+    "without_ideal",
+    "at_2x",
+    "removed_at_2x",
+    "covered_of",
+    "signs_of",
+    "located_of",
+)
 _TEXT = """# The discovery engine's proof
 
 Written by `make blind` (`python -m benchmarks.blind --cases {cases} --document`); do not edit.
@@ -95,12 +105,8 @@ def write_document(
     (folder / "discovery").mkdir(parents=True, exist_ok=True)
     for name in _PICTURES:
         shutil.copyfile(pictures / f"{name}.png", folder / "discovery" / f"{name}.png")
-    counts = {name: int(value) for name, value in found.items() if float(value).is_integer()}
     text = _TEXT.format(
-        **{name: counts.get(name, 0) for name in ("cases", "nulls", "at_2x", "removed_at_2x", "covered_of")},
-        located_of=int(found["located_of"]),
-        signs_of=int(found["signs_of"]),
-        without_ideal=int(found["without_ideal"]),
+        **{name: int(found[name]) for name in _COUNTS},
         candidates=f"{table['candidates'].median():.0f}",
         rows="\n".join(_row(name, found[name], guessed[name]) for name in found),
         confusion=_markdown(confusion(table)),

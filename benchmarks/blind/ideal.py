@@ -276,8 +276,7 @@ class Ideal:
 
     def threshold(self, *, family: bool) -> float:
         """Normal score above which the ideal test speaks, one-sided, of one known cause or of the whole family."""
-        chance = 1 - (1 - FALSE_ALARM) ** (1 / self.candidates) if family else FALSE_ALARM
-        return float(ndtri(1 - chance))
+        return threshold(self.candidates if family else 1.0)
 
     def power(self, noncentrality: float, *, family: bool, tones: float = 0.0) -> float:
         """Chance that the ideal test speaks.
@@ -309,6 +308,11 @@ class Ideal:
             return 0.0
         low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
         return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
+
+
+def threshold(candidates: float) -> float:
+    """Normal score that the largest of so many effectively distinct ones exceeds as often as there are false alarms."""
+    return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
 
 
 def _shared(design: Floats, target: Floats) -> Floats:

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from benchmarks.blind.alike import UNTOLD, imitated, same, stands_in
 from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
 from benchmarks.blind.draw import in_turn
 from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
-from benchmarks.blind.ideal import FALSE_ALARM, Ideal
+from benchmarks.blind.ideal import Ideal, threshold
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.calibration import kind
 from drillid.discrepancy.examine import LINEAR_SHARE
@@ -210,7 +209,7 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         family_power=ideal.family_power,
         large=large,
         trace=trace,
-        shows=large or bool(np.isnan(ideal.half_power) and not trace / 2 < _threshold(ideal.candidates)),
+        shows=large or bool(np.isnan(ideal.half_power) and not trace / 2 < threshold(ideal.candidates)),
         named="+".join(one.verdict for one in verdicts) or NONE,
         detected=bool(verdicts),
         right=_is_right(case, verdicts, right),
@@ -230,11 +229,6 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         candidates=ideal.candidates,
         failure=answer.failure,
     )
-
-
-def _threshold(candidates: float) -> float:
-    """Normal score at which the test over all candidates has 50 % power."""
-    return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
 
 
 def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> bool:

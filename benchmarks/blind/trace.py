@@ -9,7 +9,7 @@ from benchmarks.blind.cases import RATE, Case, simulate_case
 from benchmarks.blind.theory import noise_density
 from drillid.physics.responses import laplace
 
-ABSENT = {"torque_limit": np.inf, "torque_rate_limit": np.inf, "gear_backlash": 1e-9}
+_ABSENT = {"torque_limit": np.inf, "torque_rate_limit": np.inf, "gear_backlash": 1e-9}
 """Size at which each of these causes does nothing, whatever the drive is asked for; a gear of none is rigid."""
 _BAND_HZ = (0.02, 9.0)
 """Where the recorder hears; a trend is no trace."""
@@ -21,9 +21,9 @@ def trace(case: Case) -> float:
     It is 0 where a limit is never reached or a play never opens, and bounds from above what any test finds that has to
     learn the rig's figures from the same records.
     """
-    if not case.answer & set(ABSENT):
+    if not case.answer & set(_ABSENT):
         return float("nan")
-    hidden = tuple(replace(one, size=ABSENT.get(one.name, one.size)) for one in case.hidden)
+    hidden = tuple(replace(one, size=_ABSENT.get(one.name, one.size)) for one in case.hidden)
     without = replace(case, hidden=hidden)
     left = simulate_case(case).speed - simulate_case(without).speed
     frequency = rfftfreq(left.shape[1], 1 / RATE)

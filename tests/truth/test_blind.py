@@ -141,6 +141,7 @@ def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
 
 
 def test_a_length_that_fits_far_off_the_papers_is_wrong_though_all_residuals_are_noise() -> None:
+    """A few causes of drive, recorder and string are tried; the whole catalogue says the same and takes a minute."""
     slow = Hidden("wave_speed", 0.25, 0.5)
     case = replace(plain_case(2055, 1)[0], hidden=(slow,))
     other = [CATALOGUE[name] for name in ("drive_lag", "clock_offset", "extra_section", "mud_drag", "length_growth")]
@@ -188,10 +189,10 @@ def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -
 @pytest.mark.parametrize(
     ("name", "size", "seed", "acts"),
     [
-        ("torque_limit", 1.0, 2057, True),
-        ("torque_limit", 1e6, 2057, False),
-        ("torque_rate_limit", 1.0, 2057, True),
-        ("torque_rate_limit", 1e6, 2057, False),
+        ("torque_limit", 1.5e3, 2057, True),
+        ("torque_limit", 1e9, 2057, False),
+        ("torque_rate_limit", 500.0, 2057, True),
+        ("torque_rate_limit", 1e9, 2057, False),
         ("gear_backlash", 0.1, 2057, True),
         # the pipe's load keeps the teeth together
         ("gear_backlash", 0.1, 2060, False),
@@ -200,13 +201,7 @@ def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -
 def test_a_cause_that_never_comes_to_its_threshold_leaves_no_trace(
     name: str, size: float, seed: int, *, acts: bool
 ) -> None:
-    case = plain_case(seed, 1)[0]
-    least = (
-        1.0
-        if name == "gear_backlash"
-        else cases.EFFECTS[name].range(case.world(0), case.context(Hidden(name, 0, 0)))[0]
-    )
-    left = trace(replace(case, hidden=(Hidden(name, size * least, 0.5),)))
+    left = trace(replace(plain_case(seed, 1)[0], hidden=(Hidden(name, size, 0.5),)))
     assert left > 100.0 if acts else left < 0.1
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from drillid import discrepancy, fits, mobility, records, spectra, windows
 from drillid.config import Settings
-from drillid.demo import write_demo_logs
+from drillid.demo import WELLS, write_demo_logs
 from drillid.sheets import read_sheets
 from drillid.store import WellFolders
 
@@ -29,7 +29,7 @@ def flagged(name: str, folder: Path) -> pd.DataFrame:
     return pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
 
 
-@pytest.mark.parametrize("name", ["D01", "D02"])
+@pytest.mark.parametrize("name", list(WELLS))
 def test_the_wash_out_is_flagged_and_nothing_else(name: str, tmp_path: Path) -> None:
     found = flagged(name, tmp_path)
     if name != "D01":
