@@ -50,12 +50,12 @@ run: $(READY)
 	$(SNAKEMAKE)
 
 field: $(READY)
-	$(BIN)/python -m benchmarks.field
+	$(BIN)/python -m benchmarks.field.start_up
 
 # times are those of one core
 bench: export OPENBLAS_NUM_THREADS := 1
 bench: $(READY)
-	$(BIN)/python -m benchmarks.bench
+	$(BIN)/python -m benchmarks.identification.bench
 
 # hours from nothing; what is done already is kept in results/blind
 blind: export OPENBLAS_NUM_THREADS := 1
@@ -79,6 +79,7 @@ lint: $(READY)
 	$(BIN)/ruff format --check
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/mypy --strict drillid
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/snakemake --lint --configfile config/demo/config.yaml
 
 format: $(READY)

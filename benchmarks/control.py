@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.excitation import AMPLITUDE, BAND, PERIOD, RATE, situation
-from drillid.control import Family, Tuning, controlled_by, first_sample, sampled_systems, tune
-from drillid.excitation import exponential_sweeps
-from drillid.excitation_design import lines_within
-from drillid.figures_control import draw_bit_mobility, draw_stick_slip_map
+from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
+from drillid.control.tuning import Family, Tuning, controlled_by, first_sample, sampled_systems, tune
+from drillid.excitation.design import lines_within
+from drillid.excitation.torques import exponential_sweeps
+from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
 from drillid.physics.equipment import Controller
 from drillid.physics.nonlinear import Cutting, Weakening
-from drillid.stick_slip import simulated_lowest_speed, stick_slip_map
 
 STIFF = Controller(20000.0, 20000.0)
 CUTTING = Cutting(0.06, 0.03, Weakening(6.0))

@@ -7,9 +7,10 @@ below 2 Hz, and a 10-minute window; coherence is compared at the middle of each 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drillid.excitation import (
+from drillid.arrays import Floats
+from drillid.excitation.design import Situation, crest_factor, design, half_octaves, lines_within, power_per_band
+from drillid.excitation.torques import (
     SWEEP_BANDS,
     band_limited_noise,
     coloured_noise_density,
@@ -19,19 +20,9 @@ from drillid.excitation import (
     powered_sweep,
     white_noise,
 )
-from drillid.excitation_design import (
-    Situation,
-    crest_factor,
-    design,
-    half_octaves,
-    lines_within,
-    power_per_band,
-)
+from drillid.physics.eight_parameters import KnownEquipment
 from drillid.physics.equipment import Controller, polar_moment
-from drillid.physics.model import KnownEquipment
-from drillid.schema import PARAMETERS
-
-Floats = NDArray[np.float64]
+from drillid.physics.parameters import PARAMETERS
 
 BAND = (0.05, 4.0)
 RATE = 50.0

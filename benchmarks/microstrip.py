@@ -12,16 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex, Floats
 from drillid.errors import LogError
 from drillid.physics.damping import DampingLaw, Steel
 from drillid.physics.equipment import Section
 from drillid.physics.line import input_admittance
 from drillid.physics.responses import laplace
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "line"
 FILES = {"open": "P1-MSL_Open_50.s1p", "short": "P1-MSL_Short_50.s1p", "load": "P1-MSL_Load_50.s1p"}

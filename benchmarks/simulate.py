@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from drillid.excitation import exponential_sweeps
+from drillid.excitation.torques import exponential_sweeps
 from drillid.physics.damping import RootDrag
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Motor, Section, TopDrive, polar_moment
 from drillid.physics.nonlinear import (
@@ -23,7 +23,7 @@ from drillid.physics.nonlinear import (
     Weakening,
 )
 from drillid.physics.soft_string import Pipe, Survey, side_forces, wall_contact
-from drillid.simulate import Simulation, simulate
+from drillid.simulation.simulate import Simulation, simulate
 
 ELEMENT = 15.0
 SIMULATED = 600.0

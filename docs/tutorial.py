@@ -17,27 +17,31 @@ import numpy as np
 import pandas as pd
 from matplotlib import pyplot as plt
 
-from drillid import fits, mobility, records, spectra, windows
-from drillid.config import Settings
-from drillid.control import controlled_by, first_sample, sampled_systems, tune
-from drillid.excitation import coloured_noise, coloured_noise_density, exponential_sweeps
-from drillid.excitation_design import Situation, lines_within
-from drillid.figures_style import FLAGGED, INK, MUTED, PAPERS, STYLE, frequency_axis
-from drillid.margins import loop_transfer, margins
-from drillid.physics.equipment import Bit, Controller, Section
-from drillid.physics.ladder import ladder_string_admittance
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.control.margins import loop_transfer, margins
+from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
+from drillid.control.tuning import controlled_by, first_sample, sampled_systems, tune
+from drillid.datasets.store import WellFolders
+from drillid.excitation.design import Situation, lines_within
+from drillid.excitation.torques import coloured_noise, coloured_noise_density, exponential_sweeps
+from drillid.figures.style import FLAGGED, INK, MUTED, PAPERS, STYLE, frequency_axis
+from drillid.fits import stage as fits
+from drillid.mobility import stage as mobility
+from drillid.physics.eight_parameters import KnownEquipment, drilling_system
+from drillid.physics.equipment import Bit, Controller, Section, of_window
 from drillid.physics.line import propagation
-from drillid.physics.many import of_window
-from drillid.physics.model import KnownEquipment, drilling_system
+from drillid.physics.lumped import ladder_string_admittance
 from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, Weakening
-from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace, string_admittance
-from drillid.rig import Rig
-from drillid.schema import PARAMETERS
-from drillid.sheets import Well
-from drillid.simulate import TIME_STEP, simulate
-from drillid.stick_slip import simulated_lowest_speed, stick_slip_map
-from drillid.store import WellFolders
+from drillid.physics.parameters import PARAMETERS
+from drillid.physics.responses import bit_mobility, command_mobility, laplace, string_admittance
+from drillid.physics.time_responses import bit_step_response
+from drillid.records import stage as records
+from drillid.simulation.simulate import TIME_STEP, simulate
+from drillid.spectra import stage as spectra
+from drillid.windows import stage as windows
 
 plt.rcParams.update(STYLE)
 plt.rcParams["figure.constrained_layout.use"] = True

@@ -1,8 +1,7 @@
 """Compiled functions that are kept on disk between processes.
 
 numba recompiles a function when its own file changes, but not when it calls into another file that has changed,
-nor when a constant from there has. So each family of functions, which is spread over files, is kept in a
-folder named after all of them.
+nor when a constant from there has. So the functions of some folders are kept in a place named after all their files.
 """
 
 import hashlib
@@ -18,21 +17,26 @@ _CONFIG: Any = numba.config
 _PACKAGE = Path(__file__).parent
 
 
-def compiler(family: str, **options: Any) -> Callable[[Function], Function]:
-    """A decorator that compiles the functions of one family.
+def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[Function], Function]:
+    """A decorator that compiles functions of some folders, which may call each other.
 
     Parameters
     ----------
-    family : beginning of the names of the family's modules
+    folders : folders of the library that hold the functions and all that these call
+    root : where the folders are
     options : of `numba.njit`
+
+    Raises
+    ------
+    FileNotFoundError
+        If one of the folders is not there.
     """
-    content = b"".join(path.read_bytes() for path in sorted(_PACKAGE.glob(f"{family}_*.py")))
-    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _PACKAGE / "__pycache__"
-    folder = str(base / f"{family}-{hashlib.sha256(content).hexdigest()[:16]}")
+    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else root / "__pycache__"
+    kept_in = str(base / f"{'-'.join(folders)}-{_sources(folders, root)}")
 
     def compiled_function(function: Function) -> Function:
         given = _CONFIG.CACHE_DIR
-        _CONFIG.CACHE_DIR = folder
+        _CONFIG.CACHE_DIR = kept_in
         try:
             result: Any = numba.njit(cache=True, **options)(function)
         finally:
@@ -43,5 +47,13 @@ def compiler(family: str, **options: Any) -> Callable[[Function], Function]:
     return compiled_function
 
 
-compiled = compiler("simulate", fastmath={"contract"})
-"""Compile a function of the simulator, with products and sums contracted where the processor can."""
+def _sources(folders: tuple[str, ...], root: Path) -> str:
+    """Hash of the names and contents of all sources in the folders."""
+    content = hashlib.sha256()
+    for folder in folders:
+        if not (root / folder).is_dir():
+            raise FileNotFoundError(f"{root / folder} is no folder of compiled functions")
+        for path in sorted((root / folder).rglob("*.py")):
+            content.update(f"{path.relative_to(root)}\n".encode())
+            content.update(path.read_bytes())
+    return content.hexdigest()[:16]

@@ -5,10 +5,10 @@ F(2, 2ν) when doubled shares are counted; sums of such terms are matched by mom
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc, ndtr, ndtri, stdtr
 
-Floats = NDArray[np.float64]
+from drillid.arrays import Floats
 
 TWO_SIDED = 1.96
 """Standard errors to either side of a value that a 95 % interval holds."""

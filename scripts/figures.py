@@ -1,7 +1,7 @@
 """The paper's figures for a well."""
 
-from drillid.config import Settings
-from drillid.fleet import run_stage
+from drillid.config.settings import Settings
+from drillid.fleet.run import run_stage
 
 if __name__ == "__main__":
     run_stage(

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from drillid.config import Settings
-from drillid.depth import write_fleet
-from drillid.fleet import collect_problems, logged
+from drillid.config.settings import Settings
+from drillid.depth.fleet import write_fleet
+from drillid.fleet.run import collect_problems, logged
 
 if __name__ == "__main__":
     results = Path(Settings.checked(dict(snakemake.config), "configuration").results)

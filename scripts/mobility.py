@@ -1,7 +1,7 @@
 """Command mobility with its coherence gate, and stacks of windows."""
 
-from drillid.config import Settings
-from drillid.fleet import run_stage
+from drillid.config.settings import Settings
+from drillid.fleet.run import run_stage
 
 if __name__ == "__main__":
     run_stage(

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from drillid.config import Settings
-from drillid.fleet import logged
-from drillid.report import write_report
+from drillid.config.settings import Settings
+from drillid.fleet.run import logged
+from drillid.report.page import write_report
 
 if __name__ == "__main__":
     settings = Settings.checked(dict(snakemake.config), "configuration")

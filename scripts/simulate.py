@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from drillid.config import Settings
-from drillid.demo import write_demo_logs
-from drillid.fleet import logged
+from drillid.config.settings import Settings
+from drillid.demo.wells import write_demo_logs
+from drillid.fleet.run import logged
 
 if __name__ == "__main__":
     settings = Settings.checked(dict(snakemake.config), "configuration")

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from drillid.docs import write_documents  # noqa: E402  # once the path is told
+from drillid.config.documents import write_documents  # noqa: E402  # once the path is told
 
 if __name__ == "__main__":
     write_documents(ROOT)

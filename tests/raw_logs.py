@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from drillid.rig import Rig
+from drillid.config.rig import Rig
 
 RATE = 50.0
 START = pd.Timestamp("2025-03-03T06:00:00")

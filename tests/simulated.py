@@ -9,19 +9,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
-from drillid.config import Settings
-from drillid.excitation import coloured_noise, exponential_sweeps
+from drillid.arrays import Floats
+from drillid.config.rig import CHANNEL_UNITS, Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.datasets.codes import RigState
+from drillid.datasets.store import Problem, WellFolders
+from drillid.excitation.torques import coloured_noise, exponential_sweeps
+from drillid.physics.eight_parameters import KnownEquipment
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.physics.model import KnownEquipment
-from drillid.rig import CHANNEL_UNITS, Rig
-from drillid.schema import RigState
-from drillid.sheets import Well
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
-from drillid.store import Problem, WellFolders
-
-Floats = NDArray[np.float64]
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 
 RATE = 1 / SAMPLE_INTERVAL
 WINDOW_S = 600.0
@@ -175,7 +173,7 @@ class Processed:
 
     def run(self, stage: str, rig: Rig | None = None, settings: Settings | None = None) -> list[Problem]:
         """Do one stage again, with another rig or other settings where given."""
-        module = importlib.import_module(f"drillid.{stage}")
+        module = importlib.import_module(f"drillid.{stage}.stage")
         well = replace(self.well, rig=rig or self.well.rig)
         problems: list[Problem] = module.process(well, self.folders, settings or self.settings)
         return problems

@@ -7,17 +7,20 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from drillid import depth, discrepancy, fits, mobility
-from drillid.config import Settings
-from drillid.fits import known_equipment
+from drillid import discrepancy
+from drillid.config.rig import CHANNEL_UNITS, Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.datasets.codes import RigState
+from drillid.datasets.store import WellFolders
+from drillid.depth import stage as depth
+from drillid.fits import stage as fits
+from drillid.fits.datasheet import known_equipment
+from drillid.mobility import stage as mobility
+from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import Controller, polar_moment
-from drillid.physics.model import drilling_system
 from drillid.physics.responses import command_mobility, laplace
-from drillid.rig import CHANNEL_UNITS, Rig
-from drillid.schema import RigState
-from drillid.sheets import Well
-from drillid.store import WellFolders
-from drillid.stretches import STRETCH_COLUMNS
+from drillid.windows.segments import STRETCH_COLUMNS
 
 RIG: dict[str, Any] = {
     "name": "Rig <of the test>",

@@ -1,4 +1,4 @@
-"""Lines of `drillid.discrepancy.calibration` from sealed cases that the proof does not use.
+"""Lines of `drillid.discrepancy.verdicts.verdict` from sealed cases that the proof does not use.
 
 Run it as `python -m benchmarks.blind.calibrate` at the root of the project, and again where the engine changes.
 """
@@ -9,15 +9,13 @@ from typing import Annotated
 import numpy as np
 import pandas as pd
 import typer
-from numpy.typing import NDArray
 from rich.console import Console
 from scipy.optimize import minimize
 
 from benchmarks.blind.run import run
 from benchmarks.blind.scores import claims
-from drillid.discrepancy.calibration import LINES, Line, log_odds
-
-Floats = NDArray[np.float64]
+from drillid.arrays import Floats
+from drillid.discrepancy.verdicts.verdict import LINES, Line, log_odds
 
 FIRST = 1_000_000
 """Seed of the first case, far from those of the proof."""

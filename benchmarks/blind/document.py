@@ -26,9 +26,9 @@ Each case is drawn from a seed: a rig, a string of 1000 to 5000 m, 1 to 24 windo
 within their tolerances as normal variables, and in about half of the cases a hidden cause, in a tenth of these a pair
 of causes, and in a quarter a cause that the engine's catalogue does not hold. The causes take turns, but for a
 twentieth that are zones of local damping, for enough of them to be located. The data come from the non-linear
-time-domain simulator (`drillid.simulate`) with coloured bit noise whose level wanders, a sampled speed control, noise
-and rounding of the recorded speed. The engine is given the logs and the papers and nothing else; the lines of its
-calibration come from other seeds.
+time-domain simulator (`drillid.simulation.simulate`) with coloured bit noise whose level wanders, a sampled speed
+control, noise and rounding of the recorded speed. The engine is given the logs and the papers and
+nothing else; the lines of its calibration come from other seeds.
 
 ## The ideal test
 

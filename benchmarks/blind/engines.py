@@ -9,22 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.cases import FOLDER, SETTINGS, Case, evidence_of
-from drillid.discrepancy import CATALOGUE, Verdict, examine
-from drillid.discrepancy.causes import Cause
+from benchmarks.blind.generator.cases import FOLDER, SETTINGS, Case, evidence_of
+from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.verdicts.engine import examine
 from drillid.errors import DrillidError
-from drillid.provenance import PACKAGE, digest, source_hash
+from drillid.fleet.provenance import digest, source_hash
 
 ERROR_RATE = 0.05
-_SIGHT = ("gather.py", "series.py", "evidence.py", "signs*.py")
-"""Files of the engine that turn logs into evidence."""
 # taken when the modules are loaded, as an edit during a run does not change what runs
-_ENGINE = source_hash("drillid.discrepancy.examine", "drillid.discrepancy.series")
-_GATHERING = [
-    source_hash("drillid.spectra", "drillid.mobility", "drillid.estimation"),
-    *(path.read_text() for name in _SIGHT for path in sorted((PACKAGE / "discrepancy").glob(name))),
-]
+_GATHERING = source_hash("drillid.discrepancy.gather")
+_ENGINE = digest([source_hash("drillid.discrepancy.verdicts.engine"), _GATHERING])
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy.special import ndtr
 
 from benchmarks.blind.scores import calibration, confusion
-from drillid.discrepancy.verdict import NONE
+from drillid.discrepancy.verdicts.verdict import NONE
 
 _EDGES = np.geomspace(0.5, 40.0, 10)
 _LEAST = 3

@@ -4,35 +4,27 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.alike import UNTOLD, imitated, same, stands_in
-from benchmarks.blind.cases import EFFECTS, FOLDER, Case, Hidden
-from benchmarks.blind.draw import in_turn
-from benchmarks.blind.effects_string import zone_middle
 from benchmarks.blind.engines import ERROR_RATE, Answer
-from benchmarks.blind.ideal import Ideal, threshold
+from benchmarks.blind.generator.cases import EFFECTS, FOLDER, Case, Hidden
+from benchmarks.blind.generator.draw import in_turn
+from benchmarks.blind.generator.effects_string import zone_middle
+from benchmarks.blind.ideal.alike import UNTOLD, imitated, same, stands_in
+from benchmarks.blind.ideal.ideal import Ideal, threshold
 from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.calibration import kind
-from drillid.discrepancy.examine import LINEAR_SHARE
-from drillid.discrepancy.naming import SAME
-from drillid.discrepancy.verdict import NONE, UNKNOWN
-from drillid.provenance import digest, source_hash
+from drillid.discrepancy.verdicts.engine import LINEAR_SHARE
+from drillid.discrepancy.verdicts.naming import SAME
+from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, kind
+from drillid.fleet.provenance import digest, source_hash
 
 _OF_IDEALS = (
-    "theory",
-    "ideal",
-    "alike",
-    "world",
-    "rigs",
-    "effects_top",
-    "effects_sensor",
-    "effects_string",
-    "effects_bit",
+    *("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.trace"),
+    *("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation.torques"),
 )
+"""Modules that compute what an ideal test would see; what they use counts with them."""
 _UNSIZED = ("stuck_slip_regimes",)
 """Causes whose size the simulator is not given in the catalogue's terms."""
 _TOGETHER = frozenset({"actuator_gain", "controller_gain", "speed_scale"})
@@ -136,8 +128,7 @@ def _kept_stands_in(case: Case, hidden: Hidden, name: str, near: float) -> bool:
 @cache
 def _code_of_ideals() -> str:
     """Hash of all that computes them, as it was when it was first asked for."""
-    texts = [path.read_text() for path in sorted(Path(__file__).parent.glob("*.py")) if path.stem in _OF_IDEALS]
-    return digest([source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation"), *texts])
+    return source_hash(*_OF_IDEALS)
 
 
 def _kept(told: list[str], make: Callable[[], Any]) -> Any:

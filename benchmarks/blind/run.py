@@ -5,11 +5,11 @@ from concurrent.futures import ProcessPoolExecutor
 import pandas as pd
 from rich.progress import Progress
 
-from benchmarks.blind.cases import bit_stands
-from benchmarks.blind.draw import draw
 from benchmarks.blind.engines import at_random, discovery
+from benchmarks.blind.generator.cases import bit_stands
+from benchmarks.blind.generator.draw import draw
+from benchmarks.blind.ideal.trace import trace
 from benchmarks.blind.judge import as_row, judge, kept_ideals
-from benchmarks.blind.trace import trace
 
 PROCESSES = 2
 Row = dict[str, object]

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from drillid.discrepancy.verdict import NONE, UNKNOWN
+from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN
 
 _BINS = 10
 _CONFIDENCE = 0.95

@@ -1,13 +1,13 @@
 """The discovery engine: what the model leaves unexplained, its cause, the extended model, the gain."""
 
-from drillid.discrepancy.anomalies import EVIDENCE, flag, intervals, run_pulls, runs
-from drillid.discrepancy.causes import CATALOGUE
-from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge, Sign
-from drillid.discrepancy.examination import Examination
-from drillid.discrepancy.examine import examine
-from drillid.discrepancy.residuals import normality_probability, whitened_residuals, whiteness_probability
-from drillid.discrepancy.stage import process
-from drillid.discrepancy.verdict import Verdict
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
+from drillid.discrepancy.stage import normality_probability, process, whitened_residuals, whiteness_probability
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.examination import Examination
+from drillid.discrepancy.verdicts.intervals import EVIDENCE, flag, intervals, run_pulls, runs
+from drillid.discrepancy.verdicts.verdict import Verdict
 
 __all__ = [
     "CATALOGUE",

@@ -3,14 +3,12 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Booleans, Complex, Floats, Indices
+from drillid.discrepancy.detectors.detection import Sign
 from drillid.errors import EstimationError
+from drillid.physics.eight_parameters import KnownEquipment
 from drillid.physics.equipment import Controller
-from drillid.physics.model import KnownEquipment
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,55 +60,6 @@ class Knowledge:
         return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
 
 
-STANDS_OUT = 2.0
-"""Log ratio above which a line is kept; of noise, one line in seven has so much."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines between the harmonics of the sweep that stand out of one window's record at all, so that windows whose own
-    lines are faint tell a tone together.
-    """
-
-    spacing: float
-    """Hz."""
-    tried: int
-    """Lines that were looked at."""
-    strongest: int
-    """The line that the window's own sign is of, as a multiple of the spacing."""
-    place: NDArray[np.int32]
-    """(L,) those with a log ratio above STANDS_OUT, as multiples of the spacing."""
-    log_ratio: NDArray[np.float32]
-    """(L,) −log of the chance of so much power in noise."""
-    size: NDArray[np.float32]
-    """(L,) amplitude, less what noise adds in the mean, rad/s."""
-    size_error: NDArray[np.float32]
-    """(L,) rad/s."""
-
-
-@dataclass(frozen=True)
-class Sign:
-    """What one window's own record shows of a cause that the linear responses do not show, or show late."""
-
-    cause: str
-    """Identifier in the catalogue, or name of a symptom."""
-    window: int
-    score: float
-    """Standard normal where the cause is absent, large where it is present; the search for it is counted."""
-    size: float
-    size_error: float
-    log_ratio: float
-    """Log-likelihood of the data that the sign is read from, with the cause at its best size less without."""
-    misfit: float = np.nan
-    """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
-    by_shape: tuple[tuple[float, float], ...] = ()
-    """Size and its error at each shape, as each moment of a jump; empty where the cause has one shape in the record."""
-    apart: float = np.nan
-    """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
-    lines: Lines | None = field(default=None, compare=False)
-    """Of a tone, all lines that stand out; None of other causes."""
-
-
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """A set of W windows on one grid of F frequencies.
@@ -129,7 +78,7 @@ class Evidence:
     """(W, F) of the complex value."""
     degrees_of_freedom: Floats
     """(W, F) complex degrees of freedom of the variance."""
-    used: NDArray[np.bool_]
+    used: Booleans
     """(W, F) what passed the coherence gate."""
     conditions: Conditions
     knowledge: Knowledge
@@ -161,7 +110,7 @@ class Evidence:
         """Number of windows."""
         return int(self.mobility.shape[0])
 
-    def subset(self, rows: NDArray[np.intp]) -> "Evidence":
+    def subset(self, rows: Indices) -> "Evidence":
         """Some of the windows, with their signs renumbered."""
         places = {int(row): place for place, row in enumerate(rows)}
         conditions = Conditions(*(values[rows] for values in vars(self.conditions).values()))

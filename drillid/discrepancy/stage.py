@@ -7,23 +7,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from drillid.discrepancy.anomalies import flag, intervals, run_pulls, runs
-from drillid.discrepancy.leaving import change_verdict
-from drillid.discrepancy.products import examination_dataset
-from drillid.discrepancy.residuals import normality_probability, whitened_residuals, whiteness_probability
-from drillid.discrepancy.verdict import Verdict
-from drillid.discrepancy.wells import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
-from drillid.fits import known_equipment, measured_rows, stored_controller
-from drillid.schema import WINDOW_COORDINATES, Gate
-from drillid.store import Problem, WellFolders, window_place
+from drillid.arrays import Complex, Floats, Integers
+from drillid.datasets.codes import Gate
+from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.discrepancy.products.dataset import examination_dataset
+from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
+from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
+from drillid.discrepancy.verdicts.verdict import Verdict
+from drillid.fits.datasheet import known_equipment, stored_controller
+from drillid.fits.window_fit import Measured, measured_rows
+from drillid.physics.eight_parameters import KnownEquipment, drilling_system
+from drillid.physics.responses import command_mobility, laplace
+from drillid.statistics import to_normal
 
 if TYPE_CHECKING:
-    from drillid.config import Settings
-    from drillid.sheets import Well
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import Well
 
-Floats = NDArray[np.float64]
+
+_LAGS = 5
+"""Neighbouring frequencies over which residuals are tested for dependence."""
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
@@ -87,7 +92,7 @@ def _change(
     row: Mapping[Hashable, Any],
     data: WellData,
     dataset: xr.Dataset,
-    run: NDArray[np.int64],
+    run: Integers,
     parameters: Mapping[str, tuple[Floats, Floats]],
     chances: Sequence[Floats],
 ) -> Verdict:
@@ -122,3 +127,29 @@ def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
         for name, meaning in names.items()
         for row in np.flatnonzero(dataset[name].values < bound).tolist()
     ]
+
+
+def whitened_residuals(measured: Measured, parameters: Floats, known: KnownEquipment) -> Complex:
+    """Measured less fitted mobility over the deviation of each component, as if Gaussian; shape (frequency,)."""
+    fitted = command_mobility(drilling_system(parameters, known), laplace(measured.frequency))
+    ratio = (measured.mobility - fitted) * np.sqrt(2 / measured.variance)
+    freedom = measured.degrees_of_freedom
+    return to_normal(ratio.real, freedom) + 1j * to_normal(ratio.imag, freedom)
+
+
+def normality_probability(residual: Complex) -> float:
+    """Chance of such residuals if standard normal (Kolmogorov–Smirnov over both components)."""
+    from scipy.stats import kstest
+
+    return float(kstest(np.concatenate([residual.real, residual.imag]), "norm").pvalue)
+
+
+def whiteness_probability(residual: Complex) -> float:
+    """Chance of such correlation between neighbouring frequencies if there is none (Ljung and Box 1978, complex)."""
+    from scipy.special import chdtrc
+
+    size = residual.size
+    power = np.sum(np.abs(residual) ** 2)
+    correlation = np.array([np.sum(residual[lag:] * np.conj(residual[:-lag])) / power for lag in range(1, _LAGS + 1)])
+    statistic = 2 * size * (size + 2) * np.sum(np.abs(correlation) ** 2 / (size - np.arange(1, _LAGS + 1)))
+    return float(chdtrc(2 * _LAGS, statistic))

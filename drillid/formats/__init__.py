@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import pandas as pd
 
+from drillid.arrays import Floats
 from drillid.errors import LogError
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class Log:
     stamps: NDArray[np.datetime64]
     _table: Any
 
-    def pop(self, name: str) -> NDArray[np.float64]:
+    def pop(self, name: str) -> Floats:
         """A column in the file's own units, NaN where it holds no value, shape (row,); the log holds it no longer.
 
         Raises
@@ -163,7 +164,7 @@ def _check_columns(path: Path, wanted: list[str], header: list[str]) -> None:
             raise LogError(str(path), f"has no column '{name}'; its columns are {there}", hint)
 
 
-def _numbers(path: Path, name: str, column: Any) -> NDArray[np.float64]:
+def _numbers(path: Path, name: str, column: Any) -> Floats:
     """Cells as floats, the recorders' null values as NaN."""
     import pyarrow as pa
 

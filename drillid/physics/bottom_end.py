@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from drillid.arrays import Complex
 from drillid.physics.equipment import Bit, Motor, RegenerativeCutting, StribeckCutting
-from drillid.physics.line import Complex
 
 
 def bit_load(bit: Bit, s: Complex) -> Complex:

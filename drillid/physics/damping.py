@@ -6,7 +6,7 @@ torque per speed difference across a metre) as the stiffness G IP/s. A law adds 
 γ = √(Y'/B') and Y₀ = √(Y'B') follow (`drillid.physics.line.propagation`). A passive law has
 non-negative real parts on the imaginary axis, and every law has X(s*) = X(s)*.
 
-Figures may be floats, arrays that broadcast against s, or `drillid.physics.dual.Dual`.
+Figures may be floats, arrays that broadcast against s, or `drillid.physics.dual_numbers.Dual`.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from drillid.errors import SettingsError
-from drillid.physics.dual import lifted, primal
+from drillid.physics.dual_numbers import lifted, primal
 
 _LEAST_BORE = 1e-9
 """m; stands for a solid section."""

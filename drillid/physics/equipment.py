@@ -1,15 +1,17 @@
 """The equipment, described once: the linear model and the time-domain simulator are both built from it.
 
 Any figure may be an array that broadcasts against the Laplace variable, so that one
-description stands for many windows, or a `drillid.physics.dual.Dual`, which carries exact
+description stands for many windows, or a `drillid.physics.dual_numbers.Dual`, which carries exact
 derivatives through every response; the simulator takes plain numbers only.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
+from drillid.errors import SettingsError
 from drillid.physics.damping import DampingLaw
 
 Figure = Any
@@ -19,6 +21,8 @@ STEEL_DENSITY = 7850.0
 """ρ, kg/m³."""
 STEEL_SHEAR_MODULUS = 79.3e9
 """G, Pa."""
+
+Part = TypeVar("Part")
 
 
 def polar_moment(outer_diameter: float, inner_diameter: float) -> float:
@@ -167,3 +171,52 @@ class DrillingSystem:
     string: tuple[Section, ...]
     bit: Bit
     motor: Motor | None = None
+
+
+def window_shape(part: Any) -> tuple[int, ...]:
+    """Shape of the windows that a part's figures stand for; () where all figures are plain numbers.
+
+    Raises
+    ------
+    SettingsError
+        If a figure's last axis, that of frequency, is not of length 1.
+    """
+    shapes = [np.shape(figure) for figure in _figures(part) if np.ndim(figure) > 0]
+    for shape in shapes:
+        if shape[-1] != 1:
+            raise SettingsError(
+                "equipment", f"a figure has the shape {shape}", "Give an array of windows the shape (..., 1)"
+            )
+    return np.broadcast_shapes(*(shape[:-1] for shape in shapes))
+
+
+def of_window(part: Part, index: tuple[int, ...], shape: tuple[int, ...]) -> Part:
+    """The part of one window in plain numbers.
+
+    Parameters
+    ----------
+    part : any dataclass of figures, laws and parts, or a tuple of them
+    index, shape : the window's, of `window_shape`
+    """
+
+    def taken(value: Any) -> Any:
+        if is_dataclass(value) and not isinstance(value, type):
+            changed: Any = value
+            return replace(changed, **{field.name: taken(getattr(value, field.name)) for field in fields(value)})
+        if isinstance(value, tuple):
+            return tuple(taken(one) for one in value)
+        return np.broadcast_to(value, (*shape, 1))[index].item() if np.ndim(value) > 0 else value
+
+    one: Part = taken(part)
+    return one
+
+
+def _figures(part: Any) -> Iterator[Any]:
+    if is_dataclass(part) and not isinstance(part, type):
+        for field in fields(part):
+            yield from _figures(getattr(part, field.name))
+    elif isinstance(part, tuple):
+        for one in part:
+            yield from _figures(one)
+    elif part is not None:
+        yield part

@@ -7,13 +7,11 @@ All functions broadcast: s has shape (..., frequency), figures of a section broa
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex
 from drillid.physics.damping import KelvinVoigt, ViscousWall
-from drillid.physics.dual import primal
+from drillid.physics.dual_numbers import primal
 from drillid.physics.equipment import Section
-
-Complex = NDArray[np.complex128]
 
 
 def immittances(section: Section, s: Complex) -> tuple[Any, Any]:

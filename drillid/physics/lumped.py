@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drillid.physics.equipment import Figure, Section, TopDrive
-from drillid.physics.line import Complex
+from drillid.arrays import Complex
+from drillid.physics.bottom_end import above_motor, bit_load
+from drillid.physics.equipment import DrillingSystem, Figure, Section, TopDrive
+from drillid.physics.line import immittances
 from drillid.physics.top_drive import torque_transfers
 
 
@@ -64,3 +66,28 @@ class LumpedString:
         command_transfer, feedback = torque_transfers(top_drive, s)
         mobility: Complex = command_transfer / (top_drive.inertia * s + feedback + self.admittance(s))
         return mobility
+
+
+def ladder_input_admittance(section: Section, load: Complex, s: Complex, elements: int) -> Complex:
+    """Admittance (N m s/rad) at one end of a section of `elements` equal lumps whose other end carries `load`.
+
+    Each element has half of its inertia and drag at either node and between them its stiffness in
+    parallel with its internal damping, whatever the laws, so that the error falls with elements⁻².
+    One element is the lumped two-inertia model of figure 2.
+    """
+    step = section.length / elements
+    shunt, series = immittances(section, s)
+    half, spring = shunt * step / 2, series / step
+    admittance = load
+    for _ in range(elements):
+        below = admittance + half
+        admittance = half + below * spring / (below + spring)
+    return admittance
+
+
+def ladder_string_admittance(system: DrillingSystem, s: Complex, elements: int) -> Complex:
+    """Y_in (N m s/rad) of the whole string with so many elements in each section."""
+    admittance = above_motor(system.motor, bit_load(system.bit, s), s)
+    for section in reversed(system.string):
+        admittance = ladder_input_admittance(section, admittance, s, elements)
+    return admittance

@@ -10,17 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex, Floats
 from drillid.errors import EstimationError
 from drillid.physics.bottom_end import bit_load, chain_through_motor
-from drillid.physics.dual import Dual, derivatives
-from drillid.physics.equipment import DrillingSystem
-from drillid.physics.line import Complex, chain_entries
-from drillid.physics.many import of_window, window_shape
+from drillid.physics.dual_numbers import Dual, derivatives
+from drillid.physics.equipment import DrillingSystem, of_window, window_shape
+from drillid.physics.line import chain_entries
 from drillid.physics.top_drive import top_admittance
-
-Poles = NDArray[np.complex128]
 
 FASTEST_DECAY = 20.0
 """1/s; faster decaying motion is not looked for."""
@@ -39,16 +36,16 @@ _SMALLEST_RECTANGLE = 1e-7
 class Modes:
     """Poles above the real axis, in order of frequency."""
 
-    poles: Poles
+    poles: Complex
     """Shape (..., mode), 1/s; NaN beyond the last of a window that has fewer than another."""
 
     @property
-    def frequency(self) -> NDArray[np.float64]:
+    def frequency(self) -> Floats:
         """Frequency of the damped motion, Im s/2π, Hz."""
         return self.poles.imag / (2 * np.pi)
 
     @property
-    def damping_ratio(self) -> NDArray[np.float64]:
+    def damping_ratio(self) -> Floats:
         """−Re s/|s|, 1 at critical damping, negative where the motion grows."""
         return -self.poles.real / np.abs(self.poles)
 
@@ -99,7 +96,7 @@ def modes(
     return Modes(padded.reshape(*shape, -1) if shape else padded[0])
 
 
-def _poles(system: DrillingSystem, corners: tuple[complex, complex], stiff: bool) -> Poles:
+def _poles(system: DrillingSystem, corners: tuple[complex, complex], stiff: bool) -> Complex:
     """Poles of one window inside a rectangle, in order of frequency."""
 
     def function(s: Any) -> Any:
@@ -112,8 +109,8 @@ def _poles(system: DrillingSystem, corners: tuple[complex, complex], stiff: bool
 
 def pole_derivatives(
     build: Callable[..., DrillingSystem],
-    parameters: NDArray[np.float64],
-    poles: Poles | complex,
+    parameters: Floats,
+    poles: Complex | complex,
     *,
     stiff: bool = False,
 ) -> Complex:
@@ -200,7 +197,7 @@ def _along_boundary(
     )
 
 
-def _newton(function: Callable[[Any], Any], starts: list[complex]) -> Poles:
+def _newton(function: Callable[[Any], Any], starts: list[complex]) -> Complex:
     """Zeros near the starts, to rounding."""
     zeros = np.array(starts, dtype=complex)
     moving = np.arange(zeros.size)

@@ -8,12 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.equipment import DrillingSystem, RegenerativeCutting, StribeckCutting
-
-Vector = NDArray[np.float64]
 
 _RATE = 1e-3
 """m/s, rate of penetration of blades of which only the torque is known."""
@@ -60,14 +58,14 @@ class WallContact:
     the slip law of Ruina (1983), Journal of Geophysical Research 88, 10359–10370, without the slow healing.
     """
 
-    edges: Vector
+    edges: Floats
     """(pieces + 1,) m from the top of the string, rising."""
-    static: Vector
+    static: Floats
     """(pieces,) N, torque per length that a standing string can take."""
-    dynamic: Vector
+    dynamic: Floats
     """(pieces,) N, torque per length far above the threshold speed."""
     weakening: Weakening = Weakening()
-    rest: Vector | float = 0.0
+    rest: Floats | float = 0.0
     """(pieces,) or one for all, share by which a string that has rested long is held more than one that has turned."""
     rest_angle: float = 10.0
     """rad of slip, over which that share falls to 1/e."""
@@ -88,16 +86,16 @@ class WallContact:
                 "Build it with drillid.physics.soft_string.wall_contact, or correct the levels",
             )
 
-    def within(self, edges: Vector) -> tuple[Vector, Vector]:
+    def within(self, edges: Floats) -> tuple[Floats, Floats]:
         """Static and dynamic torque (N m) between each pair of neighbouring edges (m), as exact integrals."""
         return self._integrals(edges, self.static), self._integrals(edges, self.dynamic)
 
-    def rest_within(self, edges: Vector) -> Vector:
+    def rest_within(self, edges: Floats) -> Floats:
         """Share of rest between each pair of neighbouring edges (m), weighted with static friction."""
         held = self._integrals(edges, self.static)
         return np.divide(self._integrals(edges, self.static * self.rest), held, np.zeros(held.size), where=held > 0)
 
-    def _integrals(self, edges: Vector, level: Vector) -> Vector:
+    def _integrals(self, edges: Floats, level: Floats) -> Floats:
         gathered = np.concatenate([[0.0], np.cumsum(level * np.diff(self.edges))])
         return np.asarray(np.diff(np.interp(edges, self.edges, gathered)), dtype=float)
 

@@ -4,23 +4,18 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex, Floats
 from drillid.physics.bottom_end import above_motor, below_motor, bit_load, motor_impedance
 from drillid.physics.equipment import DrillingSystem
-from drillid.physics.inversion import Floats, inverse_laplace
-from drillid.physics.line import Complex, input_admittance, input_impedance, propagation, speed_ratio
+from drillid.physics.line import input_admittance, input_impedance, propagation, speed_ratio
 from drillid.physics.top_drive import drive, top_admittance, torque_transfers
-
-Steps = tuple[Floats, Floats]
 
 _LEAST_INERTIA = 1e-6
 """kg m²; stands for a bit without inertia, whose speed steps at once."""
-_LEAST_LAG = 1e-9
-"""s; stands for a drive without lag."""
 
 
-def laplace(frequency: NDArray[np.float64]) -> Complex:
+def laplace(frequency: Floats) -> Complex:
     """Laplace variable s = 2πjf for frequencies in Hz."""
     return np.asarray(2j * np.pi * np.asarray(frequency), dtype=complex)
 
@@ -94,72 +89,3 @@ def _bit_alone(system: DrillingSystem) -> tuple[Any, Any]:
     """Inertia and resistance that a torque meets at the bit before anything is reflected."""
     resistance = system.string[-1].characteristic_admittance + system.bit.damping
     return np.maximum(system.bit.inertia, _LEAST_INERTIA), resistance
-
-
-def bit_step_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
-    """Bit speed after a unit torque step at the bit.
-
-    The step into bit and lowest section without reflections is known in closed form and taken
-    out first, so that the remainder's spectrum falls fast. The error is below 1e-6 of the largest
-    value (against 30-digit inversion, usual rigs). Unstable systems: see `inverse_laplace`.
-
-    Parameters
-    ----------
-    duration, interval : length and spacing of the lags, s; lag 0 is the instant before the step
-
-    Returns
-    -------
-    lags : shape (lag,), s
-    bit_speed : shape (..., lag), rad/s per N m; a Dual where the equipment holds one
-    """
-    inertia, resistance = _bit_alone(system)
-
-    def remainder(s: Complex) -> Any:
-        return bit_mobility(system, s, stiff=stiff) / s - 1 / (s * (inertia * s + resistance))
-
-    lags, reflections = inverse_laplace(remainder, duration, interval)
-    bit_speed = (reflections - np.expm1(-resistance / inertia * lags) / resistance) * (lags > 0)
-    return lags, bit_speed
-
-
-def bit_impulse_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
-    """Bit speed after a unit angular momentum given to the bit, whose inertia must be positive.
-
-    As `bit_step_response`, with lag 0 the instant after the impulse. The error is below 1e-4 of the first
-    value; there, where the motion is fastest, it may reach 1 %.
-
-    Returns
-    -------
-    lags : shape (lag,), s
-    bit_speed : shape (..., lag), rad/s per N m s; a Dual where the equipment holds one
-    """
-    inertia, resistance = _bit_alone(system)
-
-    def remainder(s: Complex) -> Any:
-        return bit_mobility(system, s, stiff=stiff) - 1 / (inertia * s + resistance)
-
-    lags, reflections = inverse_laplace(remainder, duration, interval)
-    return lags, reflections + np.exp(-resistance / inertia * lags) / inertia
-
-
-def command_step_response(system: DrillingSystem, duration: float, interval: float) -> Steps:
-    """Top-drive speed after a unit step of the sweep torque.
-
-    Taken out first in closed form: the delayed and lagging torque on the top drive's inertia alone. The
-    error is below 2e-6 of the largest value.
-
-    Returns
-    -------
-    lags : shape (lag,), s
-    speed : shape (..., lag), rad/s per N m; a Dual where the equipment holds one
-    """
-    top_drive = system.top_drive
-
-    def remainder(s: Complex) -> Any:
-        return command_mobility(system, s) / s - drive(top_drive, s) / (top_drive.inertia * s * s)
-
-    lags, rest = inverse_laplace(remainder, duration, interval)
-    since = np.maximum(lags - top_drive.delay, 0.0)
-    lag = np.maximum(top_drive.lag, _LEAST_LAG)
-    alone = top_drive.gain / top_drive.inertia * (since + lag * np.expm1(-since / lag))
-    return lags, rest + alone

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from drillid.arrays import Complex
 from drillid.errors import SettingsError
 from drillid.physics.equipment import DrillingSystem, Figure
-from drillid.physics.line import Complex
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.equipment import STEEL_DENSITY
 from drillid.physics.nonlinear import WallContact, Weakening
 from drillid.units import STANDARD_GRAVITY
-
-Vector = NDArray[np.float64]
 
 LONGEST_PIECE = 5.0
 """m; friction is constant within a piece."""
@@ -31,11 +30,11 @@ LONGEST_PIECE = 5.0
 class Survey:
     """Stations of a directional survey; both angles change linearly with depth between them."""
 
-    depth: Vector
+    depth: Floats
     """(stations,) m along the hole, rising."""
-    inclination: Vector
+    inclination: Floats
     """(stations,) rad from the vertical."""
-    azimuth: Vector
+    azimuth: Floats
     """(stations,) rad, without jumps of a full turn."""
 
     @classmethod
@@ -81,13 +80,13 @@ class Pipe:
 class SideForces:
     """Forces along the string, in pieces."""
 
-    edges: Vector
+    edges: Floats
     """(pieces + 1,) m."""
-    tension: Vector
+    tension: Floats
     """(pieces,) N, effective tension in the middle of each piece."""
-    side_force: Vector
+    side_force: Floats
     """(pieces,) N/m."""
-    radius: Vector
+    radius: Floats
     """(pieces,) m, that touches the wall."""
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.errors import SettingsError
-from drillid.physics.dual import primal
+from drillid.physics.dual_numbers import primal
 from drillid.physics.equipment import Figure, Section
 
 String = tuple[Section, ...]

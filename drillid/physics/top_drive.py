@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from drillid.arrays import Complex
 from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
-from drillid.physics.line import Complex
 
 
 def control(controller: Controller, s: Complex) -> Complex:

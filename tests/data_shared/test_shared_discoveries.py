@@ -4,14 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import field, motor
-from benchmarks.discoveries_field import Misses, log_odds
-from benchmarks.discoveries_field_rows import CONTACT, REST, SOLID, STIFFER, field_rows, parts, simulated
-from benchmarks.discoveries_figures import draw_field, draw_motor
-from benchmarks.discoveries_motor import MotorExamined, examine_motor, read_record
-from benchmarks.discoveries_motor_rows import motor_rows
-from benchmarks.discoveries_rows import Discovery
-from drillid.field_log import FieldLog, read_field_log
+from benchmarks.discoveries import motor_fit as motor
+from benchmarks.discoveries.field import Misses, log_odds
+from benchmarks.discoveries.field_rows import CONTACT, REST, SOLID, STIFFER, field_rows, parts, simulated
+from benchmarks.discoveries.figures import draw_field, draw_motor
+from benchmarks.discoveries.motor import MotorExamined, examine_motor, read_record
+from benchmarks.discoveries.motor_rows import motor_rows
+from benchmarks.discoveries.rows import Discovery
+from benchmarks.field import start_up as field
+from benchmarks.field.log import FieldLog, read_field_log
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import field
-from benchmarks.field import DATA, JITTER, LADDER, jittered_scores, run, scored, table, write
-from drillid.field_log import FieldLog, read_field_log, score
-from drillid.field_well import STATISTICS_DELAY, TIME_STEP
+from benchmarks.field import start_up as field
+from benchmarks.field.log import FieldLog, read_field_log, score
+from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_scores, run, scored, table, write
+from drillid.simulation.start_up import STATISTICS_DELAY, TIME_STEP
 
 
 @pytest.fixture(scope="module")

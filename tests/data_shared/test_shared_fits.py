@@ -8,12 +8,18 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from drillid import depth, discrepancy, fits, mobility, records, spectra, windows
-from drillid.config import FitsSettings, Settings
+from drillid import discrepancy
+from drillid.config.rig import Rig
+from drillid.config.settings import FitsSettings, Settings
+from drillid.config.sheets import Well
+from drillid.datasets.store import WellFolders
+from drillid.depth import stage as depth
+from drillid.fits import stage as fits
+from drillid.mobility import stage as mobility
 from drillid.physics.equipment import polar_moment
-from drillid.rig import Rig
-from drillid.sheets import Well
-from drillid.store import WellFolders
+from drillid.records import stage as records
+from drillid.spectra import stage as spectra
+from drillid.windows import stage as windows
 
 ROOT = Path(__file__).resolve().parents[2]
 LOGS = ROOT.parent / "shared" / "data" / "rig-logs" / "W10"

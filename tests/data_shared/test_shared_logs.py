@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from drillid import records, windows
-from drillid.config import Settings
-from drillid.rig import Rig
-from drillid.store import Problem, WellFolders
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.datasets.store import Problem, WellFolders
+from drillid.records import stage as records
+from drillid.windows import stage as windows
 
 ROOT = Path(__file__).resolve().parents[2]
 LOGS = ROOT.parent / "shared" / "data" / "rig-logs"

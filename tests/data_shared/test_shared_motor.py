@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motor import DATA, MotorFit, MotorMobility, draw, fit_motor, halves
+from benchmarks.discoveries.motor_fit import DATA, MotorFit, MotorMobility, draw, fit_motor, halves
 
 NAMES = ("two inertias, delay", "+ loss factor of the coupling", "+ first-order lag", "+ lag, second lag")
 

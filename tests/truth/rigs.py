@@ -1,12 +1,10 @@
 """Rigs and excitation that the tests of the simulator share."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex, Floats
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.simulate import TIME_STEP
-
-Vector = NDArray[np.float64]
+from drillid.simulation.simulate import TIME_STEP
 
 SPEED = 12.0
 PERIOD = 100.0
@@ -19,7 +17,7 @@ SYSTEM = DrillingSystem(TOP_DRIVE, (PIPE, COLLARS), Bit(40.0, 40.0))
 FREQUENCIES = np.arange(5, round(5 * PERIOD) + 1) / PERIOD
 
 
-def multisine(steps: int, amplitude: float = 20.0) -> Vector:
+def multisine(steps: int, amplitude: float = 20.0) -> Floats:
     """All of FREQUENCIES at once with random phases and one amplitude, one period."""
     lines = np.zeros(steps // 2 + 1, dtype=complex)
     phases = np.random.default_rng(0).uniform(0, 2 * np.pi, FREQUENCIES.size)
@@ -27,7 +25,7 @@ def multisine(steps: int, amplitude: float = 20.0) -> Vector:
     return np.fft.irfft(lines, steps)
 
 
-def lines_of(series: Vector, samples: int) -> NDArray[np.complex128]:
+def lines_of(series: Floats, samples: int) -> Complex:
     """Fourier coefficients of the last period at FREQUENCIES."""
     return np.asarray(np.fft.rfft(series[-samples:])[np.rint(FREQUENCIES * PERIOD).astype(int)], dtype=complex)
 

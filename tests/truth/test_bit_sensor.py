@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drillid.bit_sensor import NoiseLevels, command_of_control, sense_bit, severity
+from drillid.control.bit_sensor import NoiseLevels, command_of_control, sense_bit, severity
 from drillid.errors import EstimationError, SettingsError
-from drillid.excitation import coloured_noise, exponential_sweeps
+from drillid.excitation.torques import coloured_noise, exponential_sweeps
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
 
 RATE = 1 / SAMPLE_INTERVAL
 LEAD_IN = round(120.0 * RATE)

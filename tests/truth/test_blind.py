@@ -13,18 +13,20 @@ import numpy as np
 import pytest
 from scipy.special import logit
 
-from benchmarks.blind import cases
 from benchmarks.blind.calibrate import uncalibrated
-from benchmarks.blind.cases import Case, Hidden, evidence_of, plain_case
-from benchmarks.blind.draw import obvious
-from benchmarks.blind.effects_string import upper_share
 from benchmarks.blind.engines import ERROR_RATE, Answer
+from benchmarks.blind.generator import cases
+from benchmarks.blind.generator.cases import Case, Hidden, evidence_of, plain_case
+from benchmarks.blind.generator.draw import obvious
+from benchmarks.blind.generator.effects_string import upper_share
+from benchmarks.blind.ideal.trace import trace
 from benchmarks.blind.judge import Ideals, ideals, judge
-from benchmarks.blind.trace import trace
-from drillid.discrepancy import CATALOGUE, Verdict, examine, screen
-from drillid.discrepancy.calibration import LINES
-from drillid.discrepancy.set_fit import fit_set
-from drillid.discrepancy.set_model import SetModel
+from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.inference import screen
+from drillid.discrepancy.inference.set_fit import fit_set
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.verdict import LINES
 
 HIDDEN = {
     "drive_lag": 1,

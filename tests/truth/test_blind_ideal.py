@@ -6,17 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.blind import cases
-from benchmarks.blind.alike import imitated, same, stands_in
-from benchmarks.blind.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
-from benchmarks.blind.draw import draw, sized
-from benchmarks.blind.effects_sensor import wrong_factor
-from benchmarks.blind.ideal import Ideal
+from benchmarks.blind.generator import cases
+from benchmarks.blind.generator.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
+from benchmarks.blind.generator.draw import draw, sized
+from benchmarks.blind.generator.effects_sensor import wrong_factor
+from benchmarks.blind.ideal.alike import imitated, same, stands_in
+from benchmarks.blind.ideal.ideal import Ideal
+from benchmarks.blind.ideal.theory import Theory, noise_density
 from benchmarks.blind.judge import ideals
 from benchmarks.blind.scores import upper_limit
-from benchmarks.blind.theory import Theory, noise_density
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.naming import SAME
+from drillid.discrepancy.verdicts.naming import SAME
 from drillid.physics.responses import command_mobility, laplace
 
 

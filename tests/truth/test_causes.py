@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from drillid.discrepancy.causes import CATALOGUE, Cause, Circumstances, Setup
-from drillid.physics.dual import Dual
+from drillid.arrays import Complex
+from drillid.discrepancy.catalogue import CATALOGUE, Cause, Circumstances, Setup
+from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
 from drillid.physics.responses import laplace, string_admittance
 from drillid.physics.sensor import Recording
@@ -29,7 +29,7 @@ def setup() -> Setup:
     return Setup(system, Recording())
 
 
-def mobility(cause: Cause, size: object, shape: float) -> NDArray[np.complex128]:
+def mobility(cause: Cause, size: object, shape: float) -> Complex:
     result = cause.extend(setup(), size, shape, CIRCUMSTANCES).mobility(S)
     return np.asarray(result.value if isinstance(result, Dual) else result)
 

@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from drillid.channel_offset import ChannelOffset, channel_offset
-from drillid.cross_spectra import Spectra
 from drillid.errors import EstimationError
-from drillid.periodic import line_spectra
-from drillid.recorder import Recorder
+from drillid.mobility.channel_offset import ChannelOffset, channel_offset
+from drillid.simulation.recorder import Recorder
+from drillid.spectra.cross_spectra import Spectra
+from drillid.spectra.periodic import line_spectra
 from tests.simulated import RATE, SHALLOW, drilled
 
 FREQUENCY = np.arange(6, 481) / 120.0

@@ -6,10 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from drillid.control import (
+from drillid.arrays import Complex
+from drillid.control.margins import is_stable, loop_transfer, margins, unstable_poles
+from drillid.control.stick_slip import (
+    critical_slope,
+    lowest_stable_speed,
+    simulated_growth,
+    simulated_lowest_speed,
+    stick_slip_map,
+)
+from drillid.control.tuning import (
     Family,
     Goal,
     Limits,
@@ -22,26 +30,15 @@ from drillid.control import (
     tune,
 )
 from drillid.errors import EstimationError, SettingsError
-from drillid.excitation import coloured_noise
-from drillid.figures_control import draw_bit_mobility, draw_stick_slip_map
-from drillid.margins import is_stable, loop_transfer, margins, unstable_poles
+from drillid.excitation.torques import coloured_noise
+from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
+from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, ImpedanceMatching, Section, TopDrive
-from drillid.physics.line import Complex
-from drillid.physics.model import drilling_system
 from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
-from drillid.simulate import TIME_STEP, simulate
-from drillid.stick_slip import (
-    critical_slope,
-    lowest_stable_speed,
-    simulated_growth,
-    simulated_lowest_speed,
-    stick_slip_map,
-)
+from drillid.simulation.simulate import TIME_STEP, simulate
 from tests.simulated import DEEP
-
-Floats = NDArray[np.float64]
 
 STIFF = Controller(20000.0, 20000.0)
 SOFT = Controller(1500.0, 800.0)

@@ -3,13 +3,13 @@
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from drillid.arrays import Complex, Floats
 from drillid.errors import SettingsError
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, MudDrag, RootDrag
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.inversion import inverse_laplace
-from drillid.physics.responses import bit_speed_ratio, bit_step_response, laplace
+from drillid.physics.responses import bit_speed_ratio, laplace
+from drillid.physics.time_responses import bit_step_response, inverse_laplace
 
 PIPE = Section(3000.0, 1.6e-5)
 DENSITY, VISCOSITY, OUTER, INNER = 1300.0, 0.04, 0.1397, 0.1214
@@ -29,7 +29,7 @@ def test_mud_drag_agrees_with_forty_digit_bessel_functions(viscosity: float) -> 
             assert abs(value / exact - 1) < 1e-11
 
 
-def oscillating_flow(nodes: NDArray[np.float64], fixed: dict[int, float], s: complex) -> NDArray[np.complex128]:
+def oscillating_flow(nodes: Floats, fixed: dict[int, float], s: complex) -> Complex:
     """Swirl u(r) of ρ s u = μ d/dr(1/r d(r u)/dr) by finite volumes, with u fixed at some nodes."""
     count = nodes.size
     matrix, right = np.zeros((count, count), dtype=complex), np.zeros(count, dtype=complex)
@@ -84,7 +84,7 @@ def test_laws_are_causal(law: DampingLaw | None) -> None:
     pipe = Section(3000.0, 1.6e-5, kappa=50.0, laws=(law,) if law else ())
     system = DrillingSystem(PASSIVE_STRING, (pipe,), Bit(80.0))
 
-    def transform(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def transform(s: Complex) -> Complex:
         return bit_speed_ratio(system, s) / s * np.exp(-s) / (1 + 0.05 * s) ** 2
 
     lags, speed = inverse_laplace(transform, 8.0, 0.02)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
+from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS, Controller, ImpedanceMatching
-from drillid.physics.model import KnownEquipment, command_mobility_with_derivatives, drilling_system
+from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import command_mobility, laplace
-from drillid.schema import PARAMETERS
 
 FREQUENCIES = np.array([0.05, 0.3, 1.1, 4.7])
 POINTS = [

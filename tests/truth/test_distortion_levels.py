@@ -6,10 +6,10 @@ from scipy.fft import rfft
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from drillid.distortion_levels import DistortionLevels, distortion_levels, sweep_rate
 from drillid.errors import EstimationError
-from drillid.excitation import SWEEP_BANDS, exponential_sweeps, linear_sweep
-from drillid.periodic import line_spectra
+from drillid.excitation.torques import SWEEP_BANDS, exponential_sweeps, linear_sweep
+from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate
+from drillid.spectra.periodic import line_spectra
 
 RATE, PERIOD = 50.0, 120.0
 TIME = np.arange(int(600 * RATE)) / RATE

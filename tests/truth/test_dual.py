@@ -7,10 +7,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from drillid.physics.dual import Dual, derivatives, lifted, linear, primal
+from drillid.physics.dual_numbers import Dual, derivatives, lifted, linear, primal
+from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.model import KnownEquipment, command_mobility_with_derivatives
-from drillid.physics.responses import bit_step_response, command_mobility, laplace
+from drillid.physics.responses import command_mobility, laplace
+from drillid.physics.time_responses import bit_step_response
 
 POINTS = (0.7, 1.9, 0.4 + 1.3j, 2.1 - 0.6j)
 UFUNCS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {

@@ -5,10 +5,11 @@ import pytest
 import xarray as xr
 from scipy.stats import binom, kstest
 
-from drillid.config import MobilitySettings
+from drillid.config.settings import MobilitySettings
+from drillid.datasets.codes import Gate
 from drillid.discrepancy import flag, normality_probability, run_pulls, whiteness_probability
-from drillid.mobility import gated_mobility, stack_windows
-from drillid.schema import Gate
+from drillid.mobility.gate import gated_mobility
+from drillid.mobility.stacks import stack_windows
 
 FREQUENCY = np.arange(6, 481) / 120.0
 PERIODS, FREEDOM = 5.0, 18.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillid.excitation import SWEEP_BANDS, SWEEP_PERIOD, coloured_noise, exponential_sweeps
+from drillid.excitation.torques import SWEEP_BANDS, SWEEP_PERIOD, coloured_noise, exponential_sweeps
 
 STEP = 0.001
 

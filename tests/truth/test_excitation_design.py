@@ -4,13 +4,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.excitation import situation as field_situation
 from benchmarks.excitation import table
-from drillid.distortion import distortion, sweep_orders
+from drillid.arrays import Complex, Floats
 from drillid.errors import EstimationError, SettingsError
-from drillid.excitation import (
+from drillid.excitation.design import (
+    Criterion,
+    Situation,
+    band_information,
+    crest_factor,
+    criterion_of,
+    design,
+    half_octaves,
+    line_power,
+    lines_within,
+    power_per_band,
+)
+from drillid.excitation.detection_lines import distortion, sweep_orders
+from drillid.excitation.torques import (
     SWEEP_BANDS,
     Multisine,
     band_limited_noise,
@@ -23,27 +35,12 @@ from drillid.excitation import (
     powered_sweep,
     white_noise,
 )
-from drillid.excitation_design import (
-    Criterion,
-    Situation,
-    band_information,
-    crest_factor,
-    criterion_of,
-    design,
-    half_octaves,
-    line_power,
-    lines_within,
-    power_per_band,
-)
-from drillid.physics.model import command_mobility_with_derivatives
+from drillid.physics.eight_parameters import command_mobility_with_derivatives
 from drillid.physics.nonlinear import DriveLimits, NonlinearRig
+from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import laplace
-from drillid.schema import PARAMETERS
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.simulated import RATE, SHALLOW
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 BAND = (0.05, 4.0)
 EDGES = half_octaves(*BAND)

@@ -7,31 +7,33 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
-from drillid.config import Settings
-from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict, examine, linear_verdicts
-from drillid.discrepancy.advice import advise
-from drillid.discrepancy.extended import figures, identified_setups, setup_of
-from drillid.discrepancy.gain import Gain
-from drillid.discrepancy.held_out import PHASES, in_band, mean_period
-from drillid.discrepancy.immittance import missing_immittance
-from drillid.discrepancy.location import surely_placed
-from drillid.discrepancy.products import examination_dataset
-from drillid.discrepancy.reflectogram import echoes, reflectogram
-from drillid.discrepancy.set_fit import fit_set, without_strays
-from drillid.discrepancy.set_model import Extension, Point, SetModel
-from drillid.discrepancy.verdict import UNKNOWN
-from drillid.discrepancy.wells import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
-from drillid.margins import loop_transfer, margins
+from drillid.arrays import Complex
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.control.margins import loop_transfer, margins
+from drillid.datasets.examined import EXAMINATIONS
+from drillid.datasets.store import WellFolders, write_store
+from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
+from drillid.discrepancy.inference.localisation import surely_placed
+from drillid.discrepancy.inference.set_fit import fit_set, without_strays
+from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.products.advice import advise
+from drillid.discrepancy.products.dataset import examination_dataset
+from drillid.discrepancy.products.extended_model import figures, identified_setups, setup_of
+from drillid.discrepancy.products.immittance import missing_immittance
+from drillid.discrepancy.products.prediction import PHASES, in_band, mean_period
+from drillid.discrepancy.products.reflectogram import echoes, reflectogram
+from drillid.discrepancy.sets import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
+from drillid.discrepancy.verdicts import from_responses as linear_verdicts
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import DrillingSystem
-from drillid.physics.model import drilling_system
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.physics.top_drive import control
-from drillid.rig import Rig
-from drillid.schema import EXAMINATIONS
-from drillid.sheets import Well
-from drillid.store import WellFolders, write_store
 from tests.simulated import RIG, SHALLOW, Processed, Truth, drilled, write_records
 
 LAG = 0.04
@@ -104,7 +106,7 @@ def test_bit_mobility_and_steps_are_those_of_the_lagging_rig(lagging: Processed)
     assert np.isfinite(depth["bit_step_controlled"].values).all()
 
 
-def error(found: NDArray[np.complex128], truth: NDArray[np.complex128]) -> float:
+def error(found: Complex, truth: Complex) -> float:
     """Root mean square of the relative error."""
     return float(np.sqrt(np.mean(np.abs(found / truth - 1) ** 2)))
 

@@ -6,24 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.field.log import FieldLog, read_field_log, score
+from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.errors import LogError, SettingsError
-from drillid.field_files import ramped_speed, read_survey
-from drillid.field_log import FieldLog, read_field_log, score
-from drillid.field_well import (
-    ASSEMBLY,
-    MUD_DENSITY,
-    PIPE_INNER,
-    PIPE_OUTER,
-    RATE,
-    SURVEY,
-    TOP_DRIVE_INERTIA,
-    WELL_B,
-    Friction,
-    StartUp,
-    rig_at,
-    start_up,
-)
 from drillid.physics.soft_string import Survey
+from drillid.simulation.start_up import RATE, Friction, StartUp, rig_at, start_up
+from drillid.simulation.start_up_files import ramped_speed, read_survey
 from drillid.units import RPM, STANDARD_GRAVITY
 
 SLIDING = Friction(0.1, kappa=3000.0, delta=1e9)
@@ -37,7 +25,7 @@ def ramp(seconds: float, speed: float, rise: float = 5.0) -> np.ndarray:
 
 
 def test_steady_rotation_takes_the_sliding_torque_and_the_drag_of_the_whole_string() -> None:
-    rig = rig_at(1733.0, SURVEY, SLIDING)
+    rig = rig_at(1733.0, SURVEY, EQUIPMENT, SLIDING)
     made = start_up(rig, ramp(60.0, 10.0))
     assert rig.contact is not None
     sliding = float(np.sum(rig.contact.dynamic * np.diff(rig.contact.edges)))
@@ -47,15 +35,15 @@ def test_steady_rotation_takes_the_sliding_torque_and_the_drag_of_the_whole_stri
 
 
 def test_a_string_without_friction_takes_momentum_alone() -> None:
-    rig = rig_at(1733.0, SURVEY, Friction(0.0, delta=1e9))
+    rig = rig_at(1733.0, SURVEY, EQUIPMENT, Friction(0.0, delta=1e9))
     made = start_up(rig, ramp(30.0, 8.0))
-    inertia = TOP_DRIVE_INERTIA + sum(section.inertia for section in rig.system.string)
+    inertia = EQUIPMENT.top_drive.inertia + sum(section.inertia for section in rig.system.string)
     assert np.sum(made.torque) / RATE == pytest.approx(inertia * 8.0, rel=0.05)
 
 
 def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
     friction = Friction(0.1, breakaway=2.0, threshold=0.5)
-    rig = rig_at(1733.0, SURVEY, friction)
+    rig = rig_at(1733.0, SURVEY, EQUIPMENT, friction)
     made = start_up(rig, ramp(20.0, 6.0))
     assert rig.contact is not None
     static = float(np.sum(rig.contact.static * np.diff(rig.contact.edges)))
@@ -68,7 +56,7 @@ def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
 
 def test_longer_strings_and_heavier_assemblies_take_more() -> None:
     def torque(depth: float, friction: Friction) -> float:
-        contact = rig_at(depth, SURVEY, friction).contact
+        contact = rig_at(depth, SURVEY, EQUIPMENT, friction).contact
         assert contact is not None
         return float(np.sum(contact.static * np.diff(contact.edges)))
 
@@ -76,21 +64,23 @@ def test_longer_strings_and_heavier_assemblies_take_more() -> None:
     assert torque(2500.0, plain) > torque(1733.0, plain)
     assert torque(1733.0, Friction(0.2, assembly_sliding=1.5)) > torque(1733.0, plain)
     assert torque(1733.0, Friction(0.2, breakaway=2.0)) == pytest.approx(2 * torque(1733.0, plain))
-    inertias = [rig_at(1733.0, SURVEY, Friction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)]
+    inertias = [
+        rig_at(1733.0, SURVEY, EQUIPMENT, Friction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)
+    ]
     assert inertias[1][0].inertia == inertias[0][0].inertia
     assert inertias[1][1].inertia == pytest.approx(0.7 * inertias[0][1].inertia)
 
 
 def steady_torque(survey: Survey, friction: Friction) -> float:
-    return float(start_up(rig_at(1733.0, survey, friction), ramp(60.0, 10.0)).torque[-500:].mean())
+    return float(start_up(rig_at(1733.0, survey, EQUIPMENT, friction), ramp(60.0, 10.0)).torque[-500:].mean())
 
 
 def test_another_hole_changes_the_torque_by_the_weight_that_it_carries() -> None:
     """In a straight hole at the inclination θ all sliding torque is μ sin θ Σ w r L, w the buoyed weight per length."""
     friction = Friction(0.2, kappa=3000.0, delta=1e9)
     torques = [steady_torque(Survey.from_degrees([0, 3000], [angle, angle]), friction) for angle in (0, 20, 50)]
-    figures = ((1733.0 - sum(length for length, _, _ in ASSEMBLY), PIPE_OUTER, PIPE_INNER), *ASSEMBLY)
-    steel = (7850.0 - MUD_DENSITY) * STANDARD_GRAVITY * np.pi / 4
+    figures = ((1733.0 - EQUIPMENT.assembly_length, *EQUIPMENT.pipe), *EQUIPMENT.assembly)
+    steel = (7850.0 - EQUIPMENT.mud_density) * STANDARD_GRAVITY * np.pi / 4
     carried = sum(steel * (outer**2 - inner**2) * outer / 2 * length for length, outer, inner in figures)
     for angle, torque in ((20, torques[1]), (50, torques[2])):
         assert torque - torques[0] == pytest.approx(0.2 * carried * np.sin(np.radians(angle)), rel=0.01)
@@ -105,7 +95,7 @@ def test_friction_of_rest_is_gone_after_long_rotation() -> None:
 
 
 def test_stick_slip_of_the_fitted_well_is_the_same_at_half_the_time_step() -> None:
-    rig = rig_at(1733.0, SURVEY, WELL_B)
+    rig = rig_at(1733.0, SURVEY, EQUIPMENT, FRICTION)
     coarse, fine = (start_up(rig, ramped_speed(70.0, 15.0, 40.0), step) for step in (0.005, 0.0025))
     sticking = coarse.bit_speed[2500:] == 0
     assert 0.1 < sticking.mean() < 0.7
@@ -146,7 +136,7 @@ def test_a_survey_is_read_from_its_sheet(tmp_path: Path) -> None:
 
 def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingsError):
-        rig_at(200.0, SURVEY, SLIDING)
+        rig_at(200.0, SURVEY, EQUIPMENT, SLIDING)
     with pytest.raises(SettingsError):
         Friction(-0.1)
     with pytest.raises(SettingsError):

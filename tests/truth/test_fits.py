@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from drillid.config import Settings
-from drillid.cross_spectra import stacked
-from drillid.estimation import Fit, Measured, Prior, fit
-from drillid.fits import measured_rows
-from drillid.mobility import gated_mobility
-from drillid.schema import PARAMETERS
-from drillid.spectra import frequency_grid, line_spectra
+from drillid.arrays import Floats
+from drillid.config.settings import Settings
+from drillid.fits.window_fit import Fit, Measured, Prior, fit, measured_rows
+from drillid.mobility.gate import gated_mobility
+from drillid.physics.parameters import PARAMETERS
+from drillid.spectra.cross_spectra import stacked
+from drillid.spectra.periodic import line_spectra
+from drillid.spectra.stage import frequency_grid
 from tests.simulated import DEEP, RATE, SHALLOW, WINDOW_S, Truth, drilled
 
 SETTINGS = Settings.checked({"fits": {"use_knowledge": False}}, "test")
@@ -27,7 +27,7 @@ class Trials:
     truth: Truth
     fits: list[Fit]
 
-    def pulls(self, parameter: str) -> NDArray[np.float64]:
+    def pulls(self, parameter: str) -> Floats:
         """Value less truth over the standard error, shape (seed,)."""
         index = list(PARAMETERS).index(parameter)
         errors = [found.value[index] - self.truth.parameters[index] for found in self.fits]

@@ -5,20 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from drillid.arrays import Floats
 from drillid.errors import EstimationError
-from drillid.estimation import Fit, Measured, Prior, fit
-from drillid.joint import JointFit, joint_fit
-from drillid.joint_stream import Latest, carried_on
+from drillid.fits.joint.dataset import Latest, carried_on
+from drillid.fits.joint.fit import JointFit, joint_fit
+from drillid.fits.window_fit import Fit, Measured, Prior, fit
 from drillid.physics.equipment import Bit
-from drillid.physics.model import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT
+from drillid.physics.parameters import DAMPING_BHA, DELAY, INERTIA_TD, LENGTH, PARAMETERS, POLAR_MOMENT
 from drillid.physics.responses import laplace
-from drillid.schema import PARAMETERS
 from tests.simulated import SHALLOW, Truth
 from tests.truth.test_fits import SETTINGS, measured
-
-Floats = NDArray[np.float64]
 
 WINDOWS, JUMP_BELOW = 8, 3
 FACTOR, OFFSET = 1.02, 2.0

@@ -17,7 +17,7 @@ from drillid.physics.damping import (
     RootDrag,
     ViscousWall,
 )
-from drillid.physics.dual import derivatives
+from drillid.physics.dual_numbers import derivatives
 from drillid.physics.equipment import (
     Bit,
     Controller,
@@ -30,8 +30,8 @@ from drillid.physics.equipment import (
     TopDrive,
     polar_moment,
 )
-from drillid.physics.ladder import ladder_string_admittance
 from drillid.physics.line import chain_matrix, input_admittance, input_impedance
+from drillid.physics.lumped import ladder_string_admittance
 from drillid.physics.responses import (
     bit_mobility,
     bit_reflection,

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.physics.ladder import ladder_input_admittance
 from drillid.physics.line import chain_matrix, input_admittance, input_impedance, propagation, speed_ratio
-from drillid.physics.responses import bit_mobility, bit_step_response, laplace, string_admittance
+from drillid.physics.lumped import ladder_input_admittance
+from drillid.physics.responses import bit_mobility, laplace, string_admittance
+from drillid.physics.time_responses import bit_step_response
 
 S = laplace(np.geomspace(0.05, 5.0, 61))
 SECTIONS = st.builds(

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.physics.dual import derivatives
+from drillid.physics.dual_numbers import derivatives
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.ladder import ladder_string_admittance
-from drillid.physics.lumped import LumpedString
+from drillid.physics.lumped import LumpedString, ladder_string_admittance
 from drillid.physics.responses import command_mobility, laplace, string_admittance
 from drillid.physics.strings import cut, tapered, with_zone
 

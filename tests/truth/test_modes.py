@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
+from drillid.arrays import Floats
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.damping import HystereticLoss, MudDrag
-from drillid.physics.dual import primal
+from drillid.physics.dual_numbers import primal
+from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import (
     Bit,
     Controller,
@@ -22,10 +23,10 @@ from drillid.physics.equipment import (
     TopDrive,
     polar_moment,
 )
-from drillid.physics.model import KnownEquipment, drilling_system
 from drillid.physics.modes import characteristic_function, modes, pole_derivatives
-from drillid.physics.responses import bit_impulse_response, command_mobility
-from drillid.schema import PARAMETERS
+from drillid.physics.parameters import PARAMETERS
+from drillid.physics.responses import command_mobility
+from drillid.physics.time_responses import bit_impulse_response
 
 REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
 FREE = TopDrive(0.0, 0.0, Controller(0.0))
@@ -74,7 +75,7 @@ def test_lossless_modes_with_a_bit() -> None:
     np.testing.assert_allclose(found.poles.imag, exact, rtol=1e-11)
 
 
-def state_space(system: DrillingSystem, elements: int) -> NDArray[np.float64]:
+def state_space(system: DrillingSystem, elements: int) -> Floats:
     """Matrix of the ladder: speeds and spring torques, twist of the controller's integral; no drive delay."""
     nodes = elements * len(system.string) + 1
     inertia, viscous, stiffness, coupling = (np.zeros(nodes) for _ in range(4))

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from benchmarks.discoveries_motor import CANDIDATES, base_fit, gain_of, motor
-from benchmarks.discoveries_motor_balance import balances
-from benchmarks.discoveries_response import Response, with_distortion
-from benchmarks.discoveries_weigh import Weighed, look, relative_gain
-from benchmarks.motor import PERIOD, RATE, complex_stiffness, two_inertias
-from drillid.discrepancy.verdict import NONE
+from benchmarks.discoveries.motor import CANDIDATES, base_fit, gain_of, motor
+from benchmarks.discoveries.motor_balance import balances
+from benchmarks.discoveries.motor_fit import PERIOD, RATE, complex_stiffness, two_inertias
+from benchmarks.discoveries.response import Response, with_distortion
+from benchmarks.discoveries.weigh import Weighed, look, relative_gain
+from drillid.arrays import Complex
+from drillid.discrepancy.verdicts.verdict import NONE
 from drillid.physics.responses import laplace
 
 TRUE = {"motor": 0.0048, "load": 0.0046, "stiffness": 540.0, "damping": 0.02, "drag": 0.07, "load_drag": 0.06}
@@ -20,13 +20,13 @@ NOISE = 0.02
 SOME = tuple(one for one in CANDIDATES if one.cause in ("drive_lag", "recorder_filter", "hysteretic_damping"))
 
 
-def measured(response: NDArray[np.complex128], seed: int) -> Response:
+def measured(response: Complex, seed: int) -> Response:
     generator = np.random.default_rng(seed)
     noise = generator.standard_normal((2, FREQUENCY.size)) * NOISE * np.abs(response) / np.sqrt(2)
     return Response(FREQUENCY, response + noise[0] + 1j * noise[1], NOISE * np.abs(response))
 
 
-def weighed(response: NDArray[np.complex128], seed: int = 0) -> Weighed:
+def weighed(response: Complex, seed: int = 0) -> Weighed:
     return look(base_fit, measured(response, seed), SOME)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drillid.errors import EstimationError
-from drillid.passive import passive_modes
 from drillid.physics.modes import modes
+from drillid.spectra.passive_modes import passive_modes
 from tests.simulated import RATE, SHALLOW, drilled
 
 

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import norm
 
-from drillid.estimation import Fit, Measured, Prior, fit
-from drillid.physics.model import drilling_system
+from drillid.arrays import Floats
+from drillid.fits.window_fit import Fit, Measured, Prior, fit
+from drillid.physics.eight_parameters import drilling_system
+from drillid.physics.parameters import BOUNDS, PARAMETERS, SCALES
 from drillid.physics.responses import command_mobility, laplace
-from drillid.schema import PARAMETERS
-from drillid.starts import BOUNDS, SCALES
 from tests.simulated import SHALLOW, Truth
 from tests.truth.test_fits import SETTINGS, measured
 
@@ -17,7 +16,7 @@ DELTA = list(PARAMETERS).index("delta")
 CHAINS, STEPS, BURN_IN = 40, 900, 200
 
 
-def log_posterior(points: NDArray[np.float64], data: Measured, truth: Truth) -> NDArray[np.float64]:
+def log_posterior(points: Floats, data: Measured, truth: Truth) -> Floats:
     """Of parameters (chain, 8) with the logarithm of internal damping in its place.
 
     Gaussian errors, everything equally likely within the bounds but internal damping, which lies
@@ -32,7 +31,7 @@ def log_posterior(points: NDArray[np.float64], data: Measured, truth: Truth) -> 
     return np.where(inside, -(squares + damping) / 2, -np.inf)
 
 
-def drawn(found: Fit, data: Measured, truth: Truth) -> NDArray[np.float64]:
+def drawn(found: Fit, data: Measured, truth: Truth) -> Floats:
     """Samples (sample, 8) of random-walk Metropolis chains that all start near the optimum."""
     random = np.random.default_rng(3)
     errors = found.error.copy()
@@ -54,14 +53,14 @@ def drawn(found: Fit, data: Measured, truth: Truth) -> NDArray[np.float64]:
 
 
 @pytest.fixture(scope="module")
-def both() -> tuple[Fit, NDArray[np.float64]]:
+def both() -> tuple[Fit, Floats]:
     data = measured(SHALLOW, 0)
     found = fit(data, SHALLOW.known, Prior.silent(), SETTINGS.fits)
     return found, drawn(found, data, SHALLOW)
 
 
 @pytest.mark.parametrize("parameter", ["inertia_td", "delay", "polar_moment"])
-def test_half_widths_are_those_of_the_sampled_posterior(both: tuple[Fit, NDArray[np.float64]], parameter: str) -> None:
+def test_half_widths_are_those_of_the_sampled_posterior(both: tuple[Fit, Floats], parameter: str) -> None:
     found, samples = both
     index = list(PARAMETERS).index(parameter)
     low, high = np.quantile(samples[:, index], [0.025, 0.975])

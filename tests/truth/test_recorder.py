@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from scipy.signal import butter, freqs
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
-from drillid.recorder import Recorder, Tone
-from tests.truth.rigs import Vector
+from drillid.simulation.recorder import Recorder, Tone
 
 FINE, ROW = 0.0025, 0.02
 TIME = FINE * np.arange(40000, dtype=float)
 ROWS = ROW * np.arange(5000, dtype=float)
 
 
-def tone(time: Vector, frequency: float) -> Vector:
+def tone(time: Floats, frequency: float) -> Floats:
     return np.asarray(np.sin(2 * np.pi * frequency * time), dtype=float)
 
 
-def amplitude(rows: Vector, frequency: float) -> complex:
+def amplitude(rows: Floats, frequency: float) -> complex:
     """Complex amplitude of a tone with a whole number of periods in the rows, relative to a sine."""
     return complex(2j * np.mean(rows * np.exp(-2j * np.pi * frequency * ROWS)))
 

@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, Section, polar_moment
 from drillid.physics.line import input_impedance
-from drillid.physics.model import KnownEquipment, drilling_system
-from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
-from drillid.schema import PARAMETERS
+from drillid.physics.parameters import PARAMETERS
+from drillid.physics.responses import bit_mobility, command_mobility, laplace
+from drillid.physics.time_responses import bit_step_response
 
 REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
 KNOWN = KnownEquipment(Controller(1500.0, 800.0))

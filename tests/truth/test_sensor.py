@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
-from drillid.physics.dual import derivatives
+from drillid.physics.dual_numbers import derivatives
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching
 from drillid.physics.nonlinear import NonlinearRig, SpeedSensor
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.sensor import Recording, recorded, sensed
-from drillid.recorder import Recorder
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
+from drillid.simulation.recorder import Recorder
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
 from tests.truth.rigs import (
     CONTROLLER,
     FREQUENCIES,
@@ -22,7 +23,6 @@ from tests.truth.rigs import (
     SPEED,
     SYSTEM,
     TOP_DRIVE,
-    Vector,
     lines_of,
     multisine,
 )
@@ -46,7 +46,7 @@ def vibrated(rig: DrillingSystem | NonlinearRig, periods: int = 5, amplitude: fl
     )
 
 
-def row_mobility(speed: Vector, sweep: Recorder, periods: int = 5) -> np.ndarray:
+def row_mobility(speed: Floats, sweep: Recorder, periods: int = 5) -> np.ndarray:
     """Rows of speed, of the last period, per rows of the sweep."""
     samples = round(PERIOD / SAMPLE_INTERVAL)
     return lines_of(speed, samples) / lines_of(sweep.record(np.tile(SWEEP, periods), TIME_STEP), samples)

@@ -8,25 +8,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import binom
 
-from drillid.discrepancy.evidence import Sign
-from drillid.discrepancy.pooled import pool, sign_gain
-from drillid.discrepancy.signs import WindowRecord, read_signs
-from drillid.discrepancy.signs_drive import rate_limited
-from drillid.discrepancy.signs_record import Remainder
-from drillid.discrepancy.signs_score import score, whitened
-from drillid.discrepancy.signs_time import time_candidates
-from drillid.discrepancy.symptoms import SYMPTOMS
+from drillid.discrepancy.catalogue.cause import SYMPTOMS
+from drillid.discrepancy.detectors.change import time_candidates
+from drillid.discrepancy.detectors.detect import read_signs
+from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.detectors.drive import rate_limited
+from drillid.discrepancy.detectors.pooling import pool, sign_gain
+from drillid.discrepancy.detectors.residual_record import Remainder, WindowRecord
+from drillid.discrepancy.detectors.score import score, whitened
 from drillid.errors import EstimationError
-from drillid.excitation import SWEEP_PERIOD, coloured_noise, exponential_sweeps
+from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.physics.nonlinear import Course, Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, Weakening
-from drillid.recorder import Recorder, Tone
-from drillid.simulate import SAMPLE_INTERVAL, simulate
+from drillid.simulation.recorder import Recorder, Tone
+from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 from tests.simulated import LEAD_IN_S, RATE, SHALLOW, WINDOW_S, Truth
-
-Floats = NDArray[np.float64]
 
 STEP = 0.005
 SENSOR_NOISE = 0.002

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
-from drillid.excitation import coloured_noise
+from drillid.excitation.torques import coloured_noise
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.truth.rigs import COLLARS, FREQUENCIES, PERIOD, PIPE, SOFT, SPEED, lines_of, multisine
 
 
@@ -19,7 +19,7 @@ def rig(
     return DrillingSystem(TopDrive(1100.0, delay, controller, lag), (PIPE, COLLARS), Bit(40.0, 40.0))
 
 
-def mobility_errors(system: DrillingSystem, time_step: float = TIME_STEP) -> NDArray[np.float64]:
+def mobility_errors(system: DrillingSystem, time_step: float = TIME_STEP) -> Floats:
     """Relative deviation of the simulated command mobility, after five periods of settling."""
     sweep = multisine(round(PERIOD / time_step))
     steady = np.full(6 * sweep.size, 1.0)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from drillid.arrays import Floats
 from drillid.physics.equipment import Bit, Controller, Motor
 from drillid.physics.nonlinear import Cutting, NonlinearRig, RegenerativeBit, Weakening
 from drillid.physics.responses import bit_mobility, laplace
-from drillid.simulate import TIME_STEP, Simulation, simulate
-from tests.truth.rigs import COLLARS, PIPE, SPEED, SYSTEM, TOP_DRIVE, Vector, steps_in
+from drillid.simulation.simulate import TIME_STEP, Simulation, simulate
+from tests.truth.rigs import COLLARS, PIPE, SPEED, SYSTEM, TOP_DRIVE, steps_in
 from tests.truth.test_simulate_friction import closure
 
 STIFF = replace(
@@ -53,7 +54,7 @@ def swing(result: Simulation, start: float, end: float) -> float:
     return float(result.bit_speed[(result.time >= start) & (result.time < end)].std())
 
 
-def upward_crossings(time: Vector, series: Vector) -> Vector:
+def upward_crossings(time: Floats, series: Floats) -> Floats:
     level = series - series.mean()
     return np.asarray(time[1:][(level[1:] > 0) & (level[:-1] <= 0)], dtype=float)
 

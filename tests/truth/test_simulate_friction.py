@@ -9,7 +9,7 @@ from drillid.physics.equipment import Bit, Controller, DrillingSystem, TopDrive
 from drillid.physics.nonlinear import NonlinearRig, WallContact, Weakening
 from drillid.physics.responses import command_mobility, laplace
 from drillid.physics.soft_string import Pipe, Survey, side_forces, wall_contact
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
 from tests.truth.rigs import COLLARS, FREQUENCIES, PERIOD, PIPE, SPEED, SYSTEM, TOP_DRIVE, lines_of, multisine, steps_in
 
 SURVEY = Survey.from_degrees([0, 300, 700, 1500, 3000], [0, 0, 40, 40, 40], [0, 0, 0, 30, 30])

@@ -25,7 +25,7 @@ from drillid.physics.nonlinear import (
     Weakening,
 )
 from drillid.physics.responses import command_mobility, laplace, string_torque
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.truth.rigs import (
     COLLARS,
     CONTROLLER,

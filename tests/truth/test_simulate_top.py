@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
-from drillid.excitation import exponential_sweeps
+from drillid.excitation.torques import exponential_sweeps
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, TopDrive
 from drillid.physics.nonlinear import Course, DriveLimits, Gear, NonlinearRig, SpeedSensor, WallContact
 from drillid.physics.responses import command_mobility, laplace
-from drillid.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
-from tests.truth.rigs import FREQUENCIES, PERIOD, SPEED, SYSTEM, TOP_DRIVE, Vector, lines_of, multisine, steps_in
+from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
+from tests.truth.rigs import FREQUENCIES, PERIOD, SPEED, SYSTEM, TOP_DRIVE, lines_of, multisine, steps_in
 from tests.truth.test_simulate_friction import closure
 
 PHASES = ((10, 20), (30, 40), (50, 60))
@@ -89,7 +90,7 @@ def test_delay_jitter_has_the_size_and_interval_it_states() -> None:
     steady = replace(FREE, top_drive=replace(FREE.top_drive, delay=0.06))
     time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
 
-    def lateness(seed: int, jitter: float) -> Vector:
+    def lateness(seed: int, jitter: float) -> Floats:
         shaking = replace(steady, top_drive=replace(steady.top_drive, delay_jitter=jitter))
         rig = NonlinearRig(shaking, limits=DriveLimits(jitter_interval=hold))
         result = simulate(rig, slope * time, np.full(time.size, SPEED), 0 * time, sample_interval=TIME_STEP, seed=seed)

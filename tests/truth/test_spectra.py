@@ -7,13 +7,14 @@ from scipy.signal import lfilter
 from scipy.stats import f as fisher
 from scipy.stats import kstest
 
-from drillid.config import SpectraSettings
-from drillid.cross_spectra import Spectra, stacked, welch_spectra
-from drillid.excitation import band_limited_noise, exponential_sweeps
-from drillid.local_polynomial import local_spectra
-from drillid.mobility import closed_loop_responses, command_mobility, sharing
-from drillid.periodic import line_spectra, sweep_period
-from drillid.spectra import frequency_grid, spectrogram
+from drillid.config.settings import SpectraSettings
+from drillid.excitation.torques import band_limited_noise, exponential_sweeps
+from drillid.mobility.responses import closed_loop_responses, command_mobility
+from drillid.mobility.stacks import sharing
+from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
+from drillid.spectra.local_polynomial import local_spectra
+from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.spectra.stage import frequency_grid, spectrogram
 from drillid.statistics import expected_ratio, sum_of_ratios_probability
 
 RATE = 50.0
@@ -154,7 +155,7 @@ def test_beside_a_sharp_resonance_the_rational_model_is_taken_and_is_right(monke
     truth = 1e-4 * z / np.polyval(denominator[::-1], z)
     misses = []
     for rate in (0.01, 1e-300):
-        monkeypatch.setattr("drillid.local_polynomial._RATIONAL_RATE", rate)
+        monkeypatch.setattr("drillid.spectra.local_polynomial._RATIONAL_RATE", rate)
         spectra = estimated("local", sweep[-TIME.size :], speed, frequency)
         value = mobility_of(spectra, frequency)["command_mobility"].values
         misses.append(np.abs(value / truth - 1).max())

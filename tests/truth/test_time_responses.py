@@ -6,8 +6,12 @@ import pytest
 
 from drillid.errors import EstimationError
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.inversion import inverse_laplace
-from drillid.physics.responses import bit_impulse_response, bit_step_response, command_step_response
+from drillid.physics.time_responses import (
+    bit_impulse_response,
+    bit_step_response,
+    command_step_response,
+    inverse_laplace,
+)
 
 PIPE = Section(2600.0, 1.6e-5, 150.0, 3e8)
 

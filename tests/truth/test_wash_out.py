@@ -6,11 +6,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from drillid import discrepancy, fits, mobility, records, spectra, windows
-from drillid.config import Settings
-from drillid.demo import WELLS, write_demo_logs
-from drillid.sheets import read_sheets
-from drillid.store import WellFolders
+from drillid import discrepancy
+from drillid.config.settings import Settings
+from drillid.config.sheets import read_sheets
+from drillid.datasets.store import WellFolders
+from drillid.demo.wells import WELLS, write_demo_logs
+from drillid.fits import stage as fits
+from drillid.mobility import stage as mobility
+from drillid.records import stage as records
+from drillid.spectra import stage as spectra
+from drillid.windows import stage as windows
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = Settings.from_yaml(ROOT / "config/demo/config.yaml")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from drillid.batches import Plan
-from drillid.config import FleetSettings, Settings
-from drillid.sheets import Listing
+from drillid.config.settings import FleetSettings, Settings
+from drillid.config.sheets import Listing
+from drillid.fleet.plan import Plan
 
 
 def plan(folder: Path, processes: int, **sizes: int) -> Plan:

@@ -6,10 +6,10 @@ from scipy.special import expit
 
 from benchmarks.blind.calibrate import line
 from drillid.discrepancy import Verdict
-from drillid.discrepancy.calibration import LINES, Line, calibrated, kind, log_odds
-from drillid.discrepancy.evidence import Sign
-from drillid.discrepancy.gain import Gain
-from drillid.discrepancy.pooled import sign_gain
+from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.detectors.pooling import sign_gain
+from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.verdicts.verdict import LINES, Line, calibrated, kind, log_odds
 
 
 def test_a_line_is_found_again_from_verdicts_that_follow_it() -> None:

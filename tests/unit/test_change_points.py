@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import binom
 
-from drillid.change_points import (
+from drillid.arrays import Floats
+from drillid.fits.joint.change_points import (
     Track,
     dated,
     log_gains_of_intervals,
@@ -14,11 +14,9 @@ from drillid.change_points import (
     probable_walks,
     strongest_jumps,
 )
-from drillid.joint_coordinates import SIZE, WALKING
-from drillid.physics.model import DAMPING_BHA, INERTIA_BHA
-from drillid.smoother import Gaussian
-
-Floats = NDArray[np.float64]
+from drillid.fits.joint.coordinates import SIZE, WALKING
+from drillid.fits.joint.smoother import Gaussian
+from drillid.physics.parameters import DAMPING_BHA, INERTIA_BHA
 
 GAP = 15.0
 """m between windows."""

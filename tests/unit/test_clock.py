@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drillid.clock import nominal_rate, place_rows, share_of_real_jitter
+from drillid.records.clock import nominal_rate, place_rows, share_of_real_jitter
 from tests.raw_logs import RATE, START, sweep_at
 
 

@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from drillid.command_line import app
-from drillid.field_files import COLUMNS, ramped_speed
+from drillid.__main__ import app
+from drillid.simulation.start_up_files import COLUMNS, ramped_speed
 from drillid.units import RPM
 
+WELL = "benchmarks/field/well_b.yaml"
 SURVEY = "depth_m,inclination_deg\n0,0\n300,0\n700,40\n2700,45\n"
 
 
@@ -22,7 +23,7 @@ def survey(tmp_path: Path) -> Path:
 
 
 def call(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, ["simulate", "field", *map(str, arguments)])
+    result = CliRunner().invoke(app, ["simulate", "start-up", WELL, *map(str, arguments)])
     assert result.exception is None or isinstance(result.exception, SystemExit)
     return result.exit_code, result.stdout, result.stderr
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
-from drillid.config import Settings, SimulateSettings
-from drillid.demo import STAND_LENGTH, WELLS, write_demo_logs
+from drillid.arrays import Floats
+from drillid.config.rig import CHANNEL_UNITS, Channel, Rig
+from drillid.config.settings import Settings, SimulateSettings
+from drillid.demo.wells import STAND_LENGTH, WELLS, write_demo_logs
 from drillid.errors import LogError, SettingsError
-from drillid.excitation import exponential_sweeps
-from drillid.rig import CHANNEL_UNITS, Channel, Rig
+from drillid.excitation.torques import exponential_sweeps
 from drillid.units import to_si_factor
 
 ROOT = Path(__file__).parents[2]
@@ -46,7 +46,7 @@ def read(path: Path) -> pd.DataFrame:
     return pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
 
 
-def channel(log: pd.DataFrame, rig: Rig, name: Channel) -> NDArray[np.float64]:
+def channel(log: pd.DataFrame, rig: Rig, name: Channel) -> Floats:
     """One channel in SI units, as a reader makes it of the rig description."""
     column = rig.channels[name]
     return log[column.column].to_numpy() * to_si_factor(column.unit, CHANNEL_UNITS[name])
@@ -121,7 +121,7 @@ def jittered(well: str) -> bool:
     return WELLS[well].recorder.faults.jitter > 0
 
 
-def seconds(log: pd.DataFrame, rig: Rig) -> NDArray[np.float64]:
+def seconds(log: pd.DataFrame, rig: Rig) -> Floats:
     """Time since the nominal start, s, read as the rig description's clock says."""
     stamps = pd.to_datetime(log[rig.time.column])
     stamps = stamps if stamps.dt.tz is not None else stamps.dt.tz_localize(rig.time.zone)

@@ -8,11 +8,15 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from drillid.depth import identified_responses, write_fleet
-from drillid.fits import known_equipment, stored_controller
-from drillid.physics.model import drilling_system
-from drillid.physics.responses import bit_mobility, bit_step_response, command_mobility, laplace
-from drillid.schema import DEPTH, FLEET, PARAMETERS, RigState
+from drillid.datasets.codes import RigState
+from drillid.datasets.identified import DEPTH, FLEET
+from drillid.depth.fleet import write_fleet
+from drillid.depth.responses import identified_responses
+from drillid.fits.datasheet import known_equipment, stored_controller
+from drillid.physics.eight_parameters import drilling_system
+from drillid.physics.parameters import PARAMETERS
+from drillid.physics.responses import bit_mobility, command_mobility, laplace
+from drillid.physics.time_responses import bit_step_response
 from tests.simulated import RIG, SHALLOW, Processed
 
 

@@ -7,12 +7,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks import discoveries, discoveries_field_rows, discoveries_motor_rows, discoveries_wells
-from benchmarks.discoveries_field import CYCLE_S, Misses, gain, log_odds
-from benchmarks.discoveries_rows import COLUMNS, Discovery, printed, table
+from benchmarks.discoveries import __main__ as discoveries
+from benchmarks.discoveries import field_rows as discoveries_field_rows
+from benchmarks.discoveries import motor_rows as discoveries_motor_rows
+from benchmarks.discoveries import wells as discoveries_wells
+from benchmarks.discoveries.field import CYCLE_S, Misses, gain, log_odds
+from benchmarks.discoveries.rows import COLUMNS, Discovery, printed, table
 from drillid.discrepancy import Verdict
-from drillid.discrepancy.wells import verdict_table
-from drillid.field_well import RATE, Friction
+from drillid.discrepancy.sets import verdict_table
+from drillid.simulation.start_up import RATE, Friction
 from tests.verdicts import LAG
 
 

@@ -9,11 +9,12 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from drillid.datasets.codes import Gate
+from drillid.datasets.examined import DISCREPANCIES
+from drillid.datasets.store import write_store
 from drillid.discrepancy import Verdict, intervals, runs
-from drillid.discrepancy.leaving import change_verdict, probability
-from drillid.discrepancy.wells import COLUMNS, ExaminedSet, window_sets, window_verdicts
-from drillid.schema import DISCREPANCIES, Gate
-from drillid.store import write_store
+from drillid.discrepancy.sets import COLUMNS, ExaminedSet, window_sets, window_verdicts
+from drillid.discrepancy.verdicts.intervals import change_verdict, probability
 from tests.simulated import RIG, Processed
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drillid import docs
-from drillid.config import Settings
-from drillid.rig import Rig
-from drillid.sheets import read_sheets
+from drillid.config import documents as docs
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import read_sheets
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = docs.documents(ROOT)

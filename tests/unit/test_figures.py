@@ -13,16 +13,18 @@ from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from drillid import figures
-from drillid.config import FiguresSettings, Settings
-from drillid.display import FIGURES, QUANTITIES, RPM_PER_KILONEWTON_METRE
-from drillid.figures_data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
-from drillid.figures_style import FLAGGED, STYLE, well_marks
-from drillid.figures_tracks import parameters
-from drillid.figures_windows import degrees
-from drillid.schema import EXAMINATIONS, PARAMETERS, Gate
-from drillid.sheets import Well
-from drillid.store import WellFolders
+from drillid.config.settings import FiguresSettings, Settings
+from drillid.config.sheets import Well
+from drillid.datasets.codes import Gate
+from drillid.datasets.examined import EXAMINATIONS
+from drillid.datasets.store import WellFolders
+from drillid.figures import stage as figures
+from drillid.figures.captions import FIGURES, QUANTITIES, RPM_PER_KILONEWTON_METRE
+from drillid.figures.data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
+from drillid.figures.style import FLAGGED, STYLE, well_marks
+from drillid.figures.tracks import parameters
+from drillid.figures.windows import degrees
+from drillid.physics.parameters import PARAMETERS
 from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, make_well, windows_of
 
 COUNTS = {"many": 10, "one": 1, "gap": 4, "none": 0}
@@ -83,7 +85,7 @@ def test_a_well_that_failed_before_its_windows_has_no_figures(tmp_path: Path, ma
 
 
 def test_the_same_results_give_the_same_file(wells: tuple[Path, dict[str, Well]], many: WellResults) -> None:
-    from drillid.figures_style import save
+    from drillid.figures.style import save
 
     paths = [wells[0] / f"again_{number}.png" for number in range(2)]
     for path in paths:

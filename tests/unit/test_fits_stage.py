@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drillid.config import Settings
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
 from drillid.errors import EstimationError
-from drillid.estimation import Measured, Prior, fit
-from drillid.fits import knowledge, measured_rows, speed_controller
+from drillid.fits.datasheet import knowledge, speed_controller
+from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
 from drillid.physics.equipment import polar_moment
-from drillid.rig import Rig
-from drillid.schema import PARAMETERS
+from drillid.physics.parameters import PARAMETERS
 from tests.simulated import RIG, SHALLOW, Processed
 
 SETTINGS = Settings()

@@ -10,12 +10,12 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from drillid import fleet
-from drillid.config import FitsSettings, Settings, WindowsSettings
+from drillid.config.settings import FitsSettings, Settings, WindowsSettings
+from drillid.config.sheets import Listing, Well
+from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError, SettingsError
-from drillid.fleet import Outcome, Task, collect_problems, process_well
-from drillid.sheets import Listing, Well
-from drillid.store import Problem, WellFolders
+from drillid.fleet import run as fleet
+from drillid.fleet.run import Outcome, Task, collect_problems, process_well
 from tests.workflow.toys import RIG
 
 Process = Callable[[Well, WellFolders, Settings], list[Problem]]
@@ -120,7 +120,7 @@ def test_what_nobody_foresaw_is_a_row_with_its_place_and_is_tried_again(
     assert outcome.status == "failed"
     assert "ZeroDivisionError: a fault" in outcome.trace
     [[where, what, remedy]] = rows(task)
-    assert where.startswith("fleet.py, line ")  # the last place within the program
+    assert where.startswith("drillid/fleet/run.py, line ")  # the last place within the program
     assert what == "ZeroDivisionError: a fault"
     assert "report it" in remedy
     assert process_well(task).status == "failed"

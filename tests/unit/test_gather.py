@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drillid.config import Settings
-from drillid.discrepancy import examine
-from drillid.discrepancy.evidence import Conditions, Evidence, Sign
-from drillid.discrepancy.gather import gather_well, prior, rig_knowledge
-from drillid.discrepancy.series import Series, gather
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.evidence import Conditions, Evidence
+from drillid.discrepancy.gather import Series, gather, gather_well, prior, rig_knowledge
+from drillid.discrepancy.verdicts.engine import examine
 from drillid.errors import EstimationError
 from drillid.physics.equipment import Controller
-from drillid.physics.model import DELAY, INERTIA_TD, LENGTH
-from drillid.rig import Rig
-from drillid.windows import window_channels
+from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH
+from drillid.windows.channels import window_channels
 from tests.simulated import RATE, RIG, SHALLOW, Processed
 
 

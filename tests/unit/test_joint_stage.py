@@ -9,12 +9,13 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from drillid.estimation import Prior
-from drillid.figures_joint import draw_joint
-from drillid.figures_style import CHANGE, JOINT
-from drillid.joint_coordinates import SHARED
-from drillid.joint_dataset import STATE, counted_once, joint_dataset
-from drillid.schema import JOINT_FITS, PARAMETERS
+from drillid.datasets.identified import JOINT_FITS
+from drillid.figures.style import CHANGE, JOINT
+from drillid.figures.tracks import draw_joint
+from drillid.fits.joint.coordinates import SHARED
+from drillid.fits.joint.dataset import STATE, counted_once, joint_dataset
+from drillid.fits.window_fit import Prior
+from drillid.physics.parameters import PARAMETERS
 from tests.simulated import SHALLOW, Processed
 from tests.unit.test_fits_stage import SETTINGS
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillid.lattice import lattice_step
+from drillid.records.quality import lattice_step
 
 
 def test_lattice_is_found_among_interpolated_rows() -> None:

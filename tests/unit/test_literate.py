@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.literate import cells, differences, write_page
+from scripts.write_tutorial import cells, differences, write_page
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = '''"""Only for editors."""

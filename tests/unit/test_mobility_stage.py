@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drillid.mobility import sharing
+from drillid.datasets.codes import Gate
+from drillid.mobility.stacks import sharing
 from drillid.physics.responses import command_mobility, laplace
-from drillid.schema import Gate
 from drillid.statistics import expected_ratio, sum_of_ratios_probability
 from tests.simulated import SHALLOW, Processed
 

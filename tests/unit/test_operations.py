@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.excitation import coloured_noise
-from drillid.operations import Stand, varying_noise
+from drillid.excitation.torques import coloured_noise
 from drillid.physics.nonlinear import Cutting, NonlinearRig, WallContact
-from drillid.simulate import TIME_STEP, simulate
+from drillid.simulation.simulate import TIME_STEP, simulate
+from drillid.simulation.stand import Stand, varying_noise
 from tests.truth.rigs import SYSTEM
 
 STAND = Stand(12.0, 8e4, drilling=60.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from drillid.discrepancy.evidence import STANDS_OUT, Lines, Sign
-from drillid.discrepancy.pooled import pool, sign_gain
+from drillid.discrepancy.detectors.detection import STANDS_OUT, Lines, Sign
+from drillid.discrepancy.detectors.pooling import pool, sign_gain
 
 
 def signs(cause: str, sizes: list[float], score: float = 1.5) -> list[Sign]:

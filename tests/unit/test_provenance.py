@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from drillid import provenance
+from drillid.errors import SettingsError
+from drillid.fleet import provenance
 
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     files = {
         "__init__.py": "",
-        "config.py": "A = 1\n",
         "base.py": "B = 1\n",
         "late.py": "L = 1\n",
         "typed.py": "T = 1\n",
@@ -22,39 +22,39 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         "physics/ladder.py": "Q = 1\n",
         "formats/__init__.py": "def read(): ...\n",
         "formats/csv.py": "C = 1\n",
-        "stage.py": '"""Text."""\nfrom typing import TYPE_CHECKING\nfrom drillid.config import A\n'
-        "from drillid.base import B\nfrom drillid.physics.line import P\nfrom .formats import read\n"
-        "if TYPE_CHECKING:\n    from drillid.typed import T\n"
-        "def work():\n    from drillid import late\n    return late.L\n",
+        "stage.py": '"""Text."""\nfrom typing import TYPE_CHECKING\n'
+        "from rig.base import B\nfrom rig.physics.line import P\nfrom .formats import read\n"
+        "if TYPE_CHECKING:\n    from rig.typed import T\n"
+        "def work():\n    from rig import late\n    return late.L\n",
     }
     for name, text in files.items():
-        path = tmp_path / "drillid" / name
+        path = tmp_path / "rig" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    monkeypatch.setattr(provenance, "PACKAGE", tmp_path / "drillid")
+    monkeypatch.syspath_prepend(tmp_path)
     _forget()
-    yield tmp_path / "drillid"
+    yield tmp_path / "rig"
     _forget()
 
 
 def _forget() -> None:
-    for cached in (provenance.closure, provenance.direct_imports, provenance._tree, provenance._code):
+    for cached in (provenance.closure, provenance._graph, provenance._code):
         cached.cache_clear()
 
 
 def test_the_closure_follows_imports_into_functions_and_packages(package: Path) -> None:
-    assert provenance.closure("drillid.stage") == {
-        f"drillid.{name}" for name in ("stage", "base", "late", "physics", "physics.line", "formats", "formats.csv")
+    assert provenance.closure("rig.stage") == {
+        f"rig.{name}" for name in ("stage", "base", "late", "physics.line", "formats", "formats.csv")
     }
 
 
 @pytest.mark.parametrize("name", ["stage", "base", "late", "physics/line", "formats/csv"])
 def test_code_that_the_stage_uses_changes_its_hash(package: Path, name: str) -> None:
-    before = provenance.source_hash("drillid.stage")
+    before = provenance.source_hash("rig.stage")
     with (package / f"{name}.py").open("a") as source:
         source.write("MORE = 2\n")
     _forget()
-    assert provenance.source_hash("drillid.stage") != before
+    assert provenance.source_hash("rig.stage") != before
 
 
 @pytest.mark.parametrize(
@@ -62,17 +62,31 @@ def test_code_that_the_stage_uses_changes_its_hash(package: Path, name: str) -> 
     [
         ("physics/ladder", "MORE = 2\n"),
         ("typed", "MORE = 2\n"),
-        ("config", "MORE = 2\n"),
         ("base", "# a comment\n"),
         ("base", '"""A docstring."""\n'),
     ],
 )
 def test_what_cannot_change_results_leaves_the_hash_alone(package: Path, name: str, text: str) -> None:
-    before = provenance.source_hash("drillid.stage")
+    before = provenance.source_hash("rig.stage")
     with (package / f"{name}.py").open("a") as source:
         source.write(text)
     _forget()
-    assert provenance.source_hash("drillid.stage") == before
+    assert provenance.source_hash("rig.stage") == before
+
+
+def test_models_around_the_settings_leave_the_hash_alone_as_their_values_are_in_every_key() -> None:
+    assert "drillid.config.settings" not in provenance.closure("drillid.spectra.stage")
+
+
+def test_a_source_that_is_no_python_is_named(package: Path) -> None:
+    (package / "base.py").write_text("def (:\n")
+    with pytest.raises(SettingsError, match=r"base\.py"):
+        provenance.source_hash("rig.stage")
+
+
+def test_a_module_that_is_not_there_is_named(package: Path) -> None:
+    with pytest.raises(SettingsError, match=r"rig\.nowhere"):
+        provenance.source_hash("rig.nowhere")
 
 
 def test_a_manifest_notices_size_and_any_change_of_time(tmp_path: Path) -> None:

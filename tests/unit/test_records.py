@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from drillid import repair
-from drillid.config import Settings
+from drillid.config.settings import Settings
+from drillid.datasets.codes import RecordFlag
+from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError
-from drillid.quality import runs, spikes
-from drillid.records import process, regular_record
-from drillid.schema import RecordFlag
-from drillid.store import Problem, WellFolders
+from drillid.records import repair
+from drillid.records.quality import runs, spikes
+from drillid.records.stage import process, regular_record
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill, sweep_at
 
 SETTINGS = Settings()

@@ -13,10 +13,14 @@ import pytest
 import xarray as xr
 import yaml
 
-from drillid import figures, report
-from drillid.config import Settings
-from drillid.display import EXPLANATIONS, FIGURES
-from drillid.report_content import (
+from drillid.config.settings import Settings
+from drillid.datasets.registry import PROBLEM_COLUMNS
+from drillid.datasets.store import WellFolders
+from drillid.figures import stage as figures
+from drillid.figures.captions import FIGURES
+from drillid.report import page as report
+from drillid.report.content import (
+    EXPLANATIONS,
     Comparison,
     Estimate,
     Identified,
@@ -32,8 +36,6 @@ from drillid.report_content import (
     weighted_mean,
     without_windows,
 )
-from drillid.schema import PROBLEM_COLUMNS
-from drillid.store import WellFolders
 from tests.synthetic_well import RIG, make_well
 
 COUNTS = {"W1": 10, "W2": 1, "W3": 0}

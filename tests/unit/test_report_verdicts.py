@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.verdict import UNPROVED
-from drillid.discrepancy.wells import verdict_table
-from drillid.report_verdicts import ACTIONS, told
+from drillid.discrepancy.catalogue.cause import ACTIONS
+from drillid.discrepancy.sets import verdict_table
+from drillid.discrepancy.verdicts.verdict import UNPROVED
+from drillid.report.verdicts import told
 from tests.verdicts import LAG
 
 

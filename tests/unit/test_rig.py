@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 import yaml
 
+from drillid.config.rig import Rig
 from drillid.errors import SettingsError
-from drillid.rig import Rig
 from tests.workflow.toys import RIG
 
 TOY = yaml.safe_load(RIG)

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from drillid.config import Settings
+from drillid.config.settings import Settings
+from drillid.config.sheets import read_sheets
 from drillid.errors import SettingsError
-from drillid.sheets import read_sheets
 from tests.workflow.toys import RIG
 
 WELLS = "well\trig\tdescription\nW1\ttoy\tthe first, on rig #4\n# W9\ttoy\tleft out\n\nW2\ttoy\t\n"

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from drillid.smoother import Gaussian, backward, forward, smoothed
+from drillid.arrays import Indices
+from drillid.fits.joint.smoother import Gaussian, backward, forward, smoothed
 
-Floats = NDArray[np.float64]
 WINDOWS, WALKING, SHARED = 6, 2, 3
 SIZE = WALKING + SHARED
 
@@ -25,7 +24,7 @@ PRIOR = Gaussian.normal(np.linspace(-1, 1, SIZE), np.linspace(0.5, 2, SIZE))
 STEPS = np.random.default_rng(1).uniform(0.1, 1, (WINDOWS - 1, WALKING))
 
 
-def dense() -> tuple[Gaussian, list[NDArray[np.intp]]]:
+def dense() -> tuple[Gaussian, list[Indices]]:
     """The Gaussian of the walking figures of all windows and the shared ones, and each window's places in it."""
     total = WINDOWS * WALKING + SHARED
     information, vector, log_scale = np.zeros((total, total)), np.zeros(total), 0.0

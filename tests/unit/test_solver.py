@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from drillid.estimation import Measured, Prior, likelihood
-from drillid.fit_intervals import intervals, quantile
-from drillid.fit_model import curvature
-from drillid.fit_solver import bounded_step, minimise, solve_free
-from drillid.physics.model import DELTA, KAPPA, LENGTH, command_mobility_with_derivatives, drilling_system
+from drillid.fits.intervals import intervals, quantile
+from drillid.fits.likelihood import curvature
+from drillid.fits.search import from_scaled, to_scaled
+from drillid.fits.solver import bounded_step, minimise, solve_free
+from drillid.fits.window_fit import Measured, Prior, likelihood
+from drillid.physics.eight_parameters import command_mobility_with_derivatives, drilling_system
+from drillid.physics.parameters import BOUNDS, DELTA, KAPPA, LENGTH, SCALES
 from drillid.physics.responses import command_mobility, laplace
-from drillid.starts import BOUNDS, SCALES, from_scaled, to_scaled
 from tests.simulated import SHALLOW
 
 FREQUENCY = np.arange(10, 400) / 100.0

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drillid.config import SpectraSettings
+from drillid.config.settings import SpectraSettings
 from tests.simulated import RATE, WINDOW_S, Processed
 
 

@@ -12,11 +12,13 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drillid import records, windows
-from drillid.config import Settings
-from drillid.schema import RigState
-from drillid.store import Problem, WellFolders
-from drillid.stretches import steady_parts, window_starts
+from drillid.config.settings import Settings
+from drillid.datasets.codes import RigState
+from drillid.datasets.store import Problem, WellFolders
+from drillid.records import stage as records
+from drillid.windows import stage as windows
+from drillid.windows.channels import window_channels
+from drillid.windows.segments import steady_parts, window_starts
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
 
 LENGTH = 20.0
@@ -225,7 +227,7 @@ def test_channels_of_a_window_are_its_samples_of_the_records(tmp_path: Path) -> 
     log = drilling(40)
     found, *_ = run(tmp_path, log)
     whole = WellFolders(tmp_path / "results", "W1").read("records", "records")
-    speed, flow = windows.window_channels(whole, found, 1, ("speed", "flow"))
+    speed, flow = window_channels(whole, found, 1, ("speed", "flow"))
     np.testing.assert_array_equal(speed, whole["speed"].values[1000:2000])
     np.testing.assert_array_equal(flow, whole["flow"].values[1000:2000])
-    assert windows.window_channels(whole, found, 0).shape == (3, 1000)
+    assert window_channels(whole, found, 0).shape == (3, 1000)

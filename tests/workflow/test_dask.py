@@ -26,8 +26,8 @@ WELLS = {
 
 RUN = """
 import sys
-from drillid.config import FleetSettings, Settings
-from drillid.fleet import run_stage
+from drillid.config.settings import FleetSettings, Settings
+from drillid.fleet.run import run_stage
 
 if __name__ == "__main__":
     fleet = FleetSettings(scheduler=sys.argv[1] or None, processes=int(sys.argv[3]))

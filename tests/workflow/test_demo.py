@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 import yaml
 
-from drillid.demo import WELLS
-from drillid.stages import STAGES
+from drillid.demo.wells import WELLS
+from drillid.fleet.stages import STAGES
 from tests.workflow.toys import ROOT
 
 LOG = "results/raw/D03_20250601T0600.csv.gz"

@@ -5,7 +5,7 @@ import os
 import pandas as pd
 import pytest
 
-from drillid.stages import STAGES
+from drillid.fleet.stages import STAGES
 from tests.workflow.toys import RIG, Checkout
 
 TWO_WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"]}

@@ -8,27 +8,11 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from drillid.stages import STAGES
+from drillid.fleet.stages import STAGES
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARED_MODULES = (
-    "batches",
-    "child",
-    "config",
-    "declaration",
-    "errors",
-    "fleet",
-    "provenance",
-    "rig",
-    "schema",
-    "schema_discrepancy",
-    "schema_windows",
-    "sheets",
-    "stages",
-    "store",
-    "strict",
-    "units",
-)
+SHARED = ("config", "datasets", "fleet", "arrays.py", "errors.py", "units.py", "physics/parameters.py")
+"""Rooms and modules of the library that are not replaced by toys."""
 READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
 DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
 
@@ -41,7 +25,7 @@ import time
 from pathlib import Path
 
 from drillid.errors import LogError
-from drillid.store import Problem
+from drillid.datasets.store import Problem
 {imports}
 
 def process(well, folders, settings):
@@ -61,6 +45,13 @@ def process(well, folders, settings):
     if "{stage}" == "figures":
         (folders.stage("figures") / "figure_6.png").write_bytes(b"picture")
     return [Problem("sample 3", "is a spike", "None needed")] if "{stage}" == "windows" else []
+
+'''
+
+FLEET = '''
+"""Toy tables of the fleet."""
+
+from pathlib import Path
 
 
 def write_fleet(results, wells):
@@ -135,13 +126,22 @@ class Checkout:
 
 
 def write_library(folder: Path) -> None:
-    folder.mkdir()
-    (folder / "__init__.py").write_text("")
-    for name in SHARED_MODULES:
-        shutil.copy(ROOT / "drillid" / f"{name}.py", folder)
-    (folder / "shared.py").write_text("USED_BY_FITS = 1\n")
-    for name in STAGES:
-        imports = "from drillid.shared import USED_BY_FITS\n" if name == "fits" else ""
-        text = STAGE.format(stage=name, imports=imports, datasets=DATASETS[name])
-        (folder / f"{name}.py").write_text(text)
-    (folder / "report.py").write_text(REPORT)
+    """A library whose stages are toys, in the same rooms as the real ones."""
+    for name in SHARED:
+        copy = shutil.copytree if (ROOT / "drillid" / name).is_dir() else shutil.copy
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        copy(ROOT / "drillid" / name, folder / name)
+    texts = {
+        f"{name}/stage.py": STAGE.format(
+            stage=name,
+            imports="from drillid.shared import USED_BY_FITS\n" if name == "fits" else "",
+            datasets=DATASETS[name],
+        )
+        for name in STAGES
+    }
+    texts |= {"shared.py": "USED_BY_FITS = 1\n", "depth/fleet.py": FLEET, "report/page.py": REPORT}
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    for room in (folder, *(path for path in folder.iterdir() if path.is_dir())):
+        (room / "__init__.py").touch()

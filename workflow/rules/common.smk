@@ -8,9 +8,9 @@ from snakemake.logging import logger
 # the library at the root is used as checked out
 sys.path.insert(0, workflow.basedir)
 
-from drillid.batches import Plan, prepare_environment
+from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
-from drillid.stages import STAGES
+from drillid.fleet.stages import STAGES
 
 prepare_environment(workflow.basedir)
 try:

@@ -1,0 +1,1 @@
+"""Sealed cases: rigs and hidden effects drawn at random and simulated in time."""

@@ -1,0 +1,79 @@
+"""Causes in sensors, filters, clocks and recorder, as the simulator and the recorder know them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.generator.effect import Context, Effect
+from benchmarks.blind.generator.world import World
+from drillid.discrepancy.catalogue.sensor import SignOrUnit
+from drillid.simulation.recorder import Tone
+
+_RECORDED_RATE = 50.0
+_ALIAS = (0.4, 8.0)
+"""Hz, where the tone shows."""
+
+
+def _speed_scale(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(scale=1 + size)
+
+
+def nearest_factor(scale: float) -> float:
+    """Of the factors of wrong units the one that a scale comes nearest to."""
+    return min((one for one in SignOrUnit.shapes if one > 0), key=lambda factor: abs(np.log(scale / factor)))
+
+
+def wrong_factor(shape: float) -> float:
+    """One of the factors by which a channel's sign or unit is mistaken."""
+    factors = SignOrUnit.shapes
+    return factors[min(int(shape * len(factors)), len(factors) - 1)]
+
+
+def _sign_or_unit(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(scale=1 + size * (wrong_factor(context.shape) - 1))
+
+
+def _clock_offset(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(clock_offset=world.recorder.clock_offset + size)
+
+
+def _clock_drift(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(clock_drift=size)
+
+
+def filter_order(shape: float) -> int:
+    """First or second order."""
+    return 1 + int(shape > 0.5)
+
+
+def _recorder_filter(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(filter_frequency=1 / (2 * np.pi * size), filter_order=filter_order(context.shape))
+
+
+def _quantisation(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(resolution=size)
+
+
+def tone_frequency(shape: float) -> float:
+    """Frequency of a tone that the recorder's rate folds into the band, Hz."""
+    return float(_RECORDED_RATE + _ALIAS[0] * (_ALIAS[1] / _ALIAS[0]) ** shape)
+
+
+def _aliased_tone(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(tones=(Tone(tone_frequency(context.shape), size),))
+
+
+def _once_per_revolution(world: World, size: float, context: Context) -> World:
+    return replace(world, rig=replace(world.rig, sensor=replace(world.rig.sensor, ripple=size)))
+
+
+EFFECTS = (
+    Effect("speed_scale", _speed_scale, (0.005, 0.3), signed=True),
+    Effect("sign_or_unit", _sign_or_unit, (1.0, 1.0)),
+    Effect("clock_offset", _clock_offset, (3e-5, 0.3), signed=True),
+    Effect("clock_drift", _clock_drift, (1e-7, 2e-3), signed=True),
+    Effect("recorder_filter", _recorder_filter, (0.0045, 0.15)),
+    Effect("quantisation", _quantisation, (0.01, 1.0), linear=False),
+    Effect("aliased_tone", _aliased_tone, (3e-5, 0.1), linear=False),
+    Effect("once_per_revolution", _once_per_revolution, (1e-5, 0.05), linear=False),
+)

@@ -1,0 +1,1 @@
+"""What an ideal test that knows the hidden effect would see."""

@@ -1,0 +1,361 @@
+"""The ideal test: a likelihood ratio that knows the cause, its shape and all but the nuisance figures."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.special import chdtri, chndtr, chndtrinc, ndtr, ndtri
+
+from benchmarks.blind.generator.cases import EFFECTS, WINDOW_S, Case, Hidden
+from benchmarks.blind.generator.effects_sensor import tone_frequency
+from benchmarks.blind.generator.world import NUISANCES
+from benchmarks.blind.ideal.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
+from drillid.arrays import Floats
+from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.inference.unknown import FUNCTIONS, PORTS
+from drillid.physics.responses import command_mobility, laplace
+from drillid.physics.top_drive import control
+
+FALSE_ALARM = 0.05
+IN_TIME = ("length_growth", "parameter_drift", "regime_change", "clock_drift")
+"""Causes that change within a window."""
+ADDITIVE = ("aliased_tone", "once_per_revolution")
+"""Causes that add a tone to the record."""
+_PARTS = 5
+_ROUNDS = 20
+_SIZE_STEP = 1e-4
+_LEAST = 1e-6
+"""Of a rival's largest size; some causes are not defined at none."""
+_ALIKE = 1e-6
+"""Relative size from which what differs between columns counts."""
+_LOWEST = np.array([-0.9 if unit == "relative" else -np.inf for unit in NUISANCES.values()])
+"""Of the nuisances; no length or moment falls below nothing."""
+_FREEDOMS = 2 * FUNCTIONS
+_UNEXPECTED = float(chdtri(_FREEDOMS, 1 - (1 - FALSE_ALARM) ** (1 / len(PORTS))))
+"""χ² that a smooth disturbance of unknown shape, at any port, exceeds as often as there are false alarms."""
+_SHRINKS = (1.0, 0.3, 0.1)
+_GROWTH = (0.25, 0.5, 0.75, 1.0)
+"""Shares of a cause's size at which it is followed."""
+_SHAPES = {
+    "extra_section": (0.1, 0.5, 0.9),
+    "tapered_string": tuple(np.linspace(0.0, 1.0, 13).tolist()),
+    "local_damping_zone": tuple(np.linspace(0.0, 1.0, 10).tolist()),
+    "recorder_filter": (0.2, 0.8),
+    "regenerative_cutting": (0.1, 0.5, 0.9),
+    "regime_change": (0.0, 0.5, 1.0),
+}
+"""Shapes of causes that a test would try one by one."""
+CONTINUOUS = ("tapered_string", "local_damping_zone", "regime_change")
+"""Causes whose shape may lie between those."""
+
+
+class Ideal:
+    """The ideal test of a case's windows."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.priors: Priors = priors(case)
+
+    @cached_property
+    def steady(self) -> Theory:
+        """Windows as a whole."""
+        return Theory(self.case)
+
+    @cached_property
+    def in_time(self) -> Theory:
+        """Windows in parts."""
+        return Theory(self.case, _PARTS)
+
+    def theory(self, names: frozenset[str]) -> Theory:
+        """Where causes of these names show."""
+        return self.in_time if names & set(IN_TIME) else self.steady
+
+    def noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
+        """λ of causes: least squared distance, noise and tolerances as units, to any rig without them.
+
+        NaN where the causes are not linear, so that it is not known.
+
+        Parameters
+        ----------
+        beside : what else is hidden; linear causes are there in the other rig as well, at any size
+        """
+        if any(not EFFECTS[one.name].linear and one.name not in ADDITIVE for one in hidden):
+            return float("nan")
+        tones = sum(self._tone(one) for one in hidden if one.name in ADDITIVE)
+        rest = tuple(one for one in hidden if one.name not in ADDITIVE)
+        linear = tuple(one for one in beside if EFFECTS[one.name].linear)
+        if not rest or not linear:
+            return tones + (self.least_distance(rest) if rest else 0.0)
+        # the others start at their sizes, or grow with the causes
+        ends = (self.closest((*rest, *linear), linear, grown=grown)[0] for grown in (False, True))
+        return tones + min(ends)
+
+    def _tone(self, hidden: Hidden) -> float:
+        """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
+        total = 0.0
+        for number, stretch in enumerate(self.case.stretches):
+            world = self.case.world(number, hidden=())
+            folded = (
+                tone_frequency(hidden.shape) - 50.0 if hidden.name == "aliased_tone" else stretch.speed / (2 * np.pi)
+            )
+            s = laplace(np.array([folded]))
+            amplitude = hidden.size
+            if hidden.name == "once_per_revolution":
+                system = world.linear(0.5)
+                answered = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
+                amplitude = hidden.size * stretch.speed * float(np.abs(answered[0]))
+            total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
+        return total
+
+    def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
+        """Squared distance at the best nuisances."""
+        return self.closest(hidden)[0]
+
+    def closest(
+        self,
+        hidden: tuple[Hidden, ...],
+        rivals: tuple[Hidden, ...] = (),
+        *,
+        grown: bool = True,
+        hopeless: float = np.inf,
+    ) -> tuple[float, tuple[Hidden, ...]]:
+        """Squared distance at the best nuisances and the best sizes of rival causes, which Gauss and Newton find.
+
+        Parameters
+        ----------
+        grown : whether they follow the cause as it grows, since at its whole size they may start too far off
+        hopeless : squared distance beyond which nobody asks how far; where no less is in sight it is left at that
+
+        Returns
+        -------
+        squared distance
+        rivals : at those sizes
+        """
+        theory = self.theory(frozenset(one.name for one in hidden))
+        point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rivals)
+        least, before = np.inf, 1.0
+        whole = not grown or any(one.name == "sign_or_unit" for one in hidden)
+        for share in (1.0,) if whole else _GROWTH:
+            wanted = tuple(replace(one, size=share * one.size) for one in hidden)
+            target = [theory.response(number, wanted) for number in range(theory.windows)]
+            least, point = self._settled(theory, target, self._within(point.scaled(share / before)), hopeless)
+            before = share
+            if least > hopeless:
+                break
+        return least, point.rivals
+
+    @np.errstate(all="ignore")  # beyond what the theory can follow costs are infinite
+    def _settled(
+        self, theory: Theory, target: list[Floats], point: "_Point", hopeless: float
+    ) -> tuple[float, "_Point"]:
+        """Least squared distance from a target and where it is reached."""
+        least = self._cost(theory, target, point)
+        for _ in range(_ROUNDS):
+            step, in_sight = self._step(theory, target, point)
+            if in_sight > hopeless:
+                break
+            costs = []
+            for share in _SHRINKS:
+                trial = self._within(point.moved(step, share))
+                costs.append(self._cost(theory, target, trial))
+                if costs[-1] < least:
+                    break
+            if not costs[-1] < least:
+                break
+            gained, least = least - costs[-1], costs[-1]
+            point = trial
+            if gained < 0.01 * least + 0.01:
+                break
+        return least, point
+
+    def _within(self, point: "_Point") -> "_Point":
+        shared = np.maximum(point.shared, _LOWEST)
+        return replace(point, shared=shared, rivals=tuple(self.bounded(one) for one in point.rivals))
+
+    def bounded(self, rival: Hidden) -> Hidden:
+        """A rival whose size is one that the catalogue allows; it may be smaller or larger than any that is hidden."""
+        limits = CATALOGUE[rival.name].size
+        low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
+        return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
+
+    def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
+        pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
+        left = [np.sum((one - point.response(theory, number)) ** 2) for number, one in enumerate(target)]
+        total = float(np.sum(left) + pulls)
+        return total if np.isfinite(total) else np.inf
+
+    def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[Floats, float]:
+        """Where linear reckoning leads, and how far off that would be."""
+        factors = []
+        for number, one in enumerate(target):
+            here = point.response(theory, number)
+            slopes = theory.slopes(number, point.figures[number], point.rivals)
+            factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
+        design, rest = self._design(factors)
+        pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
+        target_rows = np.concatenate([rest[:, -1], pulls])
+        columns = rest[:, : len(point.rivals)]
+        design = np.column_stack([design, np.concatenate([columns, np.zeros((pulls.size, columns.shape[1]))])])
+        if not (np.isfinite(design).all() and np.isfinite(target_rows).all()):
+            # at the edge of what the theory can follow there is no way on
+            return np.zeros(design.shape[1]), 0.0
+        step = self._least(design, target_rows, point.rivals)
+        return step, float(np.sum((design @ step - target_rows) ** 2))
+
+    def _least(self, design: Floats, target: Floats, rivals: tuple[Hidden, ...]) -> Floats:
+        """Least squares with rivals within bounds: where one would leave them, the others settle beside it there."""
+        step, first = np.zeros(design.shape[1]), design.shape[1] - len(rivals)
+        free = np.ones(step.size, dtype=bool)
+        for _ in range(len(rivals) + 1):
+            step[free] = _shared(design[:, free], target - design[:, ~free] @ step[~free])
+            over = False
+            for place, one in enumerate(rivals, first):
+                wanted = replace(one, size=one.size + float(step[place]))
+                allowed = self.bounded(wanted)
+                if free[place] and allowed != wanted:
+                    step[place], free[place], over = allowed.size - one.size, False, True
+            if not over:
+                break
+        return step
+
+    def _design(self, factors: list[Floats]) -> tuple[Floats, Floats]:
+        """Rows of all windows and of the priors in the nuisances; and the windows' further columns."""
+        count, local = len(NUISANCES), len(LOCAL)
+        blocks = []
+        for number, factor in enumerate(factors):
+            block = np.zeros((factor.shape[0], count + local * len(factors)))
+            block[:, :count] = factor[:, :count]
+            first = count + local * number
+            block[:, first : first + local] = factor[:, list(LOCAL)]
+            blocks.append(block)
+        deviations = np.concatenate([self.priors.shared, np.tile(self.priors.local, len(factors))])
+        return np.concatenate([*blocks, np.diag(1 / deviations)]), np.concatenate([one[:, count:] for one in factors])
+
+    def small(self, in_time: bool) -> list[Hidden]:
+        """Small causes of every linear kind and shape, that change within a window or do not."""
+        small = []
+        for name, effect in EFFECTS.items():
+            if effect.linear and (name in IN_TIME) == in_time:
+                for shape in _SHAPES.get(name, (0.5,)):
+                    probe = Hidden(name, 0.0, shape)
+                    low, _ = effect.range(self.case.world(0, hidden=()), self.case.context(probe))
+                    small.append(Hidden(name, low, shape))
+        return small
+
+    @staticmethod
+    def shape_step(name: str) -> float:
+        """Distance of the shapes that are tried of a cause of continuous shape."""
+        return 1.0 / (len(_SHAPES[name]) - 1)
+
+    def beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
+        """What sets of causes add to the whitened responses beyond the nuisances, (rows, sets)."""
+        factors = []
+        for number in range(theory.windows):
+            plain = theory.response(number)
+            moved = [theory.response(number, hidden) - plain for hidden in sets]
+            factors.append(compressed([theory.slopes(number, np.zeros(len(NUISANCES))), *moved]))
+        design, rest = self._design(factors)
+        rows = np.concatenate([rest, np.zeros((design.shape[0] - rest.shape[0], rest.shape[1]))])
+        return np.asarray(rows - design @ np.linalg.lstsq(design, rows, rcond=None)[0], dtype=float)
+
+    @cached_property
+    def candidates(self) -> float:
+        """Number of effectively distinct candidates: of the linear ones by Li and Ji, and all others.
+
+        Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
+        as one and fractions as they are.
+        """
+        added = self.beyond(self.steady, [(one,) for one in self.small(in_time=False)])
+        size = np.linalg.norm(added, axis=0)
+        unit = added[:, size > 0] / size[size > 0]
+        values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
+        linear = float(np.sum((values >= 1) + values - np.floor(values)))
+        return linear + sum(not effect.linear or effect.name in IN_TIME for effect in EFFECTS.values())
+
+    def threshold(self, *, family: bool) -> float:
+        """Normal score above which the ideal test speaks, one-sided, of one known cause or of the whole family."""
+        return threshold(self.candidates if family else 1.0)
+
+    def power(self, noncentrality: float, *, family: bool, tones: float = 0.0) -> float:
+        """Chance that the ideal test speaks.
+
+        Parameters
+        ----------
+        tones : frequencies, if what is looked for is a tone of unknown phase at any of them; 0 where it is not
+        """
+        if not tones:
+            return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
+        # the power of a line is χ² of two degrees of freedom
+        chance = ndtr(-self.threshold(family=family)) / (tones if family else 1.0)
+        return float(1 - chndtr(-2 * np.log(chance), 2, noncentrality))
+
+    @staticmethod
+    def power_unaware(noncentrality: float) -> float:
+        """Chance that a test speaks which knows of a cause no more than that it is smooth and at one of the ports."""
+        return float(1 - chndtr(_UNEXPECTED, _FREEDOMS, noncentrality))
+
+    @staticmethod
+    def distance_unaware(power: float) -> float:
+        """Standard deviations at which such a test has some power."""
+        return float(np.sqrt(chndtrinc(_UNEXPECTED, _FREEDOMS, 1 - power)))
+
+    @staticmethod
+    def tones(hidden: tuple[Hidden, ...]) -> float:
+        """Frequencies at which a tone may be: any line of a window, or the one of the shaft; 0 where none is hidden."""
+        if len(hidden) != 1 or hidden[0].name not in ADDITIVE:
+            return 0.0
+        low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
+        return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
+
+
+def threshold(candidates: float) -> float:
+    """Normal score that the largest of so many effectively distinct ones exceeds as often as there are false alarms."""
+    return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
+
+
+def _shared(design: Floats, target: Floats) -> Floats:
+    """Least squares in which columns that work alike share what they explain."""
+    scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
+    return np.asarray(np.linalg.lstsq(design / scale, target, _ALIKE)[0] / scale, dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Nuisances of a set and rival causes at some sizes."""
+
+    shared: Floats
+    local: Floats
+    rivals: tuple[Hidden, ...]
+
+    @property
+    def figures(self) -> Floats:
+        """Nuisances of every window, (W, 11)."""
+        figures = np.tile(self.shared, (self.local.shape[0], 1))
+        figures[:, list(LOCAL)] += self.local
+        return figures
+
+    def response(self, theory: Theory, window: int) -> Floats:
+        """Whitened responses of a window."""
+        return theory.response(window, self.rivals, self.figures[window])
+
+    def slopes(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
+        """Derivatives of the responses to the rivals' sizes."""
+        found = []
+        for place, one in enumerate(self.rivals):
+            step = _SIZE_STEP * one.size or _SIZE_STEP
+            moved = (*self.rivals[:place], replace(one, size=one.size + step), *self.rivals[place + 1 :])
+            found.append((theory.response(window, moved, self.figures[window]) - here) / step)
+        return found
+
+    def scaled(self, factor: float) -> "_Point":
+        """All of it times a factor."""
+        rivals = tuple(replace(one, size=factor * one.size) for one in self.rivals)
+        return _Point(factor * self.shared, factor * self.local, rivals)
+
+    def moved(self, step: Floats, share: float) -> "_Point":
+        """Some way along a step."""
+        count, size = self.shared.size, self.local.size
+        sizes = share * step[count + size :]
+        rivals = tuple(replace(one, size=one.size + float(more)) for one, more in zip(self.rivals, sizes, strict=True))
+        local = self.local + share * step[count : count + size].reshape(self.local.shape)
+        return _Point(self.shared + share * step[:count], local, rivals)

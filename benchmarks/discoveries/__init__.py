@@ -1,0 +1,1 @@
+"""What the simulations get wrong on the wells, the motor bench and the field start of rotation."""

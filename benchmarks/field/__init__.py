@@ -1,0 +1,1 @@
+"""A real well's start of rotation: its description, its log, fits and scores."""

@@ -1,0 +1,1 @@
+"""Accuracy, bounds and speed of identification, beside other tools."""

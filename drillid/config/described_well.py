@@ -1,0 +1,111 @@
+"""A well described for the simulation of its start of rotation: top drive, string, mud and friction."""
+
+from dataclasses import fields
+
+from pydantic import Field, model_validator
+
+from drillid.config.validation import KeyFault, Strict
+from drillid.physics.equipment import Controller, TopDrive
+from drillid.simulation.start_up import Equipment, Friction
+from drillid.units import Density, Metres, Pressure, TorsionalDamping, TorsionalInertia, TorsionalStiffness
+
+
+class DescribedTopDrive(Strict):
+    """The top drive and its speed control."""
+
+    inertia: TorsionalInertia = Field(gt=0)
+    """Effective inertia of motor, gear and top drive at the quill."""
+    proportional: TorsionalDamping = Field(ge=0)
+    """Proportional gain of the speed control."""
+    integral: TorsionalStiffness = Field(default=0.0, ge=0)
+    """Integral gain of the speed control."""
+
+
+class DescribedPipe(Strict):
+    """Pipe of one size."""
+
+    outer_diameter: Metres = Field(gt=0)
+    """Outer diameter of the body."""
+    inner_diameter: Metres = Field(ge=0)
+    """Inner diameter of the body."""
+
+    @model_validator(mode="after")
+    def _has_a_wall(self) -> "DescribedPipe":
+        if self.inner_diameter >= self.outer_diameter:
+            raise KeyFault(
+                "inner_diameter",
+                f"{self.inner_diameter} m is not smaller than the outer diameter, {self.outer_diameter} m",
+                "Correct the diameters and their units",
+            )
+        return self
+
+
+class DescribedSection(DescribedPipe):
+    """One section of the bottom-hole assembly."""
+
+    length: Metres = Field(gt=0)
+    """Length."""
+
+
+class DescribedFriction(Strict):
+    """Friction of the turning string, everywhere in the well."""
+
+    sliding: float = Field(ge=0)
+    """Coefficient of sliding friction."""
+    breakaway: float = Field(default=1.0, ge=1)
+    """Static per sliding coefficient."""
+    assembly_sliding: float = Field(default=1.0, ge=0)
+    """Sliding coefficient of the bottom-hole assembly per that of the pipe."""
+    assembly_breakaway: float = Field(default=1.0, gt=0)
+    """Static per sliding coefficient of the assembly, per that of the pipe."""
+    threshold: float = Field(default=1.0, gt=0)
+    """Speed in rad/s over which friction falls from static to sliding, as a Gaussian."""
+    rest: float = Field(default=0.0, ge=0)
+    """Share by which the pipe is held more after the long rest of a connection."""
+    assembly_rest: float = Field(default=0.0, ge=0)
+    """The same share of the assembly."""
+    rest_angle: float = Field(default=15.0, gt=0)
+    """Slip in rad over which those shares fall to 1/e."""
+    kappa: float = Field(default=0.0, ge=0)
+    """Viscous damping of mud and wall, N s/m⁴."""
+    delta: float = Field(default=1e8, ge=0)
+    """Internal damping of the steel, N s/m²."""
+    assembly_inertia: float = Field(default=1.0, gt=0)
+    """Inertia of the assembly per inertia of solid steel at the stated diameters."""
+
+
+class DescribedWell(Strict):
+    """Everything but the hole's survey that a start of rotation depends on."""
+
+    top_drive: DescribedTopDrive
+    """Top drive and speed control."""
+    pipe: DescribedPipe
+    """The pipe, from the assembly to the surface."""
+    pipe_shear_modulus: Pressure = Field(default=79.3e9, gt=0)
+    """Shear modulus of the pipe, tool joints included."""
+    assembly: tuple[DescribedSection, ...]
+    """Sections of the bottom-hole assembly, from the top."""
+    assembly_shear_modulus: Pressure = Field(default=79.3e9, gt=0)
+    """Shear modulus of the assembly."""
+    mud_density: Density = Field(default=1200.0, gt=0)
+    """Density of the mud, which carries a part of the string's weight."""
+    friction: DescribedFriction
+    """Friction along the string."""
+
+    @property
+    def described_equipment(self) -> Equipment:
+        """Equipment of the simulation."""
+        control = Controller(self.top_drive.proportional, self.top_drive.integral)
+        return Equipment(
+            TopDrive(self.top_drive.inertia, 0.0, control),
+            (self.pipe.outer_diameter, self.pipe.inner_diameter),
+            self.pipe_shear_modulus,
+            tuple((each.length, each.outer_diameter, each.inner_diameter) for each in self.assembly),
+            self.assembly_shear_modulus,
+            self.mud_density,
+        )
+
+    @property
+    def described_friction(self) -> Friction:
+        """Friction of the simulation."""
+        return Friction(**{each.name: getattr(self.friction, each.name) for each in fields(Friction)})

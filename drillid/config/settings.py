@@ -1,0 +1,165 @@
+"""Settings of the workflow: only choices that change results, one model a stage."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from drillid.config.validation import Strict
+
+
+class RecordsSettings(Strict):
+    """Raw log → regular SI time series with quality flags."""
+
+    interpolate_up_to_s: float = Field(default=0.1, ge=0)
+    """Longest stretch of missing rows that is filled by interpolation, in s; longer ones are gaps."""
+    spike_error_rate: float = Field(default=1e-6, gt=0, lt=1)
+    """Share of good samples that may be taken for spikes."""
+    stuck_s: float = Field(default=2.0, gt=0)
+    """A sweep or speed signal that does not change for longer while rotating is stuck, in s."""
+
+
+class WindowsSettings(Strict):
+    """Steady drilling with the sweep on, cut into windows."""
+
+    length_s: float = Field(default=600.0, gt=0)
+    """Length of a window, in s."""
+    overlap: float = Field(default=0.0, ge=0, lt=1)
+    """Share of a window that the next one repeats."""
+    rotating_rpm: float = Field(default=10.0, gt=0)
+    """Below this mean speed the string counts as not rotating, in rpm."""
+    on_bottom_m: float = Field(default=0.5, gt=0)
+    """Bit within this distance of the hole's bottom counts as on bottom, in m."""
+    steady_rpm: float = Field(default=5.0, gt=0)
+    """Largest change of the speed set point within a window, in rpm."""
+    flagged_share: float = Field(default=0.02, ge=0, le=1)
+    """Largest share of interpolated or replaced samples in a window."""
+
+
+class SpectraSettings(Strict):
+    """Spectrograms and cross spectra of each window."""
+
+    frequency_minimum_hz: float = Field(default=0.05, gt=0)
+    """Lowest frequency used."""
+    frequency_maximum_hz: float = Field(default=5.0, gt=0)
+    """Highest frequency used, where the sweep reaches it."""
+    estimator: Literal["local_polynomial", "welch"] = "local_polynomial"
+    """Local polynomials of frequency, by line where the sweep repeats, or Welch's averages over segments."""
+    segment_s: float = Field(default=120.0, gt=0)
+    """Where the sweep is not periodic, frequencies lie two lines of a segment of so many s apart."""
+    noise_lines: int = Field(default=80, ge=16)
+    """Lines without sweep about each line with sweep that tell its noise; a quarter where no sweep repeats."""
+    spectrogram_segment_s: float = Field(default=20.0, gt=0)
+    """Segment of the spectrograms, in s."""
+
+
+class MobilitySettings(Strict):
+    """Coherence-gated command mobility and its stacks."""
+
+    band_octaves: float = Field(default=0.5, gt=0)
+    """Width of the bands over which coherence is judged, in octaves."""
+    error_rate: float = Field(default=0.01, gt=0, lt=1)
+    """Share of bands without response that may pass the gate, and of good frequencies it may call too coherent."""
+    stack_windows: int = Field(default=6, ge=2)
+    """Successive windows in a stack; the paper stacks six."""
+    stack_depth_share: float = Field(default=0.025, gt=0)
+    """Largest change of depth within a stack, as a share of the depth; modes move with it."""
+    agreement_error_rate: float = Field(default=0.01, gt=0, lt=1)
+    """Share of stacks of agreeing windows that may be refused."""
+
+
+class FitsSettings(Strict):
+    """Fits of the damped transmission line."""
+
+    use_knowledge: bool = True
+    """Take the rig's papers, with their tolerances, as prior knowledge."""
+    starts: int = Field(default=16, ge=1)
+    """Starting points of each fit; the best are followed to their optimum."""
+    error_rate: float = Field(default=0.001, gt=0, lt=1)
+    """Share of right models whose fit may be refused for its residuals."""
+    change_error_rate: float = Field(default=0.05, gt=0, lt=1)
+    """Share of wells without any change of formation, hole or assembly that may be given one by the joint fit."""
+    length_factor_error: float = Field(default=0.1, gt=0)
+    """Standard uncertainty of the pipe's length as waves see it over its logged length, where no tally gives it."""
+    length_offset_m: float = Field(default=30.0, gt=0)
+    """Standard uncertainty of what logged bit depth less collars is off in all windows alike, in m."""
+    collars_offset_m: float = Field(default=300.0, gt=0)
+    """The same where no tally lists the collars, so that it stands for them too, in m."""
+
+
+class DiscrepancySettings(Strict):
+    """First look at what the model leaves unexplained."""
+
+    error_rate: float = Field(default=0.05, gt=0, lt=1)
+    """Share of clean wells that may have an interval flagged, or a window whose residuals fail a test."""
+
+
+class DepthSettings(Strict):
+    """The depth-indexed dataset."""
+
+    step_duration_s: float = Field(default=10.0, gt=0)
+    """Length of the step responses, in s."""
+    step_interval_s: float = Field(default=0.05, gt=0)
+    """Spacing of the step responses' lags, in s."""
+
+
+class FiguresSettings(Strict):
+    """The paper's figures for every well."""
+
+    dpi: int = Field(default=110, ge=50)
+    """Resolution of the PNG files."""
+
+
+class ReportSettings(Strict):
+    """The fleet's report."""
+
+    title: str = "Identification while drilling"
+    """Heading of the report."""
+
+
+class SimulateSettings(Strict):
+    """The embedded demo fleet: raw logs made by the time-domain rig simulator."""
+
+    drilling_s: float = Field(default=1220.0, gt=0)
+    """Drilled time of each stand, with the sweep on, in s."""
+    connection_s: float = Field(default=240.0, ge=0)
+    """Connection behind each stand, in s."""
+    time_step_s: float = Field(default=0.0025, gt=0)
+    """Time step of the simulator, in s; a whole number of them makes a log's sample interval of 0.02 s."""
+    seed: int = 2025
+    """Seed of all noise."""
+
+
+class FleetSettings(Strict):
+    """How wells are spread over processes; set by the workflow's profile, without effect on results."""
+
+    batch_size: int = Field(default=1, ge=1)
+    """Wells a job; 1 for small fleets, about 25 for a thousand wells."""
+    scheduler: str | None = None
+    """Address of a running dask scheduler, such as tcp://host:8786; without it, processes of the machine are used."""
+    processes: int = Field(default=1, ge=1)
+    """Processes a job uses where no scheduler is given."""
+
+
+class Settings(Strict):
+    """The whole configuration: where the sheets are, where results go, and a section a stage."""
+
+    wells: str = "config/wells.tsv"
+    """Sheet of wells."""
+    logs: str = "config/logs.tsv"
+    """Sheet of log files."""
+    rigs: str = "config/rigs"
+    """Folder of rig descriptions."""
+    results: str = "results/main"
+    """Folder for all results of this configuration."""
+    fleet: FleetSettings = FleetSettings()
+    records: RecordsSettings = RecordsSettings()
+    windows: WindowsSettings = WindowsSettings()
+    spectra: SpectraSettings = SpectraSettings()
+    mobility: MobilitySettings = MobilitySettings()
+    fits: FitsSettings = FitsSettings()
+    discrepancy: DiscrepancySettings = DiscrepancySettings()
+    depth: DepthSettings = DepthSettings()
+    figures: FiguresSettings = FiguresSettings()
+    report: ReportSettings = ReportSettings()
+    simulate: SimulateSettings | None = None
+    """Only in the demo: the fleet to simulate."""

@@ -1,0 +1,158 @@
+"""Loop of the speed control, its margins and its stability.
+
+The loop is opened where the torque command goes to the drive. With T_com = −A E (H ω + Z F T_string),
+T_string = T_m − J s ω, T_m = D T_com and ω = T_m/(J_td s + Y_in), what comes back for a torque sent out is −L,
+
+    L(s) = D A E [(H − Z F J s)/(J_td s + Y_in) + Z F],
+
+which is D e^(−sT_d) A H/(J_td s + Y_in) without feedback of the string's torque.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats, Integers
+from drillid.errors import EstimationError
+from drillid.physics.equipment import DrillingSystem
+from drillid.physics.responses import laplace, string_admittance
+from drillid.physics.top_drive import control, drive, matching_transfer
+
+Loop = Callable[[Complex], Complex]
+"""L of the Laplace variable (frequency,), with leading axes of its own."""
+
+GRID = np.geomspace(1e-3, 50.0, 3000)
+"""Hz; string modes of a few kilometres are some hundred points wide each."""
+_LARGEST_TURN = 0.8
+"""rad; largest turn of 1 + L between neighbouring frequencies where encirclements are counted."""
+_MOST_HALVINGS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """Distances from instability, each of the shape of the loop's leading axes."""
+
+    gain: Floats
+    """Least factor above 1 by which the gain may grow; infinite without any."""
+    gain_reduction: Floats
+    """Largest factor below 1 to which the gain may fall; 0 without any."""
+    phase: Floats
+    """Least lag at a crossover, rad, that makes the loop unstable; infinite without crossover."""
+    delay: Floats
+    """Least further delay, s, that makes the loop unstable; infinite without crossover."""
+    modulus: Floats
+    """Least distance of L from −1, 1/(largest sensitivity)."""
+
+    @property
+    def sensitivity(self) -> Floats:
+        """Largest sensitivity, max |1/(1 + L)|."""
+        return np.asarray(1 / self.modulus, dtype=float)
+
+
+def loop_transfer(system: DrillingSystem, s: Complex) -> Complex:
+    """L(s), without unit, of the module's description; shape of the system's figures and of s."""
+    controller, driven = system.top_drive.controller, drive(system.top_drive, s)
+    speed_per_torque = 1 / (system.top_drive.inertia * s + string_admittance(system, s))
+    speed_filter = 1 / (1 + s * controller.speed_filter)
+    gain = driven * control(replace(controller, speed_filter=0.0), s)
+    if controller.matching is None:
+        loop: Complex = gain * speed_filter * speed_per_torque
+        return loop
+    given_up = matching_transfer(controller.matching, s)
+    held = speed_filter - given_up * controller.matching.inertia * s
+    return np.asarray(gain * (held * speed_per_torque + given_up), dtype=complex)
+
+
+def margins(loop: Loop, frequency: Floats = GRID) -> Margins:
+    """Margins of a loop that is stable when closed, read from L on a grid (Hz) with crossings in between.
+
+    Crossings of the unit circle and of the negative real axis are found by straight lines between neighbouring
+    points, in log |L| and phase; the distance from −1 by the distance of −1 from each chord.
+    """
+    values = np.asarray(loop(laplace(frequency)), dtype=complex)
+    chord = np.diff(values, axis=-1)
+    span = np.maximum(np.abs(chord) ** 2, np.finfo(float).tiny)
+    along = np.clip(np.real(-(1 + values[..., :-1]) * np.conj(chord)) / span, 0, 1)
+    modulus = np.min(np.abs(1 + values[..., :-1] + along * chord), axis=-1)
+    size, turn = np.log(np.abs(values)), np.angle(-values)
+    step = np.angle(values[..., 1:] / values[..., :-1])
+    gain, reduction = _gain_margins(size, turn, step)
+    phase, delay = _phase_margins(size, turn, step, frequency)
+    return Margins(gain, reduction, phase, delay, modulus)
+
+
+def _gain_margins(size: Floats, turn: Floats, step: Floats) -> tuple[Floats, Floats]:
+    """Where the angle from −1 passes 0, not where it jumps by a full turn; (...) each."""
+    start, end = turn[..., :-1], turn[..., :-1] + step
+    crosses = (start * end <= 0) & (step != 0)
+    share = np.divide(-start, step, out=np.zeros_like(step), where=step != 0)
+    there = size[..., :-1] + share * np.diff(size, axis=-1)
+    gain = np.exp(np.min(np.where(crosses & (there < 0), -there, np.inf), axis=-1))
+    reduction = np.exp(np.max(np.where(crosses & (there >= 0), -there, -np.inf), axis=-1))
+    return gain, reduction
+
+
+def _phase_margins(size: Floats, turn: Floats, step: Floats, frequency: Floats) -> tuple[Floats, Floats]:
+    """Angles at |L| = 1 and the delays that use up their lag; (...) each."""
+    rise = np.diff(size, axis=-1)
+    crosses = (size[..., :-1] * size[..., 1:] <= 0) & (rise != 0)
+    share = np.divide(-size[..., :-1], rise, out=np.zeros_like(rise), where=rise != 0)
+    angle = turn[..., :-1] + share * step
+    speed = 2 * np.pi * (frequency[:-1] + share * np.diff(frequency))
+    phase = np.min(np.where(crosses, np.abs(angle), np.inf), axis=-1)
+    delay = np.min(np.where(crosses, np.mod(angle, 2 * np.pi) / speed, np.inf), axis=-1)
+    return phase, delay
+
+
+def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highest: float = 200.0) -> Integers:
+    """Poles of the closed loop in the right half plane, by Nyquist's count; L is stable but for an integrator.
+
+    1 + L turns by π/2 for a closed loop that is stable where L has an integrator, and by 0 where it has none,
+    less π for each unstable pole. Frequencies are added where it turns too far between two of them.
+
+    Parameters
+    ----------
+    integrating : whether L grows as 1/s towards low frequency
+    lowest, highest : Hz, beyond which |1 + L| must turn no more
+
+    Returns
+    -------
+    Number of poles, in the shape of the loop's leading axes.
+
+    Raises
+    ------
+    EstimationError
+        If a pole lies on the imaginary axis, or 1 + L still turns at the highest frequency.
+    """
+    frequency = np.geomspace(lowest, highest, 1200)
+    values = 1 + np.asarray(loop(laplace(frequency)), dtype=complex)
+    for _ in range(_MOST_HALVINGS):
+        steps = np.angle(values[..., 1:] / values[..., :-1])
+        wide = np.abs(steps) > _LARGEST_TURN
+        coarse = np.flatnonzero(wide.reshape(-1, wide.shape[-1]).any(axis=0))
+        if coarse.size == 0:
+            return _count(steps.sum(axis=-1), values, integrating)
+        between = np.sqrt(frequency[coarse] * frequency[coarse + 1])
+        frequency = np.insert(frequency, coarse + 1, between)
+        values = np.insert(values, coarse + 1, 1 + np.asarray(loop(laplace(between)), dtype=complex), axis=-1)
+    raise EstimationError(
+        "stability of the loop", "a pole lies on the imaginary axis", "Change the gains a little, they are at the limit"
+    )
+
+
+def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
+    # beyond the grid 1 + L goes on to −j∞ or to a positive number at low frequency, and to a positive one at high
+    begin = -np.pi / 2 if integrating else 0.0
+    beyond = np.angle(values[..., 0] * np.exp(-1j * begin)) - np.angle(values[..., -1])
+    poles = -(begin + turned + beyond) / np.pi
+    whole = np.rint(poles)
+    if np.max(np.abs(poles - whole)) > 1e-6:
+        raise EstimationError("stability of the loop", "its turns are no whole number", "Count over a wider band")
+    return np.asarray(whole, dtype=np.int64)
+
+
+def is_stable(system: DrillingSystem) -> bool:
+    """Whether every system that the figures describe is stable under its speed control."""
+    integrating = bool(np.all(np.asarray(system.top_drive.controller.integral) != 0))
+    return not np.any(unstable_poles(lambda s: loop_transfer(system, s), integrating=integrating))

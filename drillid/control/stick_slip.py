@@ -1,0 +1,168 @@
+"""Lowest rotation at which steady drilling is stable, against weight on bit, for a bit whose torque falls with speed.
+
+About a steady speed Ω the rock adds the admittance T'(Ω) at the bit, negative where torque falls. Steady rotation is
+stable while −T'(Ω) stays below the least real part that the admittance Y = 1/(bit mobility) has where its imaginary
+part passes zero: there the negative damping of the rock outweighs that of string and top drive.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.control.tuning import controlled_by
+from drillid.errors import EstimationError
+from drillid.physics.bottom_end import cutting_admittance
+from drillid.physics.equipment import Controller, DrillingSystem, StribeckCutting
+from drillid.physics.nonlinear import Cutting, NonlinearRig
+from drillid.physics.responses import bit_mobility, laplace
+from drillid.simulation.simulate import TIME_STEP, simulate
+
+_BAND = np.geomspace(0.02, 10.0, 8000)
+"""Hz, searched for crossings."""
+_SPEEDS = np.linspace(0.05, 60.0, 6000)
+"""rad/s, searched for the lowest stable speed."""
+_PULSE = 0.5
+"""s, of the torque that starts the vibration whose growth is looked at."""
+
+
+def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[float, float]:
+    """Fall of torque per speed at the bit that the system just bears, and the frequency at which it then vibrates.
+
+    Parameters
+    ----------
+    system : plain figures, stable without the rock
+    stiff : clamp the top drive
+
+    Returns
+    -------
+    slope : N m s/rad, positive for a torque that falls
+    frequency : Hz
+
+    Raises
+    ------
+    EstimationError
+        If no fall of torque makes the system vibrate in the band searched.
+    """
+    rock_free = replace(system, bit=replace(system.bit, cutting=()))
+
+    def admittance(frequency: Floats) -> Complex:
+        return np.asarray(1 / bit_mobility(rock_free, laplace(frequency), stiff=stiff)).reshape(-1)
+
+    imaginary = admittance(_BAND).imag
+    before = np.flatnonzero(np.signbit(imaginary[:-1]) != np.signbit(imaginary[1:]))
+    share = imaginary[before] / (imaginary[before] - imaginary[before + 1])
+    frequency = _BAND[before] + share * (_BAND[before + 1] - _BAND[before])
+    there = admittance(frequency)
+    # a string without damping changes sign through infinity too
+    through_zero = np.abs(there.imag) < np.minimum(np.abs(imaginary[before]), np.abs(imaginary[before + 1]))
+    bearing = np.where(through_zero & (there.real > 0), there.real, np.inf)
+    if not np.any(np.isfinite(bearing)):
+        raise EstimationError("stick-slip", "no torque that falls with speed makes the bit vibrate", "Check the system")
+    least = int(np.argmin(bearing))
+    return float(bearing[least]), float(frequency[least])
+
+
+def lowest_stable_speed(cutting: Cutting, weight: float, slope: float) -> float:
+    """Highest speed (rad/s) at which the torque falls as fast as `slope` (N m s/rad); 0 where it never does.
+
+    Parameters
+    ----------
+    weight : N, on the bit
+    """
+    from scipy.optimize import brentq
+
+    levels, weakening = (weight * cutting.static, weight * cutting.dynamic), cutting.weakening
+
+    def excess(speed: Any) -> Any:
+        law = StribeckCutting(*levels, weakening.threshold, speed, weakening.exponent)
+        return -cutting_admittance(law, np.zeros(1, dtype=complex)) - slope
+
+    steep = np.flatnonzero(excess(_SPEEDS) > 0)
+    if steep.size == 0:
+        return 0.0
+    last = int(steep[-1])
+    if last == _SPEEDS.size - 1:
+        raise EstimationError("stick-slip", f"unstable at every speed up to {_SPEEDS[-1]:.0f} rad/s", "Check the bit")
+    return float(brentq(excess, float(_SPEEDS[last]), float(_SPEEDS[last + 1])))
+
+
+@dataclass(frozen=True, eq=False)
+class StickSlipMap:
+    """Lowest stable speeds of a system under several controllers."""
+
+    weight: Floats
+    """(weight,) N."""
+    speed: Mapping[str, Floats]
+    """By controller's name, (weight,) rad/s."""
+    frequency: Mapping[str, float]
+    """By controller's name, Hz, of the vibration that sets in."""
+
+
+def stick_slip_map(
+    system: DrillingSystem, cutting: Cutting, weight: Floats, controllers: Mapping[str, Controller]
+) -> StickSlipMap:
+    """Lowest stable speed at each weight (N) under each controller."""
+    borne = {name: critical_slope(controlled_by(system, controller)) for name, controller in controllers.items()}
+    speed = {
+        name: np.array([lowest_stable_speed(cutting, float(one), slope) for one in weight])
+        for name, (slope, _) in borne.items()
+    }
+    return StickSlipMap(weight, speed, {name: frequency for name, (_, frequency) in borne.items()})
+
+
+def simulated_growth(
+    system: DrillingSystem, cutting: Cutting, weight: float, speed: float, frequency: float, duration: float = 120.0
+) -> float:
+    """Growth rate (1/s) of a small vibration of the bit about a steady speed, in the time-domain simulator.
+
+    A short torque at the bit starts it; the rate is the slope of the logarithm of its amplitude, under Hann windows,
+    between the second and the last quarter of the time. Steady rotation is stable where no frequency grows.
+
+    Parameters
+    ----------
+    weight : N
+    speed : rad/s
+    frequency : Hz, of the vibration that is followed; others may die out beside it
+    duration : s
+    """
+    steps = round(duration / TIME_STEP)
+    pulse = np.zeros(steps)
+    pulse[: round(_PULSE / TIME_STEP)] = 1e-4 * weight * cutting.static
+    rig = NonlinearRig(system, cutting=cutting)
+    result = simulate(rig, np.zeros(steps), np.full(steps, speed), pulse, weight_on_bit=weight)
+    turning = (result.bit_speed - speed) * np.exp(-2j * np.pi * frequency * result.time)
+    quarters = np.array_split(turning, 4)
+    early, late = (float(abs(np.hanning(quarters[number].size) @ quarters[number])) for number in (1, 3))
+    return float(np.log(late / early) / (duration / 2))
+
+
+def simulated_lowest_speed(
+    system: DrillingSystem, cutting: Cutting, weight: float, bracket: tuple[float, float], tolerance: float = 0.05
+) -> float:
+    """Speed (rad/s) between two at which the simulated growth passes zero, to the tolerance (rad/s).
+
+    The vibration that is followed has the frequency predicted by `critical_slope`.
+
+    Raises
+    ------
+    EstimationError
+        If the growth does not change its sign between the two speeds.
+    """
+    from scipy.optimize import brentq
+
+    frequency = critical_slope(system)[1]
+
+    def growth(speed: float) -> float:
+        return simulated_growth(system, cutting, weight, speed, frequency)
+
+    try:
+        return float(brentq(growth, *bracket, xtol=tolerance))
+    except ValueError as error:
+        raise EstimationError(
+            "stick-slip",
+            f"growth keeps its sign between {bracket[0]:.2f} and {bracket[1]:.2f} rad/s",
+            "Widen the bracket",
+        ) from error

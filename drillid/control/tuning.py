@@ -1,0 +1,257 @@
+"""Speed control tuned to an identified system: least vibration of the bit that the whole loop's margins allow."""
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.control.margins import Margins, is_stable, loop_transfer, margins
+from drillid.errors import EstimationError, SettingsError
+from drillid.physics.eight_parameters import KnownEquipment, drilling_system
+from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
+from drillid.physics.parameters import BOUNDS
+from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.time_responses import bit_step_response
+
+Family = Literal["proportional integral", "inertia compensation", "impedance matching"]
+Goal = Literal["peak", "mean square", "decay"]
+
+_LINES = 400
+_LAGS = (20.0, 0.05)
+"""s, length and spacing of the step response whose decay is judged."""
+_EVALUATIONS = 160
+_MOST_DRAWS = 100
+_REFUSED = 1e6
+"""Cost of settings whose margins are too small, above every goal in units of the present one."""
+
+UNITS: Mapping[str, str] = {
+    "proportional": "kN m/rpm",
+    "integral": "kN m/rad",
+    "compensated_inertia": "kg m^2",
+    "compensation_filter": "s",
+    "impedance": "rpm/(kN m)",
+    "low_pass": "s",
+    "high_pass": "s",
+}
+"""Units in which a rig's control panel usually takes its settings."""
+_SI_UNITS: Mapping[str, str] = {
+    "proportional": "N m s/rad",
+    "integral": "N m/rad",
+    "compensated_inertia": "kg m^2",
+    "compensation_filter": "s",
+    "impedance": "rad/(N m s)",
+    "low_pass": "s",
+    "high_pass": "s",
+}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Margins that every sample of the system must keep."""
+
+    gain: float = 2.0
+    """Factor by which the gain may grow, or fall."""
+    phase: float = np.pi / 6
+    """rad."""
+    sensitivity: float = 1.8
+    """Largest sensitivity; 1 over the modulus margin."""
+
+    def lacking(self, found: Margins) -> float:
+        """How far the worst sample is from these margins, 0 where all are kept."""
+        shortfalls = (
+            np.max(self.gain / found.gain - 1),
+            np.max(self.gain * found.gain_reduction - 1),
+            np.max(self.phase / found.phase - 1),
+            np.max(found.sensitivity / self.sensitivity - 1),
+        )
+        return float(sum(max(float(one), 0.0) for one in shortfalls))
+
+
+@dataclass(frozen=True, eq=False)
+class Tuning:
+    """Settings with what they reach."""
+
+    controller: Controller
+    value: float
+    """Goal reached by the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), by the goal."""
+    present: float
+    """The same for the controller that the system came with."""
+    margins: Margins
+    """Of each sample."""
+
+    def in_units(self, units: Mapping[str, str] = UNITS) -> dict[str, tuple[float, str]]:
+        """Settings in the rig's own units; those that are switched off are left out."""
+        return in_units(self.controller, units)
+
+
+def in_units(controller: Controller, units: Mapping[str, str] = UNITS) -> dict[str, tuple[float, str]]:
+    """Settings of a controller with their units, 'rpm/(kN m)' for instance.
+
+    Raises
+    ------
+    SettingsError
+        If a unit is unknown or has another dimension.
+    """
+    from drillid.units import to_si_factor
+
+    own = [controller] if controller.matching is None else [controller, controller.matching]
+    values = {name: getattr(part, name) for part in own for name in _SI_UNITS if getattr(part, name, None)}
+    converted = {}
+    for name, value in values.items():
+        unit = units.get(name, _SI_UNITS[name])
+        try:
+            converted[name] = (float(value) / to_si_factor(unit, _SI_UNITS[name]), unit)
+        except ValueError as error:
+            raise SettingsError(f"unit of {name}", str(error), f"Give a unit of {_SI_UNITS[name]}") from error
+    return converted
+
+
+def controlled_by(system: DrillingSystem, controller: Controller) -> DrillingSystem:
+    """The system under another speed control."""
+    return replace(system, top_drive=replace(system.top_drive, controller=controller))
+
+
+def sampled_systems(
+    value: Floats, covariance: Floats, known: KnownEquipment, count: int = 12, seed: int = 0
+) -> DrillingSystem:
+    """The system at a fit's values, and at draws from its uncertainty within the physical bounds.
+
+    Parameters
+    ----------
+    value, covariance : (8,) and (8, 8), SI, in the order of the schema
+    count : number of samples, the first of which is the fit itself
+
+    Returns
+    -------
+    One description whose figures have the shape (count, 1).
+
+    Raises
+    ------
+    EstimationError
+        If nearly all of the distribution lies outside the bounds.
+    """
+    generator = np.random.default_rng(seed)
+    kept = [value]
+    # parameters differ by twenty orders of magnitude, which no factorisation of their own covariance bears
+    deviation = np.sqrt(np.diag(covariance))
+    scale = np.where(deviation > 0, deviation, 1.0)
+    scaled = covariance / np.outer(scale, scale)
+    for _ in range(_MOST_DRAWS):
+        drawn = value + scale * generator.multivariate_normal(np.zeros(value.size), scaled, size=count)
+        kept.extend(drawn[np.all((drawn >= BOUNDS[0]) & (drawn <= BOUNDS[1]), axis=1)])
+        if len(kept) >= count:
+            return drilling_system(np.stack(kept[:count]), known)
+    raise EstimationError(
+        "samples of the fit", "nearly all lie outside the physical bounds", "Fit more windows jointly"
+    )
+
+
+def first_sample(system: DrillingSystem) -> DrillingSystem:
+    """The first sample in plain numbers, as the time-domain simulator needs them."""
+    shape = window_shape(system)
+    return of_window(system, (0,) * len(shape), shape)
+
+
+def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float]) -> Floats:
+    """What the goal counts, for each sample of the system.
+
+    peak : largest |bit mobility| in the band, rad/(N m s)
+    mean square : mean of its square over the band in Hz
+    decay : ∫ t |bit speed| dt after a unit torque step at the bit, rad s/(N m)
+    """
+    if goal == "decay":
+        lags, speed = bit_step_response(system, *_LAGS)
+        return np.asarray(np.trapezoid(lags * np.abs(speed), lags, axis=-1), dtype=float)
+    frequency = np.linspace(*band, _LINES)
+    size = np.abs(bit_mobility(system, laplace(frequency)))
+    return np.asarray(size.max(axis=-1) if goal == "peak" else np.mean(size**2, axis=-1), dtype=float)
+
+
+def tune(
+    system: DrillingSystem,
+    family: Family = "proportional integral",
+    goal: Goal = "peak",
+    *,
+    band: tuple[float, float] = (0.05, 3.0),
+    limits: Limits | None = None,
+    stiffness: float = 12.0,
+) -> Tuning:
+    """Settings of a family that make the goal least for the worst sample, with the margins kept by all samples.
+
+    A coarse search over the settings' range is followed by Nelder and Mead's simplex. Filters of the present
+    controller stay as they are.
+
+    Parameters
+    ----------
+    system : figures plain, or of shape (sample, 1)
+    band : Hz, in which the bit's mobility counts
+    stiffness : proportional gain of the speed control below impedance matching, per Y₀ of the pipe
+
+    Raises
+    ------
+    EstimationError
+        If no settings of the family keep the margins.
+    """
+    from scipy.optimize import minimize
+
+    asked = limits or Limits()
+    build, axes = _family(system, family, stiffness)
+    present = float(np.max(bit_vibration(system, goal, band)))
+
+    def cost(settings: Any) -> float:
+        inside = [np.clip(one, axis[0], axis[-1]) for one, axis in zip(settings, axes, strict=True)]
+        outside = float(np.sum(np.abs(np.asarray(settings) - inside)))
+        candidate = controlled_by(system, build(*inside))
+        lacking = asked.lacking(margins(lambda s: loop_transfer(candidate, s)))
+        if lacking + outside > 0:
+            return _REFUSED * (1 + lacking + outside)
+        if not is_stable(candidate):
+            return 10 * _REFUSED
+        return float(np.max(bit_vibration(candidate, goal, band))) / present
+
+    coarse = min(itertools.product(*axes), key=cost)
+    if cost(coarse) >= _REFUSED:
+        raise EstimationError(
+            f"control with {family}", "no settings keep the margins", "Relax the margins or shorten the drive's delay"
+        )
+    steps = [(axis[1] - axis[0]) / 2 for axis in axes]
+    simplex = [np.array(coarse)] + [np.array(coarse) + step * np.eye(len(axes))[row] for row, step in enumerate(steps)]
+    options = {"maxfev": _EVALUATIONS, "initial_simplex": np.stack(simplex), "xatol": 1e-3, "fatol": 1e-5}
+    found = minimize(cost, coarse, method="Nelder-Mead", options=options)
+    controller = build(*found.x)
+    tuned = controlled_by(system, controller)
+    return Tuning(controller, float(found.fun) * present, present, margins(lambda s: loop_transfer(tuned, s)))
+
+
+def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:
+    """A controller of the settings, and the coarse values of each setting, rising."""
+    present = system.top_drive.controller
+    pipe = float(np.mean(system.string[0].characteristic_admittance))
+    inertia = float(np.mean(system.top_drive.inertia))
+    gains, corners = np.log(np.geomspace(0.5, 20.0, 8)), np.log(np.geomspace(0.05, 3.0, 5))
+
+    def soft(gain: float, corner: float, share: float = 0.0) -> Controller:
+        proportional = pipe * float(np.exp(gain))
+        filtered = 0.05 if share > 0 and not present.compensation_filter else present.compensation_filter
+        return replace(
+            present,
+            proportional=proportional,
+            integral=proportional * float(np.exp(corner)),
+            compensated_inertia=share * inertia,
+            compensation_filter=filtered,
+            matching=None,
+        )
+
+    def matched(match: float, low_pass: float) -> Controller:
+        matching = ImpedanceMatching(float(np.exp(match)) / pipe, inertia, float(np.exp(low_pass)), 5.0)
+        stiff = stiffness * pipe
+        return replace(present, proportional=stiff, integral=stiff, compensated_inertia=0.0, matching=matching)
+
+    if family == "proportional integral":
+        return soft, [gains, corners]
+    if family == "inertia compensation":
+        return soft, [gains, corners[1::2], np.linspace(0.0, 0.8, 5)]
+    return matched, [np.log(np.geomspace(0.05, 2.0, 8)), np.log(np.geomspace(0.005, 0.3, 5))]

@@ -1,0 +1,1 @@
+"""Every dataset's declaration, and how it is read and written."""

@@ -1,0 +1,101 @@
+"""How a dataset is declared: variables with dimensions, dtype, unit and meaning; conforming a dataset to it."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drillid.errors import DatasetError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Declaration of one variable of a dataset."""
+
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    flags: type[enum.IntEnum] | type[enum.IntFlag] | None = None
+
+    def attributes(self) -> dict[str, Any]:
+        """CF attributes: units, long_name and, for coded values, flag meanings."""
+        attributes: dict[str, Any] = {"long_name": self.long_name}
+        if self.units:
+            attributes["units"] = self.units
+        if self.flags is not None:
+            kind = "flag_masks" if issubclass(self.flags, enum.IntFlag) else "flag_values"
+            attributes[kind] = [int(member) for member in self.flags]
+            attributes["flag_meanings"] = " ".join(str(member.name).lower() for member in self.flags)
+        return attributes
+
+
+@dataclass(frozen=True)
+class DatasetSchema:
+    """Declaration of one dataset; variables named like a dimension are coordinates."""
+
+    title: str
+    variables: dict[str, Variable]
+    coordinates: tuple[str, ...] = field(default=())
+
+    def conform(self, dataset: xr.Dataset, **attributes: Any) -> xr.Dataset:
+        """Cast to the declared dtypes, attach the declared attributes, check the rest.
+
+        Raises
+        ------
+        DatasetError
+            If a variable is missing, undeclared or has other dimensions.
+        """
+        missing = self.variables.keys() - dataset.variables.keys()
+        undeclared = dataset.variables.keys() - self.variables.keys()
+        if missing or undeclared:
+            raise DatasetError(
+                self.title,
+                f"variables missing: {sorted(missing)}, undeclared: {sorted(map(str, undeclared))}",
+                "Make the dataset and its schema in drillid/datasets/identified.py agree",
+            )
+        result = dataset.copy()
+        for name, declared in self.variables.items():
+            if result[name].dims != declared.dims:
+                raise DatasetError(
+                    f"{self.title}, variable {name}",
+                    f"dimensions are {result[name].dims}, declared are {declared.dims}",
+                    "Make the dataset and its schema in drillid/datasets/identified.py agree",
+                )
+            kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
+            kept = kept or {"long_name": declared.long_name}
+            result[name] = (declared.dims, _cast(result[name].values, declared.dtype), kept)
+        result = result.set_coords(
+            [name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims]
+        )
+        result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
+        return result
+
+    def empty(self) -> xr.Dataset:
+        """The dataset without a single row."""
+        import xarray as xr
+
+        empty = {
+            name: (declared.dims, np.empty((0,) * len(declared.dims), dtype=declared.dtype))
+            for name, declared in self.variables.items()
+        }
+        return self.conform(xr.Dataset(empty))
+
+
+def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
+    """Text goes as objects, which zarr stores with variable length."""
+    if dtype == "str":
+        # zarr's own texts cannot become fixed-length ones at once
+        return np.asarray(values).astype(object).astype(str).astype(object)
+    return np.asarray(values).astype(dtype)
+
+
+def each(dims: tuple[str, ...], dtype: str = "float64", **variables: tuple[str, str]) -> dict[str, Variable]:
+    """Variables that share dimensions and dtype, by name: unit and meaning."""
+    return {name: Variable(dims, dtype, units, long_name) for name, (units, long_name) in variables.items()}

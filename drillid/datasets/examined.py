@@ -1,0 +1,107 @@
+"""Schemas of the stage discrepancy's datasets."""
+
+from drillid.datasets.declaration import DatasetSchema, Variable, each
+from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, WINDOW_COORDINATES, WINDOW_FREQUENCY
+
+DISCREPANCIES = DatasetSchema(
+    "Where the fitted models leave something unexplained",
+    {
+        **IN_WINDOWS,
+        **AT_FREQUENCIES,
+        "whitened_residual": Variable(
+            WINDOW_FREQUENCY, "complex128", "1", "measured less fitted mobility, per deviation of a component"
+        ),
+        **each(
+            ("window",),
+            chi2_probability=("1", "chance of so large a chi-squared with the right model"),
+            normality_probability=("1", "chance of such residuals if they are Gaussian"),
+            whiteness_probability=("1", "chance of such residuals if they are independent over frequency"),
+            damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
+            inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+        ),
+        "flagged": Variable(("window",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "verdict": Variable(("window",), "str", "", "what the simulation gets wrong, by the window's set"),
+    },
+    WINDOW_COORDINATES[1:],
+)
+
+_SC, _SP, _SF = ("set", "cause"), ("set", "port"), ("set", "frequency")
+EXAMINATIONS = DatasetSchema(
+    "What the discovery engine found in each set of windows, and the extended models",
+    {
+        **IN_WINDOWS,
+        **AT_FREQUENCIES,
+        "set": Variable(("set",), "int32", "", "number of the set in its well"),
+        "cause": Variable(("cause",), "str", "", "cause of the catalogue"),
+        "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
+        "port": Variable(("port",), "str", "", "where something unknown may show: ports, and papers"),
+        "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
+        "figure": Variable(("figure",), "str", "", "figure that describes a window before causes are added"),
+        "window_set": Variable(("window",), "int32", "", "set of the window; -1 where it has no fit"),
+        "verdict": Variable(("set",), "str", "", "verdicts on the set"),
+        "advice": Variable(("set",), "str", "", "the one further measurement that would help most"),
+        **each(
+            ("set",),
+            from_m=("m", "hole depth at which the set begins"),
+            to_m=("m", "hole depth at which it ends"),
+            chance_before=("1", "chance of so much evidence for any cause where nothing is wrong"),
+            chance_after=("1", "the same of the extended model"),
+        ),
+        **each(
+            _SC,
+            log_evidence=("1", "log Bayes factor of the cause by the linear responses"),
+            sign_log_evidence=("1", "log-likelihood ratio of the cause by its signs in the records, with its price"),
+            sign_chance=("1", "chance of so strong signs where the cause is absent"),
+            smallest_detectable=("", "size that stands three standard deviations out, in the cause's unit"),
+            typical_size=("", "usual size of the cause, in its unit"),
+        ),
+        "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of something unknown that shows there"),
+        "separation": Variable(
+            ("set", "cause", "cause_"), "float64", "1", "distance of a usual cause from the next best other one"
+        ),
+        **each(
+            WINDOW_FREQUENCY,
+            "complex128",
+            residual_before=("1", "measured less modelled mobility, per deviation of a component"),
+            residual_after=("1", "the same of the extended model"),
+        ),
+        "extended_value": Variable(("window", "parameter"), "float64", "", "parameter in the set's model, SI"),
+        "figures": Variable(("window", "figure"), "float64", "", "figure in the set's model, SI"),
+        "extension_set": Variable(("extension",), "int32", "", "set whose model the cause extends"),
+        "extension_cause": Variable(("extension",), "str", "", "cause that stays in the model"),
+        "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as the catalogue says"),
+        "extension_size": Variable(("extension",), "float64", "", "size of the cause, in its unit"),
+        "extension_size_error": Variable(("extension",), "float64", "", "standard error of the size"),
+        "extension_present": Variable(("extension", "window"), "bool", "", "the cause is present in the window"),
+        "held_out_window": Variable(("set",), "int32", "", "window that was held out"),
+        **each(
+            _SF,
+            "complex128",
+            held_out_base=(MOBILITY, "its command mobility by the base model of the other windows"),
+            held_out_extended=(MOBILITY, "its command mobility by the extended model of the other windows"),
+            missing_immittance=("", "what an unknown disturbance adds at its port: N m s/rad, or a share"),
+            missing_rational=("", "rational fit of the missing immittance"),
+        ),
+        "missing_deviation": Variable(_SF, "float64", "", "deviation of a component of the missing immittance"),
+        "missing_reading": Variable(("set",), "str", "", "physical reading of the missing immittance"),
+        **each(
+            ("set", "phase"),
+            period_time=("s", "time since the sweep's start"),
+            period_speed=("rad s-1", "measured speed in the sweep's band, mean over the held-out window's periods"),
+            period_base=("rad s-1", "the same by the base model"),
+            period_extended=("rad s-1", "the same by the extended model"),
+        ),
+        "period_error": Variable(("set",), "float64", "rad s-1", "standard error of the mean over periods"),
+        **each(
+            ("set", "place"),
+            distance=("m", "distance along the string from its top"),
+            reflection_before=("1", "measured less modelled reflection"),
+            reflection_after=("1", "the same of the extended model"),
+            reflection_level=(
+                "1",
+                "size that noise alone passes nowhere, but for the error rate",
+            ),
+        ),
+    },
+    WINDOW_COORDINATES[1:],
+)

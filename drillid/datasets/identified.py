@@ -1,0 +1,166 @@
+"""Every dataset's dimensions, dtypes, units and meaning, in one place; CF conventions where CF has one."""
+
+from drillid.datasets.codes import Gate, Knowledge
+from drillid.datasets.declaration import DatasetSchema, Variable, each
+from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, STACKS
+from drillid.datasets.measured import WINDOW_COORDINATES as WINDOW_COORDINATES
+from drillid.physics.parameters import PARAMETERS
+
+
+def _parameters(row: str) -> dict[str, Variable]:
+    dims = (row, "parameter")
+    return {
+        "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
+        "parameter_": Variable(("parameter_",), "str", "", "second axis of the correlations"),
+        "value": Variable(dims, "float64", "", "fitted value, SI"),
+        "standard_error": Variable(dims, "float64", "", "standard error of the fitted value"),
+        "interval_lower": Variable(dims, "float64", "", "lower end of the 95 % interval"),
+        "interval_upper": Variable(dims, "float64", "", "upper end of the 95 % interval"),
+        "status": Variable(dims, "int8", "", "what the window tells of the parameter", Knowledge),
+        "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
+        "prior": Variable(dims, "float64", "", "value from the rig's papers; NaN where not given"),
+        "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's papers"),
+        "correlation": Variable(
+            (row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"
+        ),
+        "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
+        "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
+        "fit_probability": Variable((row,), "float64", "1", "chance of so large a chi-squared with the right model"),
+        "mismatch": Variable(
+            (row,), "float64", "1", "factor by which residuals exceed the noise; errors are without it"
+        ),
+        "accepted": Variable((row,), "bool", "", "the fit is accepted"),
+        "reason": Variable((row,), "str", "", "why the fit is not accepted"),
+    }
+
+
+FITS = DatasetSchema(
+    "Fitted transmission-line model of each window", {**IN_WINDOWS, **_parameters("window")}, WINDOW_COORDINATES[1:]
+)
+
+STACK_FITS = DatasetSchema(
+    "Fitted transmission-line model of stacked windows",
+    {name: STACKS.variables[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
+    | _parameters("stack"),
+    ("hole_depth", "first_window", "last_window"),
+)
+
+_WP = ("window", "parameter")
+JOINT_FITS = DatasetSchema(
+    "Fit of all windows together: drive and pipe shared, damping and BHA walking with depth or jumping",
+    {
+        **IN_WINDOWS,
+        "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
+        "shared": Variable(("shared",), "str", "", "figure that is the same in all windows"),
+        "walking": Variable(("walking",), "str", "", "parameter that walks with depth"),
+        "value": Variable(_WP, "float64", "", "value, SI"),
+        "standard_error": Variable(_WP, "float64", "", "standard error of the value"),
+        "lower": Variable(_WP, "float64", "", "lower end of the 95 % band"),
+        "upper": Variable(_WP, "float64", "", "upper end of the 95 % band"),
+        **each(
+            ("window",),
+            weight=("1", "share of the window's information that was used"),
+            agreement=("1", "chance that a window of the same string is so far from the common fit"),
+        ),
+        "shared_value": Variable(("shared",), "float64", "", "shared value, SI"),
+        "shared_error": Variable(("shared",), "float64", "", "standard error of the shared value"),
+        "walk": Variable(("walking",), "float64", "1", "root-mean-square change of the coordinate over 100 m"),
+        "change_parameter": Variable(("change",), "str", "", "parameter that jumps"),
+        **each(
+            ("change",),
+            change_depth=("m", "most probable bit depth of the jump"),
+            change_from=("m", "shallowest bit depth of the 95 % that hold it"),
+            change_to=("m", "deepest bit depth of the 95 % that hold it"),
+            change_probability=("1", "probability that there is a jump"),
+        ),
+        "state": Variable(("state",), "str", "", "coordinate of the newest window's state"),
+        "state_": Variable(("state_",), "str", "", "second axis of the state's information"),
+        "last_vector": Variable(("state",), "float64", "", "information times mean of the newest window's state"),
+        "last_information": Variable(
+            ("state", "state_"), "float64", "", "inverse covariance of the newest window's state"
+        ),
+    },
+    WINDOW_COORDINATES[1:],
+)
+
+_DF = ("depth", "frequency")
+_DL = ("depth", "lag")
+
+DEPTH = DatasetSchema(
+    "Identified drilling dynamics against depth",
+    {
+        "depth": Variable(("depth",), "float64", "m", "mean measured depth of the hole in the window"),
+        **AT_FREQUENCIES,
+        "lag": Variable(("lag",), "float64", "s", "time since the torque step at the bit"),
+        "window": Variable(("depth",), "int32", "", "number of the window in its well"),
+        "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
+        "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
+        "state": Variable(("state",), "str", "", "state of the rig"),
+        "state_time": Variable(("depth", "state"), "float64", "s", "time in each state since the window before"),
+        **each(
+            _DF,
+            "complex128",
+            command_mobility=(MOBILITY, "measured command mobility"),
+            command_mobility_fitted=(MOBILITY, "command mobility of the fitted model"),
+            bit_mobility_stiff=(MOBILITY, "bit speed per torque on the bit, top drive clamped"),
+            bit_mobility_controlled=(MOBILITY, "bit speed per torque on the bit, top drive as controlled"),
+        ),
+        **each(
+            _DF,
+            command_mobility_variance=(f"({MOBILITY})2", "variance of the measured command mobility"),
+            coherence=("1", "squared coherence of speed and sweep"),
+        ),
+        "gate": Variable(_DF, "int8", "", "why the frequency is used or left out", Gate),
+        **each(
+            _DL,
+            bit_step_stiff=("rad s-1 N-1 m-1", "bit speed after a unit step of torque, top drive clamped"),
+            bit_step_controlled=(
+                "rad s-1 N-1 m-1",
+                "bit speed after a unit step of torque, top drive as controlled",
+            ),
+        ),
+        **{name: Variable(("depth",), "float64", units, text) for name, (units, text) in PARAMETERS.items()},
+        **{
+            f"{name}_error": Variable(("depth",), "float64", units, f"standard error of the {text}")
+            for name, (units, text) in PARAMETERS.items()
+        },
+        **each(
+            ("depth",),
+            chi2_per_dof=("1", "chi-squared of the residuals per degree of freedom"),
+            damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
+            inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+        ),
+        **{
+            f"{name}_at_bound": Variable(
+                ("depth",), "bool", "", f"{text}: at its physical bound, known on one side only"
+            )
+            for name, (_, text) in PARAMETERS.items()
+        },
+        **{
+            f"{name}_joint{suffix}": Variable(("depth",), "float64", units, f"{end}{text}, from all windows together")
+            for name, (units, text) in PARAMETERS.items()
+            for suffix, end in (
+                ("", ""),
+                ("_lower", "lower end of the 95 % band of the "),
+                ("_upper", "upper end of the 95 % band of the "),
+            )
+        },
+        "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
+        "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, by the window's set"),
+    },
+    ("window", "start", "end"),
+)
+
+FLEET = DatasetSchema(
+    "Identified drilling dynamics of the fleet, a row a window",
+    {
+        "well": Variable(("row",), "str", "", "name of the well"),
+        **{
+            name: Variable(("row",), variable.dtype, variable.units, variable.long_name, variable.flags)
+            for name, variable in DEPTH.variables.items()
+            if variable.dims == ("depth",)
+        },
+    },
+    ("well", "depth", "window", "start", "end"),
+)

@@ -1,0 +1,123 @@
+"""Datasets on disk: one zarr store each, written whole under a temporary name, then renamed."""
+
+import contextlib
+import os
+import shutil
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import xarray as xr
+
+from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
+
+_SERIES_CHUNK = 60_000
+"""Samples in a chunk of a long series; ten minutes at 100 Hz."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One rejected thing: a row of the problems table."""
+
+    where: str
+    what: str
+    remedy: str
+
+
+def window_place(windows: xr.Dataset, row: int) -> str:
+    """How a problem names the window in a row of any dataset with WINDOW_COORDINATES."""
+    return f"window {int(windows['window'][row])} at {float(windows['hole_depth'][row]):.1f} m"
+
+
+@dataclass(frozen=True)
+class WellFolders:
+    """Where one well's datasets are: `<results>/<stage>/<well>/<dataset>.zarr`."""
+
+    results: Path
+    well: str
+
+    def stage(self, stage: str) -> Path:
+        """Folder of one stage's outputs for this well."""
+        return self.results / stage / self.well
+
+    def read(self, stage: str, name: str) -> xr.Dataset:
+        """Open a dataset lazily; a long series without an index of its times, which would hold all of them."""
+        long = "time" in DATASETS[name].variables
+        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", create_default_indexes=not long)
+        return dataset
+
+    def has(self, stage: str, name: str) -> bool:
+        """Whether the stage produced the dataset; it does not where the well failed before."""
+        return (self.stage(stage) / f"{name}.zarr").exists()
+
+    def write(self, stage: str, name: str, dataset: xr.Dataset, **attributes: Any) -> None:
+        """Conform a dataset to its schema and write it; a half-written store never has the final name."""
+        path = self.stage(stage) / f"{name}.zarr"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_store(DATASETS[name].conform(dataset, well=self.well, **attributes), path)
+
+    @contextlib.contextmanager
+    def appending(self, stage: str, name: str, **attributes: Any) -> Iterator[Callable[[xr.Dataset], None]]:
+        """Write a long series piece by piece along time, so that memory holds one piece only.
+
+        Gives a function that appends the next piece. The store gets its final name when the
+        block ends without an error; without any piece there is no store.
+        """
+        path = self.stage(stage) / f"{name}.zarr"
+        temporary = path.with_suffix(".part")
+        shutil.rmtree(temporary, ignore_errors=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+        def append(piece: xr.Dataset) -> None:
+            conformed = DATASETS[name].conform(piece, well=self.well, **attributes)
+            if temporary.exists():
+                conformed.to_zarr(temporary, append_dim="time", consolidated=False)
+            else:
+                conformed.to_zarr(temporary, mode="w", consolidated=False, encoding=_series_encoding(conformed))
+
+        yield append
+        if temporary.exists():
+            _finish(temporary, path)
+        else:
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def write_store(dataset: xr.Dataset, path: Path) -> None:
+    """Write one zarr store whole, in the place of an older one."""
+    temporary = path.with_suffix(".part")
+    shutil.rmtree(temporary, ignore_errors=True)
+    dataset.to_zarr(temporary, mode="w", consolidated=False)
+    _finish(temporary, path)
+
+
+def _finish(temporary: Path, path: Path) -> None:
+    """Gather the metadata, so that `xarray.open_zarr(path)` needs no options, and give the store its name."""
+    import zarr
+
+    with warnings.catch_warnings():
+        # zarr warns that other programs may not know gathered metadata; they find all of it in place as well
+        warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
+        zarr.consolidate_metadata(str(temporary))
+    shutil.rmtree(path, ignore_errors=True)
+    os.replace(temporary, path)
+
+
+def _series_encoding(series: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Chunks along time and the compression that suits rig channels; times as whole nanoseconds."""
+    from zarr.codecs import BloscCodec
+
+    codec = BloscCodec(cname="zstd", clevel=1, shuffle="bitshuffle")
+    encoding: dict[str, dict[str, Any]] = {
+        str(name): {"chunks": (_SERIES_CHUNK,), "compressors": (codec,)} for name in series.variables
+    }
+    encoding["time"] |= {"units": "nanoseconds since 1970-01-01", "dtype": "int64"}
+    return encoding
+
+
+def problems_table(well: str, stage: str, problems: list[Problem]) -> pd.DataFrame:
+    """The rows of a stage's problems.csv."""
+    rows = [(well, stage, problem.where, problem.what, problem.remedy) for problem in problems]
+    return pd.DataFrame(rows, columns=list(PROBLEM_COLUMNS))

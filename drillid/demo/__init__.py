@@ -1,0 +1,1 @@
+"""The embedded demonstration fleet: simulated wells and their raw logs."""

@@ -1,0 +1,37 @@
+"""The fleet's tables: parameters and verdicts of all wells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from drillid.datasets.identified import FLEET
+from drillid.datasets.store import WellFolders, write_store
+from drillid.discrepancy.sets import read_verdicts, verdict_table
+
+
+def write_fleet(results: Path, wells: Sequence[str]) -> None:
+    """All wells' parameters along one dimension in `<results>/fleet.zarr`, all verdicts in `verdicts.csv`."""
+    tables = []
+    for well in wells:
+        folders = WellFolders(results, well)
+        if folders.has("depth", "depth"):
+            depth = folders.read("depth", "depth")
+            chosen = depth[[name for name in FLEET.variables if name in depth.variables]].load()
+            row = chosen.reset_coords().rename_dims(depth="row").drop_vars("row", errors="ignore")
+            tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], well, dtype=object))))
+    fleet = xr.concat(tables, "row", join="exact") if tables else FLEET.empty()
+    write_store(FLEET.conform(fleet), Path(results) / "fleet.zarr")
+    fleet_verdicts(results, wells).to_csv(Path(results) / "verdicts.csv", index=False)
+
+
+def fleet_verdicts(results: Path, wells: Sequence[str]) -> pd.DataFrame:
+    """The verdicts of all wells, in their order."""
+    files = [WellFolders(results, well).stage("discrepancy") / "verdicts.csv" for well in wells]
+    tables = [read_verdicts(file) for file in files if file.exists()]
+    found = [table for table in tables if len(table)]
+    return pd.concat(found, ignore_index=True) if found else verdict_table("", [])

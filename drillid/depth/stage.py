@@ -1,0 +1,111 @@
+"""Everything identified in a well, indexed by depth, and the fleet's table of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.arrays import Floats
+from drillid.datasets.codes import RigState
+from drillid.datasets.store import Problem, WellFolders
+from drillid.depth.responses import identified_responses
+from drillid.discrepancy.products.extended_model import identified_setups
+from drillid.fits.datasheet import stored_controller
+from drillid.physics.parameters import PARAMETERS
+from drillid.windows.channels import sample_rate
+
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import Well
+
+
+_JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
+"""Endings of the variables from the joint fit, and the variables of its dataset."""
+
+
+def _unstable(dataset: xr.Dataset) -> list[Problem]:
+    """A row for each window whose model is there but has no step response."""
+    modelled = np.isfinite(dataset["bit_mobility_controlled"].values).all(axis=1)
+    return [
+        Problem(
+            f"window {int(dataset['window'][row])} at {float(dataset['depth'][row]):.1f} m, {name}",
+            "the identified system is unstable, so that its step response grows without limit",
+            "Look at the verdict on the window: a cause that feeds vibration outweighs all damping there",
+        )
+        for name in ("bit_step_stiff", "bit_step_controlled")
+        for row in np.flatnonzero(modelled & np.isnan(dataset[name].values).any(axis=1)).tolist()
+    ]
+
+
+def parameter_variables(fits: xr.Dataset) -> dict[str, tuple[str, Floats]]:
+    """A variable for each parameter and its standard error, along depth."""
+    named = {name: fits.sel(parameter=name) for name in PARAMETERS}
+    values = {name: ("depth", row["value"].values) for name, row in named.items()}
+    errors = {f"{name}_error": ("depth", row["standard_error"].values) for name, row in named.items()}
+    return values | errors | {f"{name}_at_bound": ("depth", row["at_bound"].values) for name, row in named.items()}
+
+
+def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
+    """A variable for each parameter from all windows together, with the ends of its 95 % band, along depth."""
+    return {
+        f"{name}_joint{suffix}": ("depth", joint[variable].sel(parameter=name).values)
+        for name in PARAMETERS
+        for suffix, variable in _JOINT_ENDS.items()
+    }
+
+
+def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
+    """Seconds in each state of the rig from the end of the window before to the end of each, shape (window, state)."""
+    ends = (windows["first_sample"] + windows["samples"]).values
+    begins = np.concatenate([[0], ends[:-1]])
+    pieces = [states["rig_state"][begin:end].values for begin, end in zip(begins, ends, strict=True)]
+    return np.stack([np.bincount(piece, minlength=len(RigState)) for piece in pieces]) / sample_rate(states)
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """The depth dataset and the parameter table of a well."""
+    fits, mobility = folders.read("fits", "fits").load(), folders.read("mobility", "mobility").load()
+    windows = folders.read("windows", "windows").load()
+    discrepancy = folders.read("discrepancy", "discrepancy").load()
+    responses = identified_responses(
+        well.rig,
+        stored_controller(fits),
+        fits["value"].values,
+        windows["bit_depth"].values,
+        mobility["frequency"].values,
+        settings.depth,
+        identified_setups(folders.read("discrepancy", "examination").load()),
+    )
+    taken_over = {
+        **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
+        **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
+        **{name: discrepancy[name] for name in ("damping_pull", "inertia_pull", "flagged", "verdict")},
+    }
+    dataset = responses.assign(
+        {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in taken_over.items()}
+        | parameter_variables(fits)
+        | joint_variables(folders.read("fits", "joint").load())
+        | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
+    ).assign_coords(
+        {name: ("depth", fits[name].values) for name in ("window", "start", "end")}
+        | {"depth": fits["hole_depth"].values, "state": [state.name.lower() for state in RigState]}
+    )
+    folders.write("depth", "depth", dataset)
+    parameter_table(dataset, fits["reason"].values).to_csv(folders.stage("depth") / "parameters.csv", index=False)
+    return _unstable(dataset)
+
+
+def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFrame:
+    """The parameters with errors and verdicts of every window, a row each; units in the column names."""
+    columns = {"window": depth["window"].values, "start": depth["start"].values, "depth [m]": depth["depth"].values}
+    for name, (unit, _) in PARAMETERS.items():
+        columns[f"{name} [{unit}]"] = depth[name].values
+        columns[f"{name}_error [{unit}]"] = depth[f"{name}_error"].values
+        columns[f"{name}_at_bound"] = depth[f"{name}_at_bound"].values
+        columns |= {f"{name}_joint{end} [{unit}]": depth[f"{name}_joint{end}"].values for end in _JOINT_ENDS}
+    verdicts = ("chi2_per_dof", "accepted", "damping_pull", "inertia_pull", "flagged", "verdict")
+    return pd.DataFrame(columns | {name: depth[name].values for name in verdicts} | {"reason": reasons})

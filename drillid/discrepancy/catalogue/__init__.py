@@ -1,0 +1,17 @@
+"""The catalogue: every cause is one small class in the file of its part of the rig."""
+
+from drillid.discrepancy.catalogue import bit, sensor, string, time, top_drive
+from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+
+CATALOGUE: dict[str, Cause] = {
+    cause.name: cause
+    for module in (top_drive, sensor, string, bit, time)
+    for cause in (
+        entry()
+        for entry in vars(module).values()
+        if isinstance(entry, type) and issubclass(entry, Cause) and entry is not Cause
+    )
+}
+"""All causes by name."""
+
+__all__ = ["CATALOGUE", "Cause", "Circumstances", "Setup", "Size"]

@@ -1,0 +1,92 @@
+"""Causes at the lower end."""
+
+from dataclasses import replace
+from typing import Any
+
+from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.physics.equipment import Motor, RegenerativeCutting
+
+_HOUSING_SHARE = 0.5
+"""Of the lumped inertia below the collars, what sits in the motor's housing."""
+_LEAST_COMPLIANCE = 1e-15
+"""rad/(N m); stands for none, of which the stiffness would be infinite."""
+
+
+class DistributedBha(Cause):
+    """Collars longer or shorter than the tally's."""
+
+    name, family, port = "distributed_bha", "bit", "bit"
+    meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
+    looks_like = ("extra_section",)
+    separated_by = "the full tally"
+    size = Size("further length", "m", 50.0, 0.0, 400.0)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Collars longer by the size, pipe shorter by as much."""
+        pipe, *below = setup.system.string
+        if not below:
+            below = [replace(pipe, length=0.0, polar_moment=3 * pipe.polar_moment)]
+        longer = replace(below[0], length=below[0].length + size)
+        return setup.with_string(replace(pipe, length=pipe.length - size), longer, *below[1:])
+
+
+class MotorCompliance(Cause):
+    """A mud motor that twists."""
+
+    name, family, port = "motor_compliance", "bit", "bit"
+    meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
+    looks_like = ("distributed_bha", "regenerative_cutting")
+    separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
+    size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """A spring between housing and bit."""
+        lump = setup.system.bit.inertia
+        bit = replace(setup.system.bit, inertia=lump * (1 - _HOUSING_SHARE))
+        motor = Motor(1 / (size + _LEAST_COMPLIANCE), inertia=lump * _HOUSING_SHARE)
+        return replace(setup, system=replace(setup.system, bit=bit, motor=motor))
+
+
+class RegenerativeCut(Cause):
+    """Blades that cut what the blade ahead has left; the shape is the number of blades."""
+
+    name, family, port = "regenerative_cutting", "bit", "bit"
+    meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
+    looks_like = ("motor_compliance", "stribeck_cutting")
+    separated_by = "windows at different speeds, as the blades' period follows the speed"
+    size = Size("mean cutting torque", "N m", 2000.0, 0.0, 3e4)
+    shapes = (4.0, 6.0, 8.0)
+    shape_meaning = "blades"
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """The cutting law at the window's speed."""
+        law = RegenerativeCutting(size, circumstances.speed, shape)
+        bit = replace(setup.system.bit, cutting=(*setup.system.bit.cutting, law))
+        return replace(setup, system=replace(setup.system, bit=bit))
+
+
+class StribeckCut(Cause):
+    """A bit torque that falls as the bit turns faster."""
+
+    name, family, port = "stribeck_cutting", "bit", "bit"
+    meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
+    looks_like = ("coulomb_contact", "regenerative_cutting")
+    separated_by = "windows at different speeds and weights"
+    size = Size("negative damping", "N m s/rad", 100.0, 0.0, 5e3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Bit damping less by the size, more at low speed."""
+        slope = size * (10.0 / circumstances.speed) ** 2
+        bit = replace(setup.system.bit, damping=setup.system.bit.damping - slope)
+        return replace(setup, system=replace(setup.system, bit=bit))
+
+
+class StuckSlipRegimes(Cause):
+    """The bit stands still for part of the time."""
+
+    name, family, port = "stuck_slip_regimes", "bit", "bit"
+    meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
+    looks_like = ("stribeck_cutting", "coulomb_contact")
+    separated_by = "a higher speed or less weight on bit"
+    regime = True
+    size = Size("bit speed's swing per mean speed", "1", 1.0, 0.0, 5.0)

@@ -1,0 +1,114 @@
+"""Causes in sensors, filters, clocks and recorder."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+
+_LEAST_LAG = 1e-9
+"""s; stands for none, of which the corner would be infinite."""
+
+
+class SpeedScale(Cause):
+    """The record shows the speed at another scale than the control sees."""
+
+    name, family, port = "speed_scale", "sensor", "sensor"
+    meaning = "the recorded speed is off by a factor"
+    looks_like = ("actuator_gain", "controller_gain")
+    separated_by = "the logged torque command together with the top drive's inertia, or a count of revolutions"
+    size = Size("factor less one", "1", 0.05, -0.4, 0.4)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Recorded speed times one plus the size."""
+        return replace(setup, recording=replace(setup.recording, scale=setup.recording.scale * (1 + size)))
+
+
+class SignOrUnit(Cause):
+    """A channel with the wrong sign or in another unit than stated; the shape is the factor."""
+
+    name, family, port = "sign_or_unit", "sensor", "sensor"
+    meaning = "a channel has the wrong sign, or is in another unit than the papers say"
+    separated_by = "one look at the channel beside another of its kind"
+    size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
+    # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
+    shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
+    shape_meaning = "factor of recorded mobility"
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Recorded speed times the factor at size 1."""
+        return replace(
+            setup, recording=replace(setup.recording, scale=setup.recording.scale * (1 + size * (shape - 1)))
+        )
+
+
+class ClockOffset(Cause):
+    """The speed is recorded later or earlier than the torque."""
+
+    name, family, port = "clock_offset", "sensor", "clock"
+    meaning = "speed and torque are stamped by clocks that differ"
+    looks_like = ("drive_lag", "recorder_filter")
+    separated_by = "the logged torque command, or a tighter figure of the drive's delay"
+    size = Size("offset", "s", 0.05, -1.0, 1.0)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """The speed's record later by the size."""
+        return replace(setup, recording=replace(setup.recording, clock_offset=setup.recording.clock_offset + size))
+
+
+class RecorderFilter(Cause):
+    """A low pass in the speed's record; the shape is its order."""
+
+    name, family, port = "recorder_filter", "sensor", "sensor"
+    meaning = "the recorder filters the speed"
+    looks_like = ("clock_offset", "drive_lag")
+    separated_by = "the logged torque command, or a sweep to higher frequency"
+    size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
+    shapes = (1.0, 2.0)
+    shape_meaning = "order"
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """A Butterworth low pass."""
+        corner = 1 / (2 * np.pi * (size + _LEAST_LAG))
+        return replace(setup, recording=replace(setup.recording, filter_frequency=corner, filter_order=int(shape)))
+
+
+class ClockDrift(Cause):
+    """A clock offset that grows."""
+
+    name, family, port = "clock_drift", "sensor", "clock"
+    meaning = "the clocks of speed and torque run at different rates"
+    looks_like = ("length_growth",)
+    separated_by = "one clock for both channels"
+    regime = True
+    size = Size("drift", "s/s", 1e-4, -1e-2, 1e-2)
+
+
+class Quantisation(Cause):
+    """The record has coarse steps."""
+
+    name, family, port = "quantisation", "sensor", "sensor"
+    meaning = "the speed is recorded in coarse steps"
+    separated_by = "a finer record"
+    size = Size("step", "rad/s", 0.05, 0.0, 10.0)
+
+
+class AliasedTone(Cause):
+    """A tone above half the recorder's rate that shows below it."""
+
+    name, family, port = "aliased_tone", "sensor", "disturbance"
+    meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
+    looks_like = ("once_per_revolution",)
+    separated_by = "another sample rate, or an anti-alias filter"
+    size = Size("amplitude", "rad/s", 0.05, 0.0, 10.0)
+
+
+class OncePerRevolution(Cause):
+    """A speed sensor whose error turns with the shaft."""
+
+    name, family, port = "once_per_revolution", "sensor", "sensor"
+    meaning = "an eccentric wheel falsifies the speed once in every revolution"
+    looks_like = ("aliased_tone",)
+    separated_by = "windows at different speeds"
+    size = Size("share of the speed", "1", 0.02, 0.0, 0.5)

@@ -1,0 +1,143 @@
+"""Causes along the string."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
+
+_ZONE_SHARE = 0.05
+"""Length of a zone of local damping, as a share of the pipe's."""
+
+
+def _with_law(setup: Setup, law: DampingLaw) -> Setup:
+    sections = (replace(section, laws=(*section.laws, law)) for section in setup.system.string)
+    return setup.with_string(*sections)
+
+
+class ExtraSection(Cause):
+    """A length of heavier pipe above the collars; the shape is its polar moment per pipe's."""
+
+    name, family, port = "extra_section", "string", "string"
+    meaning = "a section of heavier pipe stands in the string that the tally does not show"
+    looks_like = ("distributed_bha", "tapered_string")
+    separated_by = "the full tally, or windows over a longer stretch of depth"
+    size = Size("length", "m", 100.0, 0.0, 1000.0)
+    shapes = (1.6, 2.5, 5.0)
+    shape_meaning = "polar moment per pipe's"
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """So much of the pipe above the collars replaced by a heavier one."""
+        pipe, *below = setup.system.string
+        extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * shape)
+        return setup.with_string(replace(pipe, length=pipe.length - size), extra, *below)
+
+
+class TaperedString(Cause):
+    """Two sizes of pipe; the shape is the share of the length that the upper one takes."""
+
+    name, family, port = "tapered_string", "string", "string"
+    meaning = "the string is made of two sizes of pipe where the tally shows one"
+    looks_like = ("extra_section",)
+    separated_by = "the full tally"
+    size = Size("polar moment of the lower pipe per upper's, less one", "1", 0.4, -0.9, 4.0)
+    shapes = (0.2, 0.35, 0.5, 0.65, 0.8)
+    shape_meaning = "upper pipe's share of the length"
+    shape_step = 0.05
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """The lower part's polar moment times one plus the size."""
+        pipe, *below = setup.system.string
+        # the lower pipe goes down with the bit: what is added while drilling is upper pipe
+        share = (1 - shape) * np.mean(circumstances.length) / circumstances.length
+        upper = replace(pipe, length=pipe.length * (1 - share))
+        lower = replace(pipe, length=pipe.length * share, polar_moment=pipe.polar_moment * (1 + size))
+        return setup.with_string(upper, lower, *below)
+
+
+class LocalDampingZone(Cause):
+    """Viscous damping over a twentieth of the pipe; the shape is the place of its middle along the pipe."""
+
+    name, family, port = "local_damping_zone", "string", "string"
+    meaning = "a short stretch of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
+    looks_like = ("hysteretic_damping", "mud_drag")
+    separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
+    size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
+    shapes = tuple(0.025 + 0.05 * place for place in range(1, 19))
+    shape_meaning = "place, as a share of the pipe from the top"
+    shape_step = 0.02
+    is_place = True
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Damping of the size spread over the zone."""
+        pipe, *below = setup.system.string
+        # the zone stays in the hole: pipe is added above it, so its way from the surface is the same in all windows
+        mean = np.mean(circumstances.length) / circumstances.length
+        begin, width = mean * (shape - _ZONE_SHARE / 2), mean * _ZONE_SHARE
+        zone = replace(pipe, length=pipe.length * width)
+        zone = replace(zone, kappa=pipe.kappa + size / (zone.length * pipe.polar_moment))
+        above, rest = replace(pipe, length=pipe.length * begin), replace(pipe, length=pipe.length * (1 - begin - width))
+        return setup.with_string(above, zone, rest, *below)
+
+
+class MudDrag(Cause):
+    """Drag that grows with the root of frequency."""
+
+    name, family, port = "mud_drag", "string", "string"
+    meaning = "the mud drags on the pipe through a thin layer, more at high frequency"
+    looks_like = ("hysteretic_damping", "local_damping_zone")
+    separated_by = "quieter windows, or the mud's density and viscosity"
+    size = Size("coefficient", "N s^(3/2)/m⁴", 300.0, 0.0, 5e3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Drag along the whole string."""
+        return _with_law(setup, RootDrag(size))
+
+
+class HystereticDamping(Cause):
+    """The same loss in every cycle at any frequency."""
+
+    name, family, port = "hysteretic_damping", "string", "string"
+    meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
+    looks_like = ("local_damping_zone", "mud_drag")
+    separated_by = "quieter windows, or a sweep that reaches more modes"
+    size = Size("loss factor", "1", 0.02, 0.0, 0.3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """A constant loss factor along the whole string."""
+        return _with_law(setup, ConstantLossFactor(size))
+
+
+class CoulombContact(Cause):
+    """Friction along the wall that falls as the string turns faster."""
+
+    name, family, port = "coulomb_contact", "string", "string"
+    meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
+    looks_like = ("stribeck_cutting",)
+    separated_by = "windows at different speeds, or a start of rotation"
+    size = Size("negative damping", "N s/m⁴", 200.0, 0.0, 5e3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Wall damping less by the size, more at low speed."""
+        pipe, *below = setup.system.string
+        slope = size * (10.0 / circumstances.speed) ** 2
+        return setup.with_string(
+            replace(pipe, kappa=pipe.kappa - slope),
+            *(replace(section, kappa=section.kappa - slope) for section in below),
+        )
+
+
+class WaveSpeed(Cause):
+    """Waves run slower or faster than the tally's steel lets them."""
+
+    name, family, port = "wave_speed", "string", "string"
+    meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
+    separated_by = "windows over a longer stretch of depth"
+    size = Size("relative change of the pipe's travel time", "1", 0.05, -0.3, 0.5)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """The pipe longer by the size, as waves see it."""
+        pipe, *below = setup.system.string
+        return setup.with_string(replace(pipe, length=pipe.length * (1 + size)), *below)

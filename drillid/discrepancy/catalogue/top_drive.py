@@ -1,0 +1,127 @@
+"""Causes above the string: drive, control, and the gear of the top drive."""
+
+from typing import Any
+
+import numpy as np
+
+from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+
+_LEAST_VARIANCE = 1e-12
+"""s²; stands for none, where the root has no derivative."""
+
+
+class DriveLag(Cause):
+    """First-order lag of the torque loop."""
+
+    name, family, port = "drive_lag", "drive", "drive"
+    meaning = "the drive's torque follows its command with a lag, not only after a delay"
+    looks_like = ("clock_offset", "recorder_filter")
+    separated_by = "a sweep to higher frequency, or a tighter figure of the drive's delay"
+    size = Size("time constant", "s", 0.03, 0.0, 0.3)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Lag of the size."""
+        return setup.with_top_drive(lag=size)
+
+
+class ActuatorGain(Cause):
+    """Torque per commanded torque other than one."""
+
+    name, family, port = "actuator_gain", "drive", "drive"
+    meaning = "the drive gives more or less torque than it is asked for"
+    separated_by = "a measured string torque, or tighter figures of top drive and pipe"
+    size = Size("gain less one", "1", 0.1, -0.6, 1.0)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Gain of one plus the size."""
+        return setup.with_top_drive(gain=1 + size)
+
+
+class DelayJitter(Cause):
+    """A delay that varies from sample to sample."""
+
+    name, family, port = "delay_jitter", "drive", "drive"
+    meaning = "the drive's delay varies from command to command"
+    looks_like = ("drive_lag", "recorder_filter", "clock_offset")
+    separated_by = "a sweep to higher frequency"
+    size = Size("root mean square, squared", "s²", 4e-4, 0.0, 4e-2)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Jitter whose variance is the size."""
+        return setup.with_top_drive(delay_jitter=np.sqrt(size + _LEAST_VARIANCE))
+
+
+class TorqueLimit(Cause):
+    """A limit of the drive's torque."""
+
+    name, family, port = "torque_limit", "drive", "drive"
+    meaning = "the drive reaches its torque limit and gives no more"
+    looks_like = ("torque_rate_limit",)
+    separated_by = "a sweep of smaller amplitude"
+    regime = True
+    size = Size("limit", "N m", 1e4, 0.0, 1e5)
+
+
+class TorqueRateLimit(Cause):
+    """A limit of the rate at which the drive's torque changes."""
+
+    name, family, port = "torque_rate_limit", "drive", "drive"
+    meaning = "the drive's torque cannot change as fast as it is asked to"
+    looks_like = ("drive_lag", "torque_limit", "delay_jitter")
+    separated_by = "a sweep of smaller amplitude"
+    regime = True
+    size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
+
+
+class ControllerGain(Cause):
+    """Gains of the speed control other than reported."""
+
+    name, family, port = "controller_gain", "control", "control"
+    meaning = "the speed control has other gains than the papers say"
+    looks_like = ("speed_scale",)
+    separated_by = "the logged torque command together with the top drive's inertia"
+    size = Size("relative change of both gains", "1", 0.2, -0.9, 3.0)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """Both gains times one plus the size."""
+        told = setup.system.top_drive.controller
+        return setup.with_controller(proportional=told.proportional * (1 + size), integral=told.integral * (1 + size))
+
+
+class SpeedFilter(Cause):
+    """A filter on the speed that the papers do not tell."""
+
+    name, family, port = "speed_filter", "control", "control"
+    meaning = "the control filters the speed before it uses it"
+    looks_like = ("torque_filter",)
+    separated_by = "a look into the drive's settings: no response tells this filter from one on the controller's torque"
+    size = Size("time constant", "s", 0.03, 0.0, 0.5)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """A time constant longer by the size."""
+        return setup.with_controller(speed_filter=setup.system.top_drive.controller.speed_filter + size)
+
+
+class TorqueFilter(Cause):
+    """A filter on the controller's torque that the papers do not tell."""
+
+    name, family, port = "torque_filter", "control", "control"
+    meaning = "the control filters its own torque before the sweep is added"
+    looks_like = ("speed_filter",)
+    separated_by = "a look into the drive's settings: no response tells this filter from one on the speed"
+    size = Size("time constant", "s", 0.03, 0.0, 0.5)
+
+    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+        """A time constant longer by the size."""
+        return setup.with_controller(torque_filter=setup.system.top_drive.controller.torque_filter + size)
+
+
+class GearBacklash(Cause):
+    """Play of the top drive's gear."""
+
+    name, family, port = "gear_backlash", "top", "top"
+    meaning = "the gear of the top drive has play, which opens when its torque changes sign"
+    looks_like = ("delay_jitter", "coulomb_contact")
+    separated_by = "a window of low mean torque beside one of high"
+    regime = True
+    size = Size("free angle", "rad", 0.05, 0.0, 1.0)

@@ -1,0 +1,1 @@
+"""Detections in a window's own record of causes that its linear response does not show."""

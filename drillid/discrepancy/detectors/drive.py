@@ -1,0 +1,132 @@
+"""Signs of a drive that does not give the torque that it is asked for: limits of torque and of its rate.
+
+The torque that such a drive leaves out is reckoned from the command for a range of limits, and is looked for in the
+speed, which it must move as the sweep does. The noise in the speed is in the command too, through the control; but
+of what is left out only a linear part goes with it in the mean, whose filter is the mean derivative of what is left
+out to the command (Bussgang 1952, MIT Research Laboratory of Electronics, report 216; Stein 1981, Annals of
+Statistics 9, 1135–1151). Less that part, what is left out goes with Gaussian noise no more than by chance.
+"""
+
+import numpy as np
+from scipy.fft import irfft, rfft
+from scipy.special import stdtr
+
+from drillid.arrays import Booleans, Complex, Floats
+from drillid.discrepancy.detectors.residual_record import Remainder
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_chance
+
+_BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
+"""Shares of the record's time beyond the limits that are tried."""
+_NOTHING = 1e-9
+"""Of the command's largest value, below which nothing counts as left out."""
+
+_JITTER_BAND = (1.0, 0.4)
+"""Lowest frequency, Hz, and highest, as a share of the rate."""
+_HOLD_S = 0.02
+"""s, for which each delay of a jittering drive is taken to hold."""
+_BLOCK_S = 4.0
+_NEIGHBOURS = 6
+"""Blocks over which the noise's level stays much the same."""
+
+
+def drive_candidates(remainder: Remainder) -> list[Candidate]:
+    """Missing torque of both limits; they are unknown where the command is reckoned.
+
+    Its mean is not known then, nor how it jerks between the samples of the record.
+    """
+    command, rate = remainder.command, remainder.record.rate
+    levels = np.quantile(np.abs(command), 1 - _BEYOND)
+    cut = np.clip(command, -levels[:, None], levels[:, None]) - command
+    rates = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
+    slowed = rate_limited(command, rates / rate) - command
+    if not remainder.record.has_command:
+        levels, rates = np.full(levels.size, np.nan), np.full(rates.size, np.nan)
+    return [
+        Candidate("torque_limit", _moved(remainder, cut, remembers=False), levels, one_sided=True),
+        Candidate("torque_rate_limit", _moved(remainder, slowed, remembers=True), rates, one_sided=True, whole=True),
+    ]
+
+
+def rate_limited(series: Floats, steps: Floats) -> Floats:
+    """A series (samples,) that changes by no more than each of some steps from sample to sample, (steps, samples)."""
+    given = np.empty((series.size, steps.size))
+    now = np.full(steps.size, series[0])
+    for sample, asked in enumerate(series.tolist()):
+        now = np.minimum(np.maximum(asked, now - steps), now + steps)
+        given[sample] = now
+    return np.ascontiguousarray(given.T)
+
+
+def _moved(remainder: Remainder, missing: Floats, *, remembers: bool) -> Floats:
+    """Speed (settings, samples) by which torque left out moves the top drive, less its linear part, rad/s."""
+    command = rfft(remainder.command - remainder.command.mean())
+    active = np.abs(missing) > _NOTHING * np.abs(remainder.command).max()
+    transfers = np.array([_linear_part(row, remembers=remembers) for row in active])
+    spectrum = rfft(missing - missing.mean(axis=1)[:, None]) - transfers * command
+    return np.asarray(irfft(spectrum * remainder.mobility, remainder.samples), dtype=float)
+
+
+def _linear_part(active: Booleans, *, remembers: bool) -> Complex:
+    """Transfer (line,) from command to torque left out, in the mean.
+
+    While a drive is at its limit, what it leaves out falls by as much as the command rises; a drive at the limit of
+    its rate still gives what was asked for when it came to that limit, and what it has added since.
+    """
+    kernel = np.zeros(active.size)
+    if remembers:
+        place = np.arange(active.size)
+        since = place - np.maximum.accumulate(np.where(active, 0, place))
+        kernel = np.bincount(since[active], minlength=active.size) / active.size
+    kernel[0] -= active.mean()
+    return np.asarray(rfft(kernel), dtype=complex)
+
+
+def jitter_score(remainder: Remainder, left: Floats) -> Score | None:
+    """Noise that grows with the square of the command's slope; None where the sweep does not repeat.
+
+    A delay off by ξ leaves out the torque ξ times the command's slope. The noise's power, weighted by where jitter
+    shows best, is regressed on the square of the slope that repeats with the sweep, in which noise has no part.
+
+    Parameters
+    ----------
+    left : (samples,) rad/s, what neither the sweep nor other causes account for
+    """
+    if not remainder.periods:
+        return None
+    rate, samples = remainder.record.rate, remainder.samples
+    low, high = _JITTER_BAND[0], _JITTER_BAND[1] * rate
+    inside = (remainder.frequency > low) & (remainder.frequency < high)
+    shown = np.where(inside, np.abs(remainder.mobility) ** 2 * samples / remainder.noise, 0.0)
+    weight = np.sqrt(shown / shown.max())
+    power = remainder.filtered(weight * np.sqrt(samples / remainder.noise) * inside, left * remainder.taper) ** 2
+    slope = remainder.filtered(remainder.s, remainder.command - remainder.command.mean())
+    repeated = slope - remainder.without_sweep(slope)
+    size_block = round(_BLOCK_S * rate)
+    count = samples // size_block
+    blocks = [
+        values[: count * size_block].reshape(count, -1).mean(axis=1)
+        for values in (power, repeated**2 * remainder.taper**2, remainder.taper**2)
+    ]
+    whole = blocks[2] > 1 - 1e-6
+    response, driver = blocks[0][whole], blocks[1][whole]
+    gain = 2 / samples * float(np.sum(weight**2 * shown)) * _HOLD_S * rate / remainder.inflation
+    slope_found, error = _regression(driver - driver.mean(), response)
+    ratio = slope_found / error
+    normal = normal_of_chance(float(stdtr(response.size - 2, -ratio)))
+    return Score(normal, slope_found / gain, error / gain, max(normal, 0.0) ** 2 / 2)
+
+
+def _regression(driver: Floats, response: Floats) -> tuple[float, float]:
+    """Slope on a centred driver and its standard error, whatever the variances are and if neighbours go together.
+
+    Covariances of neighbours are weighted after Newey and West (1987, Econometrica 55, 703–708).
+    """
+    energy = float(driver @ driver)
+    slope = float(driver @ response) / energy
+    residual = response - response.mean() - slope * driver
+    leverage = 1 / driver.size + driver**2 / energy
+    products = driver * residual / (1 - leverage)
+    total = float(products @ products)
+    for lag in range(1, _NEIGHBOURS + 1):
+        total += 2 * (1 - lag / (_NEIGHBOURS + 1)) * float(products[lag:] @ products[:-lag])
+    return slope, float(np.sqrt(max(total, 0.1 * float(products @ products)))) / energy

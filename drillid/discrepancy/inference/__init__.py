@@ -1,0 +1,1 @@
+"""The joint model of a set of windows, its fit, and the search over causes."""

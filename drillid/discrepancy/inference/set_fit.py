@@ -1,0 +1,256 @@
+"""Fits of a set's model by Gauss and Newton, with the windows' own figures eliminated: cost is linear in windows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.discrepancy.catalogue.cause import WIDE
+from drillid.discrepancy.inference.set_model import (
+    DEVIATION,
+    HIGHEST,
+    LOCAL,
+    LOWEST,
+    SHARED,
+    Extension,
+    Point,
+    SetModel,
+)
+
+_ITERATIONS = 60
+_CONVERGED = 1e-2
+"""Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
+_PATIENCE = 10.0
+"""Falls like the last that a fit may still need to the cost that is asked for."""
+_STRAYED = 0.1
+"""Fall of the cost from which it is looked once more for windows that have strayed."""
+_TAIL = 3.0
+"""Degrees of freedom of the windows' deviations."""
+_LARGEST_DAMPING = 1e8
+_LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
+"""Windows from which a set tells its own deviation, what the usual one counts for, and rounds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations of a set about a point, for its shared figures and n sizes; P = 11 + n."""
+
+    each: Floats
+    """(W, P, P) of each window's rows."""
+    own: Floats
+    """(W, P) right sides."""
+    prior: Floats
+    """(P,) precision of the priors."""
+    pull: Floats
+    """(P,) right side of the priors."""
+    local_precision: Floats
+    """(W, 4) precision of the windows' deviations."""
+    local: Floats
+    """(W, 4) the deviations."""
+
+    @property
+    def corner(self) -> Floats:
+        """(W, 4, 4) of the windows' own figures, with the prior of their deviations."""
+        places = list(LOCAL)
+        own: Floats = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
+        return own
+
+    def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
+        """The windows' own figures eliminated.
+
+        Returns
+        -------
+        matrix, vector : (P, P), (P,) of shared figures and sizes
+        own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
+        """
+        places = list(LOCAL)
+        corner = self.corner * (1 + damping * np.eye(len(places)))
+        border = self.each[:, places]
+        right = self.own[:, places] - self.local_precision * self.local
+        solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
+        matrix = self.each.sum(0) + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
+        vector = self.own.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
+        return matrix, vector, solved[..., -1], solved[..., :-1]
+
+
+@dataclass(frozen=True, eq=False)
+class SetFit:
+    """Optimum of a set's model."""
+
+    point: Point
+    cost: float
+    """Half the sum of squares of residuals and prior pulls."""
+    chi2: float
+    """Sum of squared residuals of the mobilities, two for each used frequency."""
+    information: Floats
+    """(P, P), curvature of the cost in shared figures and sizes, the windows' own eliminated."""
+    off_papers: Floats
+    """(11,) how far the shared figures lie off their priors, in standard deviations of these."""
+
+    @property
+    def pulls(self) -> float:
+        """Half the sum of squared pulls of the papers on the shared figures."""
+        return 0.5 * float(np.sum(self.off_papers**2))
+
+    @property
+    def size_errors(self) -> Floats:
+        """Standard errors of the sizes by the curvature."""
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[SHARED:]), dtype=float)
+
+
+def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
+    """Follow the cost from a start to its least value; sizes stay within their physical bounds.
+
+    Parameters
+    ----------
+    enough : cost that is asked for; a fit that falls too slowly to come there is left where it is
+    """
+    low, high = _bounds(extensions)
+    point = Point(
+        np.clip(start.shared, LOWEST, HIGHEST), start.local, np.clip(start.sizes, low[SHARED:], high[SHARED:])
+    )
+    cost, chi2, normal = _curvature(model, point, extensions)
+    damping = 1e-3
+    for _ in range(_ITERATIONS):
+        trial = _moved(point, normal, damping, low, high)
+        found = _curvature(model, trial, extensions)
+        fall = cost - found[0]
+        if fall > 0:
+            point, (cost, chi2, normal) = trial, found
+            damping = max(damping / 8, 1e-9)
+            if fall < max(_CONVERGED, (cost - enough) / _PATIENCE):
+                break
+        else:
+            damping *= 8
+            if damping > _LARGEST_DAMPING or -fall < _CONVERGED / 10:
+                break
+    off_papers = (point.shared - model.prior_mean) / model.prior_error
+    return SetFit(point, cost, chi2, normal.eliminated()[0], off_papers)
+
+
+def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
+    """Fit the windows' own figures alone, each window for itself, with shared figures and sizes as they are."""
+    windows, places = model.evidence.windows, list(LOCAL)
+    local, damping, least = point.local, np.full(windows, 1e-3), np.full(windows, np.inf)
+    best, each, own = local, np.zeros((windows, 4, 4)), np.zeros((windows, 4))
+    for _ in range(_ITERATIONS):
+        trial = Point(point.shared, local, point.sizes)
+        linear, precision = model.linearised(trial, extensions), _precision(model, trial)
+        cost = _window_costs(model, trial, linear.residual)
+        better = cost < least
+        jacobian, residual = linear.jacobian[better][:, places], linear.residual[better]
+        each[better], own[better] = _products(jacobian, residual)
+        each[better] += precision[better][:, :, None] * np.eye(4)
+        own[better] -= precision[better] * local[better]
+        fallen = np.where(better, least - cost, 0.0)
+        best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
+        damping = np.where(better, damping / 8, damping * 8)
+        if np.all((better & (fallen < _CONVERGED)) | (damping > _LARGEST_DAMPING)):
+            break
+        damped = each * (1 + damping[:, None, None] * np.eye(4))
+        local = best + np.linalg.solve(damped, own[..., None])[..., 0]
+    return Point(point.shared, best, point.sizes)
+
+
+def without_strays(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
+    """The fit after windows have been tried without deviations of their own: Student's t has an optimum near the set
+    and others far from it, and a window may have strayed to one of those.
+    """
+    for _ in range(_ROUNDS):
+        point = fit.point
+        near = fit_local(model, Point(point.shared, np.zeros_like(point.local), point.sizes), extensions)
+        costs = (_window_costs(model, one, model.residual(one, extensions)) for one in (near, point))
+        better = np.less(*costs)
+        local = np.where(better[:, None], near.local, point.local)
+        found = fit_set(model, Point(point.shared, local, point.sizes), extensions)
+        if not found.cost < fit.cost:
+            break
+        gained, fit = fit.cost - found.cost, found
+        if gained < _STRAYED:
+            break
+    return fit
+
+
+def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
+    """Cost of each window's residuals and of its deviations by Student's t, (W,)."""
+    pulls = (_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / _TAIL), axis=1)
+    return np.asarray(0.5 * (np.sum(np.abs(residual) ** 2, axis=1) + pulls), dtype=float)
+
+
+def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
+    """The model with the deviation of windows that the set itself shows, and its fit.
+
+    Expectation and maximisation under Student's t (Dempster, Laird and Rubin 1977, Journal of the Royal Statistical
+    Society B 39, 1-38), with the usual deviation as if it had been seen in _USUAL_WINDOWS windows.
+    """
+    if model.evidence.windows < _LEAST_WINDOWS:
+        return model, fit
+    for _ in range(_ROUNDS):
+        normal = _curvature(model, fit.point, ())[2]
+        unsure = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
+        weight = normal.local_precision * model.deviation**2
+        seen = np.sum(weight * (fit.point.local**2 + unsure), axis=0)
+        deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + seen) / (_USUAL_WINDOWS + model.evidence.windows))
+        model = SetModel(model.evidence, np.minimum(deviation, DEVIATION))
+        fit = fit_set(model, fit.point)
+    return model, fit
+
+
+def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    """Bounds of shared figures and sizes."""
+    sizes = [extension.cause.size for extension in extensions]
+    return np.append(LOWEST, [size.low for size in sizes]), np.append(HIGHEST, [size.high for size in sizes])
+
+
+def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension, ...], further: Complex) -> Normal:
+    """Normal equations about a point with further columns (W, K, rows), without priors of their own."""
+    linear = model.linearised(point, extensions)
+    prior, pull = _priors(model, point, extensions)
+    more = np.zeros(further.shape[1])
+    each, own = _products(np.concatenate([linear.jacobian, further], axis=1), linear.residual)
+    return Normal(each, own, np.append(prior, more), np.append(pull, more), _precision(model, point), point.local)
+
+
+def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
+    each = (jacobian @ np.conj(np.swapaxes(jacobian, -1, -2))).real
+    return each, np.einsum("wpf,wf->wp", np.conj(jacobian), residual).real
+
+
+def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    typical = np.array([WIDE * extension.cause.size.typical for extension in extensions])
+    mean = np.concatenate([model.prior_mean, np.zeros(typical.size)])
+    error = np.concatenate([model.prior_error, typical])
+    return error**-2.0, (mean - np.concatenate([point.shared, point.sizes])) / error**2
+
+
+def _precision(model: SetModel, point: Point) -> Floats:
+    """Precision of Student's t at the deviations: a window in which the hole or the rock is another may stand apart."""
+    return np.asarray((_TAIL + 1) / (_TAIL * model.deviation**2 + point.local**2), dtype=float)
+
+
+def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[float, float, Normal]:
+    """Cost, χ² of the mobilities and normal equations."""
+    linear = model.linearised(point, extensions)
+    prior, pull = _priors(model, point, extensions)
+    cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, linear.residual)))
+    normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(model, point), point.local)
+    return cost, linear.mobility_chi2(model.s.size), normal
+
+
+def _moved(point: Point, normal: Normal, damping: float, low: Floats, high: Floats) -> Point:
+    """The damped step; a figure that it would carry over a bound goes to the bound and the rest is solved again."""
+    matrix, vector, own, border = normal.eliminated(damping)
+    matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12))
+    now = np.append(point.shared, point.sizes)
+    held = np.zeros(vector.size, dtype=bool)
+    step = np.zeros(vector.size)
+    for _ in range(low.size):
+        free = ~held
+        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], vector[free] - matrix[np.ix_(free, held)] @ step[held])
+        over = ((now + step < low) | (now + step > high)) & free
+        if not over.any():
+            break
+        step = np.where(over, np.clip(now + step, low, high) - now, step)
+        held |= over
+    local = point.local + own - np.einsum("wlp,p->wl", border, step)
+    return Point(point.shared + step[:SHARED], local, point.sizes + step[SHARED:])

@@ -1,0 +1,298 @@
+"""One model of a set of windows: figures shared by all, figures that vary from window to window, causes.
+
+Eleven figures describe a window: the eight of the transmission line, the two gains of the control, and the offset
+between the clocks of speed and torque. They are shared, and four of them (wall damping, internal damping, damping and
+inertia at the bit) may also deviate from window to window. Each has a Gaussian prior: from the papers where they
+speak, else as wide as rigs differ.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from drillid.arrays import Complex, Floats
+from drillid.discrepancy.catalogue import Cause, Circumstances, Setup
+from drillid.discrepancy.evidence import Evidence
+from drillid.physics.dual_numbers import Dual, primal
+from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
+from drillid.physics.parameters import DELTA, LENGTH
+from drillid.physics.responses import laplace
+from drillid.physics.sensor import Recording
+from drillid.physics.top_drive import control
+from drillid.statistics import expected_ratio
+
+SCALED = (
+    "kappa",
+    "delta",
+    "length",
+    "polar_moment",
+    "delay",
+    "inertia_td",
+    "damping_bha",
+    "inertia_bit",
+    "P",
+    "I",
+    "clock",
+)
+"""The figures of a window, scaled to be of order one: pipe's length, polar moment and the gains as relative changes."""
+SHARED = len(SCALED)
+LOCAL = (0, 1, 6, 7)
+"""Places of the figures that deviate from window to window."""
+PAPERS = (2, 3, 4, 5, 8, 9, 10)
+"""Places of the figures that the papers know, with their tolerances."""
+_KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01
+DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
+"""Usual deviation of a window from the set, scaled, as far as the set itself does not tell."""
+LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
+HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
+"""Bounds of the shared figures, scaled: wider than any rig, and the model is defined within."""
+_CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
+"""Relative error of the control's response that is not noise but the same in all windows, by sampling of the control
+and interpolated rows, and in how many bands it is independent."""
+_CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
+"""Lines over which the noise of the control's response is taken together, as a weight must not hang on its own
+denominator, and relative variance up to which they tell it; a line of so many times their variance lies at a zero of
+the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's relative variance is v: at most
+by 0.7 %."""
+_WIDE = 30.0
+"""Prior deviation, scaled, of a figure on which the papers are silent."""
+
+
+@dataclass(frozen=True)
+class Extension:
+    """A cause at one of its shapes."""
+
+    cause: Cause
+    shape: float
+    windows: tuple[int, ...] | None = None
+    """Rows in which it is present; all where not given."""
+
+    def present(self, windows: int) -> Floats | float:
+        """1 where it is present and 0 elsewhere, (W, 1)."""
+        if self.windows is None:
+            return 1.0
+        return np.isin(np.arange(windows), self.windows).astype(float)[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """Figures of a set, scaled."""
+
+    shared: Floats
+    """(11,)"""
+    local: Floats
+    """(W, 4) deviations."""
+    sizes: Floats
+    """(extensions,)"""
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The set's whitened residuals and their derivatives about a point."""
+
+    residual: Complex
+    """(W, rows); real and imaginary part are standard normal where the model is right."""
+    jacobian: Complex
+    """(W, 11 + extensions, rows) of the modelled responses, whitened."""
+
+    def mobility_chi2(self, frequencies: int) -> float:
+        """Sum of squared residuals of the mobilities, which are the first rows."""
+        return float(np.sum(np.abs(self.residual[:, :frequencies]) ** 2))
+
+
+class SetModel:
+    """The base model of a set of windows, to which causes can be added.
+
+    Parameters
+    ----------
+    deviation : how far windows deviate from the set, scaled, (4,)
+    """
+
+    def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
+        self.evidence = evidence
+        self.deviation = deviation
+        self.s = laplace(evidence.frequency)
+        knowledge, fitted = evidence.knowledge, evidence.fitted
+        length = (evidence.conditions.bit_depth - knowledge.collar_length)[:, None]
+        self.length = np.where(np.isfinite(length), length, fitted[:, LENGTH, None])
+        self.controller = knowledge.controller
+        self.polar_moment = knowledge.polar_moment if np.isfinite(knowledge.polar_moment_error) else _middle(fitted, 3)
+        self.prior_mean, self.prior_error = self._prior()
+        torque = np.nan_to_num(evidence.conditions.torque, nan=0.0)[:, None]
+        self.circumstances = Circumstances(evidence.conditions.speed[:, None], torque, self.length)
+
+    def _prior(self) -> tuple[Floats, Floats]:
+        """Mean and deviation of the shared figures, each (11,)."""
+        known = self.evidence.knowledge
+        lump = np.hypot(1.0, known.collar_relative * self.collar_inertia / _LUMP)
+        mean = [1.5, 0.0, 0.0, 0.0, known.delay / _DELAY, known.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
+        relative = known.polar_moment_error / self.polar_moment
+        error = [1.5, np.log(3.0), known.length_relative, relative]
+        error += [known.delay_error / _DELAY, known.inertia_td_error / _INERTIA, 2.0, lump]
+        error += [known.controller_relative, known.controller_relative, known.clock_error / _CLOCK]
+        return np.array(mean), np.minimum(error, _WIDE)
+
+    @property
+    def collar_inertia(self) -> float:
+        """Inertia of the tally's collars, kg m²."""
+        known = self.evidence.knowledge
+        return Section(known.collar_length, known.collar_polar_moment).inertia if known.collar_length else 0.0
+
+    @cached_property
+    def weight(self) -> Floats:
+        """(W, F) one over the deviation of real and imaginary part of the mobility; 0 where it is not used."""
+        evidence = self.evidence
+        variance = evidence.variance * expected_ratio(evidence.degrees_of_freedom)
+        good = evidence.used & np.isfinite(variance) & (variance > 0)
+        return np.where(good, np.sqrt(2 / np.where(good, variance, 1.0)), 0.0)
+
+    @cached_property
+    def control_weight(self) -> Floats | None:
+        """(W, F) the same of the control's response; None where no command is logged."""
+        evidence = self.evidence
+        if evidence.control is None or evidence.control_variance is None:
+            return None
+        told = np.abs(control(self.controller, self.s)) ** 2
+        relative = np.where(self.weight > 0, evidence.control_variance / told, np.nan)
+        noise = _smooth(relative)
+        # at a zero of the mobility a line tells nothing, whatever its neighbours do
+        good = (relative <= noise * _ZERO) & (noise < _CLEAR)
+        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
+        common = lines * _CONTROL_FLOOR**2
+        if evidence.control_rounding is not None:
+            common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / told, np.nan))
+        # an error that all windows share counts as if each had one of its own that is so much larger
+        variance = np.where(good, (noise + evidence.windows * common) * told, np.inf)
+        return np.asarray(np.sqrt(2 / variance), dtype=float)
+
+    @property
+    def rows(self) -> int:
+        """Complex rows a window: frequencies of the mobility, then those of the control's response."""
+        weight = self.control_weight
+        return self.s.size + (0 if weight is None else int(weight.any(axis=0).sum()))
+
+    def start(self) -> Point:
+        """From the windows' own fits."""
+        fitted = self.evidence.fitted
+        shared = self.prior_mean.copy()
+        shared[1] = np.log(np.clip(_middle(fitted, DELTA) / _DELTA, 0.05, 20.0))
+        shared[2] = np.nanmedian(fitted[:, LENGTH] / self.length[:, 0]) - 1
+        shared[3] = _middle(fitted, 3) / self.polar_moment - 1
+        shared[4], shared[5] = _middle(fitted, 4) / _DELAY, _middle(fitted, 5) / _INERTIA
+        shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP
+        return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
+
+    def expected(self) -> Point:
+        """As the papers say, and as the windows' own fits where they are silent."""
+        fitted, silent = self.start(), self.prior_error >= _WIDE
+        return Point(np.where(silent, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
+
+    def setup(self, figures: list[Any]) -> Setup:
+        """The model of all windows from their scaled figures, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = figures
+        known = self.evidence.knowledge
+        pipe = Section(
+            self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
+        )
+        collars = replace(pipe, length=known.collar_length, polar_moment=known.collar_polar_moment)
+        controller = replace(
+            self.controller,
+            proportional=self.controller.proportional * (1 + proportional),
+            integral=self.controller.integral * (1 + integral),
+        )
+        top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller)
+        string = (pipe, collars) if known.collar_length else (pipe,)
+        return Setup(
+            DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
+            Recording(clock_offset=_CLOCK * clock),
+        )
+
+    def figures(self, point: Point) -> Floats:
+        """Scaled figures of every window, shape (11, W, 1)."""
+        each = np.tile(point.shared[:, None], (1, self.evidence.windows))
+        each[list(LOCAL)] += point.local.T
+        return each[..., None]
+
+    def extended(self, setup: Setup, sizes: list[Any], extensions: tuple[Extension, ...]) -> Setup:
+        """The setup with causes at their sizes."""
+        for extension, size in zip(extensions, sizes, strict=True):
+            here = size * extension.present(self.evidence.windows)
+            setup = extension.cause.extend(setup, here, extension.shape, self.circumstances)
+        return setup
+
+    def setup_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Setup:
+        """The model of all windows at a point, with figures of shape (W, 1)."""
+        sizes = point.sizes.tolist() if extensions else []
+        return self.extended(self.setup(list(self.figures(point))), sizes, extensions)
+
+    def with_evidence(self, evidence: Evidence) -> "SetModel":
+        """The same model of other data: windows deviate as far as they have been found to."""
+        return SetModel(evidence, self.deviation)
+
+    def linearised(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Linearised:
+        """Residuals and exact derivatives to the figures and to the sizes."""
+        count = SHARED + len(extensions)
+        directions = np.eye(count)
+        values = [*self.figures(point), *(np.full((1, 1), size) for size in point.sizes)]
+        duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
+        setup = self.extended(self.setup(duals[:SHARED]), duals[SHARED:], extensions)
+        return self._whitened(setup, count)
+
+    def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
+        """Derivative (W, rows) of the whitened responses to the size of a further cause at zero."""
+        size = Dual(np.zeros((1, 1)), np.ones(1))
+        grown = self.extended(self.setup_at(point, extensions), [size], (further,))
+        return self._whitened(grown, 1).jacobian[:, 0]
+
+    def changed(self, mobility: Complex, answer: Complex) -> Complex:
+        """Whitened rows (W, K, rows) of changes of the mobilities and of the control's responses, (W, K, F) each."""
+        pieces, weight = [mobility * self.weight[:, None]], self.control_weight
+        if weight is not None:
+            rows = weight.any(axis=0)
+            pieces.append(answer[..., rows] * weight[:, None, rows])
+        return np.concatenate(pieces, axis=-1)
+
+    def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
+        """Command mobility of every window, shape (W, F)."""
+        mobility = self.setup_at(point, extensions).mobility(self.s)
+        return np.asarray(np.broadcast_to(mobility, self.evidence.mobility.shape), dtype=complex)
+
+    def residual(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
+        """Whitened residuals (W, rows), without derivatives."""
+        return self._whitened(self.setup_at(point, extensions), 0).residual
+
+    def misfit(self, point: Point, extensions: tuple[Extension, ...]) -> float:
+        """Sum of squared whitened residuals."""
+        return float(np.sum(np.abs(self.residual(point, extensions)) ** 2))
+
+    def _whitened(self, setup: Setup, count: int) -> Linearised:
+        pieces = [weighted(setup.mobility(self.s), self.evidence.mobility, self.weight, count)]
+        if self.control_weight is not None and self.evidence.control is not None:
+            rows = self.control_weight.any(axis=0)
+            response = setup.control(self.s[rows])
+            pieces.append(weighted(response, self.evidence.control[:, rows], self.control_weight[:, rows], count))
+        residuals, jacobians = zip(*pieces, strict=True)
+        return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))
+
+
+def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
+    """Whitened residual (W, F) and derivatives (W, count, F) of a modelled response."""
+    measured = np.where(weight > 0, measured, 0.0)
+    residual = (measured - np.broadcast_to(primal(response), measured.shape)) * weight
+    slopes = np.zeros((count, *measured.shape), dtype=complex)
+    if isinstance(response, Dual):
+        slopes[response.places] = response.tangents * weight
+    return residual, np.moveaxis(slopes, 0, 1)
+
+
+def _smooth(relative: Floats) -> Floats:
+    """Running median of relative variances (W, F) over lines."""
+    lines = pd.DataFrame(relative.T)
+    return lines.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
+
+
+def _middle(fitted: Floats, place: int) -> float:
+    return float(np.nanmedian(fitted[:, place]))

@@ -1,0 +1,1 @@
+"""What follows from a verdict: extended models, predictions, immittances, advice, the dataset."""

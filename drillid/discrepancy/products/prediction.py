@@ -1,0 +1,89 @@
+"""A held-out window as base and extended model predict it, over frequency and in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.discrepancy.catalogue import Setup
+from drillid.discrepancy.inference.held_out_gain import trained_without
+from drillid.discrepancy.inference.set_model import Extension, Point
+from drillid.physics.responses import laplace
+
+if TYPE_CHECKING:
+    from drillid.discrepancy.verdicts.examination import Examination
+
+
+PHASES = 2400
+"""Points over one period of the sweep."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One window as a model predicts it that was fitted without it."""
+
+    setup: Setup
+    row: int
+    """The window's row in the set, where figures of `setup` have one for each."""
+
+    def mobility(self, frequency: Floats) -> Complex:
+        """Command mobility, (frequency,)."""
+        response = np.asarray(self.setup.mobility(laplace(frequency)))
+        return np.asarray(response[self.row if response.shape[0] > 1 else 0], dtype=complex)
+
+
+def held_out_predictions(found: Examination) -> tuple[int, Prediction, Prediction]:
+    """The middle window of a set, and its prediction by base and extended model.
+
+    Both are fitted to the other windows; damping and inertia at the bit and along the string, which every window
+    has of its own, are then fitted to the held-out window by both alike. Of a single window every other frequency
+    is held out.
+    """
+    evidence = found.model.evidence
+    row = int(np.argsort(evidence.conditions.hole_depth)[evidence.windows // 2])
+    held = np.zeros(evidence.used.shape, dtype=bool)
+    held[row, :: 2 if evidence.windows == 1 else 1] = True
+
+    def predicted(start: Point, extensions: tuple[Extension, ...]) -> Prediction:
+        point = trained_without(found.model, held, start, extensions)
+        return Prediction(found.model.setup_at(point, extensions), row)
+
+    base = predicted(found.base.point, ())
+    return row, base, predicted(found.extended.point, found.extensions) if found.extensions else base
+
+
+def mean_period(series: Floats, rate: float, period: float) -> tuple[Floats, float]:
+    """Mean over the whole periods in a record, at PHASES points, and its standard error, root mean square.
+
+    Parameters
+    ----------
+    series : (samples,)
+    rate : Hz
+    period : s
+    """
+    whole = int(series.size / rate / period)
+    time = (np.arange(whole * PHASES) * period / PHASES).reshape(whole, PHASES)
+    each = np.interp(time, np.arange(series.size) / rate, series)
+    each = each - each.mean(axis=1, keepdims=True)
+    error = np.sqrt(np.mean(each.var(axis=0, ddof=1)) / whole) if whole > 1 else np.nan
+    return each.mean(axis=0), float(error)
+
+
+def in_band(series: Floats, period: float, band: tuple[float, float]) -> Floats:
+    """What of one period (PHASES,) lies within a band of frequencies (Hz)."""
+    lines = np.fft.rfft(series)
+    frequency = np.arange(lines.size) / period
+    return np.fft.irfft(np.where((frequency >= band[0]) & (frequency <= band[1]), lines, 0.0), PHASES)
+
+
+def driven(prediction: Prediction, sweep: Floats, period: float, band: tuple[float, float]) -> Floats:
+    """Speed (rad/s) over one period that a sweep (N m), both (PHASES,), drives within a band."""
+    lines = np.fft.rfft(sweep)
+    frequency = np.arange(lines.size) / period
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    speed = np.zeros_like(lines)
+    speed[inside] = lines[inside] * prediction.mobility(frequency[inside])
+    return np.fft.irfft(speed, PHASES)

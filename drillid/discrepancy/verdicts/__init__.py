@@ -1,0 +1,1 @@
+"""From evidence to verdicts: the engine, names, probabilities, intervals of depth."""

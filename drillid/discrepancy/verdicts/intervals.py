@@ -1,0 +1,245 @@
+"""Intervals whose fitted parameters leave the level of their run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from scipy.special import expit, ndtr, stdtrit
+
+from drillid.arrays import Booleans, Floats, Integers
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.detectors.pooling import evidence_of_chance
+from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
+from drillid.statistics import ONE_SIDED, TWO_SIDED
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import xarray as xr
+
+    from drillid.config.rig import Rig
+
+
+_LEAST_WINDOWS = 6
+"""Windows of one run below which there is no level to stand out of."""
+_MEDIAN_VARIANCE = np.pi / 2
+"""Variance of a Gaussian median, per that of the mean."""
+_TINY = 1e-300
+_QN = 2.2219
+"""Standard deviation of a Gaussian per lower quartile of the distances between pairs."""
+_QN_SMALL = {5: 0.844, 6: 0.611, 7: 0.857, 8: 0.669, 9: 0.872}
+_QN_EFFICIENCY, _QN_SLOWNESS = 0.8227, 6.8
+"""Of many values, and how slowly it is reached: simulated samples of n = 5 to 60 have it over 1 + 6.8/n."""
+EVIDENCE = {"damping_pull": "BHA damping", "inertia_pull": "BHA inertia"}
+
+_NAME = "regime_change"
+
+
+def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floats]:
+    """How far each window stands from the others of its run, and the chance of standing so far above them.
+
+    The level is the median of the others. Two yardsticks are taken, and the larger chance of the two counts: the
+    standard errors, as a Gaussian, and the others' own scatter, as a Student's t. So a run that is restless for a
+    reason unknown flags no more often than a quiet one, and errors that are too small do not flag at all.
+
+    For its chance a window is compared with those that stand out less, as windows of one interval would hide each
+    other, and it gets no smaller chance than those that stand out more. The first that is flagged wrongly has then
+    nothing unusual among the windows it is compared with, or too much of it.
+
+    Returns
+    -------
+    pull : deviation from all others over the larger yardstick, shape (window,); NaN in a run of too few windows
+    chance : shape (window,)
+    """
+    pulls, chances = np.full(value.shape, np.nan), np.full(value.shape, np.nan)
+    for number in np.unique(run):
+        members = np.flatnonzero((run == number) & np.isfinite(value) & np.isfinite(error))
+        if members.size < _LEAST_WINDOWS:
+            continue
+        found = np.array(
+            [_deviation(np.roll(value[members], -row), np.roll(error[members], -row)) for row in range(members.size)]
+        )
+        pulls[members] = found[:, 0] / np.maximum(1.0, found[:, 1])
+        order = members[np.argsort(-found[:, 0], kind="stable")]
+        chances[order] = _chances(value[order], error[order])
+    return pulls, chances
+
+
+def _chances(value: Floats, error: Floats) -> Floats:
+    """Chance of each of the windows of a run, which are in order from the one that stands out most."""
+    from scipy.special import ndtr, stdtr
+
+    chances = np.ones(value.size)
+    for row in range(value.size - _LEAST_WINDOWS + 1):
+        stated, scatter = _deviation(value[row:], error[row:])
+        others = value.size - row - 1
+        freedom = _QN_EFFICIENCY * others / (1 + _QN_SLOWNESS / others)
+        chances[row] = max(ndtr(-stated), stdtr(freedom, -stated / scatter))
+    return np.maximum.accumulate(chances)
+
+
+def _deviation(value: Floats, error: Floats) -> tuple[float, float]:
+    """Deviation of the first window from the others in their standard errors, and the others' scatter in theirs."""
+    others = value.size - 1
+    level = float(np.median(value[1:]))
+    variance = error[0] ** 2 + _MEDIAN_VARIANCE * np.mean(error[1:] ** 2) / others
+    scatter = _standard_deviation((value[1:] - level) / error[1:])
+    return float((value[0] - level) / np.sqrt(variance)), max(scatter, _TINY)
+
+
+def _standard_deviation(value: Floats) -> float:
+    """Of Gaussian values of which up to half are anything: Q_n of Rousseeuw and Croux (1993).
+
+    Journal of the American Statistical Association 88, 1273–1283. It is the k-th smallest distance between two
+    values, k = h (h − 1)/2 with h = ⌊n/2⌋ + 1, times a factor that makes it right in the mean.
+    """
+    size = value.size
+    half = size // 2 + 1
+    first, second = np.triu_indices(size, 1)
+    place = half * (half - 1) // 2 - 1
+    distance = np.partition(np.abs(value[first] - value[second]), place)[place]
+    return float(_QN * _QN_SMALL.get(size, size / (size + (1.4 if size % 2 else 3.8))) * distance)
+
+
+def flag(chances: list[Floats], error_rate: float) -> Booleans:
+    """Windows that stand out upwards in any track, by Holm's step-down over all windows and tracks.
+
+    The chance that a well without anything unusual has any flag is at most `error_rate`.
+    """
+    chance = np.concatenate(chances)
+    order = np.argsort(np.where(np.isfinite(chance), chance, np.inf))
+    bound = error_rate / np.arange(np.count_nonzero(np.isfinite(chance)), 0, -1)
+    passed = chance[order][: bound.size] <= bound
+    count = bound.size if passed.all() else int(np.argmin(passed))
+    flagged = np.zeros(chance.size, dtype=bool)
+    flagged[order[:count]] = True
+    return np.asarray(flagged.reshape(len(chances), -1).any(axis=0), dtype=bool)
+
+
+def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd.DataFrame:
+    """Stretches of successive flagged windows of one run, a row each, with the evidence in words."""
+    flagged = discrepancy["flagged"].values
+    starts = np.flatnonzero(flagged & ~(np.roll(flagged, 1) & (np.roll(run, 1) == run) & (np.arange(run.size) > 0)))
+    rows = []
+    for first in starts:
+        last = first
+        while last + 1 < run.size and flagged[last + 1] and run[last + 1] == run[first]:
+            last += 1
+        members = slice(first, last + 1)
+        strongest = {name: float(np.nanmax(discrepancy[name].values[members])) for name in EVIDENCE}
+        said = [
+            f"{EVIDENCE[name]} up by {pull:.1f} standard deviations" for name, pull in strongest.items() if pull > 2
+        ]
+        depth_from, depth_to = float(windows["depth_from"][first]), float(windows["depth_to"][last])
+        rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(said)))
+    return pd.DataFrame(rows, columns=["from_m", "to_m", "windows", *EVIDENCE, "evidence"])
+
+
+def runs(rig: Rig, bit_depth: Floats) -> Integers:
+    """Number of the bottom-hole assembly run that each bit depth (m) belongs to, by the tally."""
+    beginnings = sorted(collars.from_depth for collars in rig.collars)
+    return np.searchsorted(beginnings, bit_depth, side="right").astype(np.int64)
+
+
+def change_verdict(
+    tracks: Mapping[str, tuple[Floats, Floats]],
+    inside: Booleans,
+    usual: Booleans,
+    from_m: float,
+    to_m: float,
+    chance: float,
+    said: str,
+) -> Verdict:
+    """The verdict on one flagged interval.
+
+    Without a sure gain on held-out windows the change has no name and is `unknown`.
+
+    Parameters
+    ----------
+    tracks : value and standard error of damping_bha and inertia_bha in every window of the well
+    inside : the interval's windows
+    usual : the run's other windows that are not flagged
+    chance : of so clear a flag anywhere in a well without anything unusual
+    said : what stands out, in words
+    """
+    damping, error = tracks["damping_bha"]
+    there, level = _mean(damping[inside], error[inside]), _mean(damping[usual], error[usual])
+    size, deviation = there[0] - level[0], float(np.hypot(there[1], level[1]))
+    gain = held_out_gain(
+        [(value[inside], error[inside], value[usual], error[usual]) for value, error in tracks.values()]
+    )
+    named = gain.low > 0
+    return Verdict(
+        verdict=_NAME if named else UNKNOWN,
+        family=CATALOGUE[_NAME].family,
+        probability=probability(chance),
+        from_m=from_m,
+        to_m=to_m,
+        cause=_NAME if named else "",
+        size=size,
+        size_low=size - TWO_SIDED * deviation,
+        size_high=size + TWO_SIDED * deviation,
+        unit=CATALOGUE[_NAME].size.unit,
+        gain=gain.value,
+        gain_low=gain.low,
+        gain_high=gain.high,
+        held_out_windows=gain.windows,
+        what_would_separate="a caliper log, cuttings returns and downhole vibration data",
+        evidence=said,
+    )
+
+
+def probability(chance: float) -> float:
+    """Largest probability of a change that a chance supports, at even odds.
+
+    The chance stands for a Bayes factor of no more than `pooled.evidence_of_chance` says.
+    """
+    return float(expit(evidence_of_chance(chance)))
+
+
+def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Gain:
+    """Log score of each of the interval's windows from its other windows, less that from the rest of the run.
+
+    Both predict a Gaussian: the mean of their windows, with the errors of both and the scatter of the rest of the
+    run. A window that is alone has no others: its own log-likelihood ratio less one for the fitted level stands in
+    (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723), with twice its mean as variance.
+
+    Parameters
+    ----------
+    tracks : value and error inside, value and error in the rest, of each parameter
+    """
+    gains = np.sum([_gains(*track) for track in tracks], axis=0)
+    value, count = float(gains.mean()), gains.size
+    if count == 1:
+        error, held_out = np.sqrt(2 * max(value + 1, 0.5)), 0
+    else:
+        # as far as Student's t asks for so few
+        few = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
+        error, held_out = few * gains.std(ddof=1) / np.sqrt(count), count
+    return Gain(value, float(error), held_out)
+
+
+def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:
+    """Differences of log scores of one parameter, (windows of the interval,)."""
+    level = _mean(rest, rest_error)
+    scatter = max(float(np.var(rest - level[0])) - float(np.mean(rest_error**2)), 0.0)
+    usual = _log_density(value - level[0], error**2 + level[1] ** 2 + scatter)
+    if value.size == 1:
+        return np.asarray(_log_density(np.zeros(1), error**2 + scatter) - 1 - usual, dtype=float)
+    others = [_mean(np.delete(value, place), np.delete(error, place)) for place in range(value.size)]
+    mean, deviation = np.array(others).T
+    return np.asarray(_log_density(value - mean, error**2 + deviation**2 + scatter) - usual, dtype=float)
+
+
+def _log_density(deviation: Floats, variance: Floats | float) -> Floats:
+    """Of a Gaussian, up to a constant."""
+    return np.asarray(-0.5 * (deviation**2 / variance + np.log(variance)), dtype=float)
+
+
+def _mean(value: Floats, error: Floats) -> tuple[float, float]:
+    """Mean weighted by information, with its standard error."""
+    weight = error**-2.0
+    return float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5)

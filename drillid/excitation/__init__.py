@@ -1,0 +1,1 @@
+"""Torques to excite a rig with, and their design."""

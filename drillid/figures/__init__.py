@@ -1,0 +1,1 @@
+"""The figures of a well as PNG files."""

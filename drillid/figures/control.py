@@ -1,0 +1,77 @@
+"""Figures of speed control: the stick-slip map, and the bit's mobility under several controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drillid.figures.style import FLAGGED, INK, MUTED, PAPERS, STYLE, frequency_axis, save
+from drillid.physics.responses import bit_mobility, laplace
+
+if TYPE_CHECKING:
+    from drillid.control.stick_slip import StickSlipMap
+    from drillid.physics.equipment import DrillingSystem
+
+
+_COLOURS = (INK, FLAGGED, "#4f8f6b", PAPERS, MUTED)
+_RPM = 30 / np.pi
+
+
+def draw_stick_slip_map(
+    found: StickSlipMap, path: Path, simulated: Mapping[str, tuple[float, float]] | None = None, dpi: int = 150
+) -> None:
+    """Lowest stable rpm against weight on bit, one line a controller; stick-slip below the line.
+
+    Parameters
+    ----------
+    simulated : by controller's name, weight (N) and lowest stable speed (rad/s) in the time-domain simulator
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        axis = figure.subplots()
+        for colour, (name, speed) in zip(_COLOURS, found.speed.items(), strict=False):
+            label = f"{name}: vibrates at {found.frequency[name]:.2f} Hz"
+            axis.plot(found.weight / 1e3, speed * _RPM, color=colour, label=label)
+            if simulated and name in simulated:
+                weight, least = simulated[name]
+                axis.plot(weight / 1e3, least * _RPM, "o", color=colour, label="_", markerfacecolor="white")
+        axis.set(xlabel="Weight on bit [kN]", ylabel="Lowest stable speed [rpm]")
+        axis.set_ylim(bottom=0)
+        note = "; circles: time-domain simulation" if simulated else ""
+        axis.set_title(f"Stick-slip below each line{note}")
+        axis.legend()
+        save(figure, path, dpi)
+
+
+def draw_bit_mobility(
+    systems: Mapping[str, DrillingSystem], path: Path, band: tuple[float, float] = (0.05, 5.0), dpi: int = 150
+) -> None:
+    """Amplitude of bit speed per torque on the bit against frequency, one line a controller.
+
+    Parameters
+    ----------
+    systems : by controller's name; of figures (sample, 1) the first is drawn as a line, the rest as a shade
+    band : Hz
+    """
+    frequency = np.geomspace(*band, 1500)
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        axis = figure.subplots()
+        for colour, (name, system) in zip(_COLOURS, systems.items(), strict=False):
+            size = np.atleast_2d(np.abs(bit_mobility(system, laplace(frequency)))) * _RPM * 1e3
+            axis.plot(frequency, size[0], color=colour, label=name)
+            axis.fill_between(frequency, size.min(axis=0), size.max(axis=0), color=colour, alpha=0.15, linewidth=0)
+        axis.set_yscale("log")
+        frequency_axis(axis, band)
+        axis.set(ylabel="Bit speed per torque [rpm/(kN m)]")
+        axis.set_title("Bit mobility: what one kN m at the bit does to its speed")
+        axis.legend()
+        save(figure, path, dpi)

@@ -1,0 +1,167 @@
+"""What a well's figures are drawn from: its datasets, and the choice of windows to show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from drillid.arrays import Floats, Integers
+from drillid.datasets.codes import Gate
+from drillid.datasets.store import WellFolders
+from drillid.discrepancy import EVIDENCE
+from drillid.discrepancy.sets import read_verdicts
+
+if TYPE_CHECKING:
+    from drillid.config.rig import Rig
+    from drillid.config.sheets import Well
+
+
+STAND_M = 30.0
+"""m; up to so long a stretch without windows is filled from the windows beside it."""
+_LEAST_HEIGHT_M = 0.5
+"""m; height at which a window without progress is drawn."""
+_SUCCESSIVE = 6
+"""Windows shown where there is no stack, as in the paper."""
+
+
+@dataclass(frozen=True)
+class WellResults:
+    """All datasets of one well, in memory; a row of `depth` is a row of `windows`."""
+
+    name: str
+    rig: Rig
+    windows: xr.Dataset
+    spectra: xr.Dataset
+    mobility: xr.Dataset
+    stacks: xr.Dataset
+    fits: xr.Dataset
+    stack_fits: xr.Dataset
+    joint: xr.Dataset
+    discrepancy: xr.Dataset
+    examination: xr.Dataset
+    verdicts: pd.DataFrame
+    intervals: pd.DataFrame
+    depth: xr.Dataset
+    error_rate: float
+    """Share of clean wells in which an interval may be flagged."""
+
+    @staticmethod
+    def load(well: Well, folders: WellFolders, error_rate: float) -> WellResults:
+        """Read everything; the spectrograms stay lazy because one window of them is drawn."""
+        read = {
+            name: folders.read(stage, name).load()
+            for stage, name in (
+                ("windows", "windows"),
+                ("mobility", "mobility"),
+                ("mobility", "stacks"),
+                ("fits", "fits"),
+                ("fits", "stack_fits"),
+                ("fits", "joint"),
+                ("discrepancy", "discrepancy"),
+                ("discrepancy", "examination"),
+                ("depth", "depth"),
+            )
+        }
+        intervals = pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+        verdicts = read_verdicts(folders.stage("discrepancy") / "verdicts.csv")
+        spectra = folders.read("spectra", "spectra")
+        return WellResults(
+            well.name, well.rig, spectra=spectra, verdicts=verdicts, intervals=intervals, error_rate=error_rate, **read
+        )
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency that a sweep reached in any window, Hz."""
+        reached = (self.mobility["gate"] != Gate.OUTSIDE_SWEEP).any("window").values
+        frequency = self.mobility["frequency"].values
+        inside = frequency[reached] if reached.any() else frequency
+        return float(inside[0]), float(inside[-1])
+
+    @property
+    def middle(self) -> int:
+        """Row of the middle window."""
+        return self.windows.sizes["window"] // 2
+
+    def restless_level(self) -> float:
+        """Pull above which a single window is flagged: the first bound of Holm's step-down."""
+        from scipy.special import ndtri
+
+        tested = sum(int(np.isfinite(self.discrepancy[name].values).sum()) for name in EVIDENCE)
+        return float(-ndtri(self.error_rate / tested)) if tested else float("nan")
+
+
+@dataclass(frozen=True)
+class Successive:
+    """Successive windows that are shown together: their rows, and the row of their stack or None."""
+
+    rows: list[int]
+    stack: int | None
+
+
+def successive_windows(results: WellResults) -> Successive:
+    """The windows of the largest stack, of several the one nearest the middle; without a stack the middle six."""
+    total, stacks = results.windows.sizes["window"], results.stacks
+    if stacks.sizes["stack"]:
+        windows = results.windows["window"].values
+        first = np.searchsorted(windows, stacks["first_window"].values)
+        last = np.searchsorted(windows, stacks["last_window"].values)
+        off_centre = np.abs((first + last) / 2 - results.middle)
+        chosen = int(np.lexsort((off_centre, first - last))[0])
+        return Successive(list(range(int(first[chosen]), int(last[chosen]) + 1)), chosen)
+    begin = max(0, min(results.middle - _SUCCESSIVE // 2, total - _SUCCESSIVE))
+    return Successive(list(range(begin, min(begin + _SUCCESSIVE, total))), None)
+
+
+@dataclass(frozen=True)
+class DepthCells:
+    """Windows in order of depth as cells of an image; stretches without windows longer than a stand stay empty.
+
+    order : row of the window in each cell, −1 for an empty cell, shape (cell,)
+    edges : depths between the cells, shape (cell + 1,), m
+    measured : from and to of each window in order of depth, shape (window, 2), m
+    """
+
+    order: Integers
+    edges: Floats
+    measured: Floats
+
+    @staticmethod
+    def of(windows: xr.Dataset) -> DepthCells:
+        """Cells of a well's windows."""
+        extent = np.sort(np.stack([windows["depth_from"].values, windows["depth_to"].values], axis=1), axis=1)
+        centre, height = extent.mean(axis=1), np.maximum(extent[:, 1] - extent[:, 0], _LEAST_HEIGHT_M)
+        sequence = np.argsort(centre, kind="stable")
+        top, bottom = (centre - height / 2)[sequence], (centre + height / 2)[sequence]
+        order, edges = [int(sequence[0])], [float(top[0])]
+        for row in range(1, sequence.size):
+            if top[row] - bottom[row - 1] > STAND_M:
+                edges += [float(bottom[row - 1]), float(top[row])]
+                order += [-1, int(sequence[row])]
+            else:
+                edges.append(float(bottom[row - 1] + top[row]) / 2)
+                order.append(int(sequence[row]))
+        edges.append(float(bottom[-1]))
+        return DepthCells(np.array(order), np.maximum.accumulate(edges), extent[sequence])
+
+    def image(self, rows: Floats) -> np.ma.MaskedArray[tuple[int, ...], np.dtype[np.float64]]:
+        """Rows of shape (window, …) as rows of the image, empty cells and non-finite values masked."""
+        cells = np.where((self.order < 0)[:, None], np.nan, rows[self.order])
+        return np.ma.masked_invalid(cells)
+
+
+def cell_edges(points: Floats) -> Floats:
+    """Edges halfway between increasing points, shape (point + 1,)."""
+    if points.size == 1:
+        return np.array([points[0] * 0.99, points[0] * 1.01])
+    inner = (points[1:] + points[:-1]) / 2
+    return np.concatenate([[points[0] - (inner[0] - points[0])], inner, [points[-1] + (points[-1] - inner[-1])]])
+
+
+def drilled_length(rig: Rig, bit_depth: Floats) -> Floats:
+    """Pipe length by depth: bit depth less the collars of the run, shape (window,), m."""
+    collars = [rig.collars_at(float(depth)) for depth in bit_depth]
+    return np.asarray(bit_depth - np.array([run.length if run else 0.0 for run in collars]), dtype=float)

@@ -1,0 +1,185 @@
+"""Figures of base against extended model: what they leave over, a held-out window, and the reflectogram."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.colors import Normalize
+
+from drillid.datasets.codes import Gate
+from drillid.figures.data import WellResults
+from drillid.figures.style import (
+    COLOUR_BAR,
+    FLAGGED,
+    INK,
+    LEFT_OUT,
+    MUTED,
+    PAPERS,
+    SIGNED,
+    depth_axis,
+    depth_image,
+    frequency_axis,
+    new_figure,
+)
+from drillid.figures.verdicts import nothing, set_title, shown_set
+from drillid.figures.windows import MOBILITY_LABEL, degrees
+from drillid.statistics import TWO_SIDED
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+_BASE, _EXTENDED = FLAGGED, INK
+_LIMIT = 4.0
+"""Standard deviations at the ends of the residuals' colours."""
+_STRETCH = 0.25
+"""Share of the sweep's period that is drawn in time, from the middle on."""
+
+
+def model_residuals(results: WellResults) -> Figure:
+    """Real part of the whitened residuals before and after, and their mean square over frequency."""
+    figure = new_figure(results, "model_residuals", 11, 5.2)
+    axes = figure.subplots(1, 3, width_ratios=[1, 1, 0.9])
+    panels = (("residual_before", "Base model"), ("residual_after", "Extended model"))
+    if not results.examination.sizes["set"]:
+        for axis in axes:
+            nothing(axis, "nothing was examined")
+        return figure
+    frequency = results.examination["frequency"].values
+    colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
+    for axis, (name, title) in zip(axes[:2], panels, strict=True):
+        mesh = depth_image(axis, results, frequency, results.examination[name].values.real, **colours)
+        frequency_axis(axis, results.band)
+        axis.set_title(title)
+        depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[1], line=INK)
+    figure.colorbar(
+        mesh, ax=list(axes[:2]), label="Residual, real part [standard deviations]", location="bottom", **COLOUR_BAR
+    )
+    _mean_squares(axes[2], results)
+    return figure
+
+
+def _mean_squares(axis: Axes, results: WellResults) -> None:
+    """Mean over all windows of the squared residual, smoothed over a dozen frequencies; 1 where the model is right."""
+    frequency = results.examination["frequency"].values
+    axis.axhline(1, color=MUTED, linewidth=0.9)
+    looks = (("residual_before", "base model", _BASE, 1.6), ("residual_after", "extended model", _EXTENDED, 1.2))
+    for name, label, colour, width in looks:
+        power = np.abs(results.examination[name].values) ** 2 / 2
+        used = np.isfinite(power)
+        kernel = np.ones(13)
+        total = np.convolve(np.where(used, power, 0.0).sum(axis=0), kernel, "same")
+        count = np.convolve(used.sum(axis=0).astype(float), kernel, "same")
+        smooth = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
+        axis.plot(frequency, smooth, color=colour, linewidth=width, label=label)
+    frequency_axis(axis, results.band)
+    axis.set_yscale("log")
+    low, high = axis.get_ylim()
+    low, high = min(low, 0.5), max(high, 2.0)
+    axis.set_ylim(low, high)
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000) if low <= tick <= high]
+    axis.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.minorticks_off()
+    axis.set_title("Mean square of all windows")
+    axis.set_ylabel("Per noise variance [–]")
+    axis.legend(loc="upper right")
+
+
+def held_out(results: WellResults) -> Figure:
+    """A held-out window over frequency and over a stretch of its sweep's period, as both models predict it."""
+    figure = new_figure(results, "held_out", 10.5, 7.6)
+    amplitude, phase, time = figure.subplots(3, 1, height_ratios=[1.7, 1.1, 1.5])
+    phase.sharex(amplitude)
+    number = shown_set(results.examination)
+    if number is None:
+        for axis in (amplitude, phase, time):
+            nothing(axis, "nothing was examined")
+        return figure
+    one = results.examination.isel(set=number)
+    row = int(np.flatnonzero(results.windows["window"].values == int(one["held_out_window"]))[0])
+    frequency = one["frequency"].values
+    window = results.mobility.isel(window=row)
+    used = window["gate"].values == Gate.USED
+    measured = np.where(used, window["command_mobility"].values, np.nan)
+    size, margin = np.abs(measured), TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
+    bars: dict[str, Any] = {"color": PAPERS, "alpha": 0.45, "linewidth": 1.2}
+    amplitude.vlines(frequency, np.maximum(size - margin, size * 0.02), size + margin, **bars)
+    amplitude.plot(frequency, size, ".", color=MUTED, markersize=3, label="measured, with 95 % bands")
+    phase.plot(frequency, degrees(measured), ".", color=MUTED, markersize=3)
+    for name, label, colour, width in _predictions(one, "held_out"):
+        line: dict[str, Any] = {"color": colour, "linewidth": width, "label": label}
+        amplitude.plot(frequency, np.abs(one[name].values), **line)
+        phase.plot(frequency, degrees(one[name].values), **line)
+    frequency_axis(amplitude, results.band, label=False)
+    finite = size[np.isfinite(size)]
+    amplitude.set_yscale("log")
+    amplitude.set_ylim(float(np.percentile(finite, 0.3)) / 1.5, float(finite.max()) * 1.5)
+    amplitude.set_ylabel(f"Command m{MOBILITY_LABEL[1:]}")
+    depth = float(results.windows["hole_depth"][row])
+    amplitude.set_title(f"{set_title(results.examination, number)}; held out: the window at {depth:.1f} m")
+    amplitude.legend(loc="best")
+    phase.set_ylabel("Phase [°]")
+    phase.set_xlabel("Frequency [Hz]")
+    _in_time(time, one)
+    return figure
+
+
+def _predictions(one: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]]:
+    """Variables with labels, colours and widths; one line where no cause extends the model."""
+    extended = not np.array_equal(one[f"{stem}_base"].values, one[f"{stem}_extended"].values, equal_nan=True)
+    base = (f"{stem}_base", "base model of the other windows", _BASE, 1.6)
+    return [base, (f"{stem}_extended", "extended model of the other windows", _EXTENDED, 1.2)][: 1 + extended]
+
+
+def _in_time(axis: Axes, one: xr.Dataset) -> None:
+    """The stretch of the period in which the sweep moves the top drive most."""
+    axis.set_xlabel("Time in the sweep [s]")
+    axis.set_ylabel("Top-drive speed\nless its mean [rad/s]")
+    time, speed = one["period_time"].values, one["period_speed"].values
+    if not np.isfinite(time).all():
+        nothing(axis, "the sweep does not repeat itself")
+        return
+    length = int(_STRETCH * time.size)
+    power = np.convolve(speed**2, np.ones(length), "valid")
+    first = int(np.argmax(power))
+    chosen = slice(first, first + length)
+    margin = TWO_SIDED * float(one["period_error"])
+    if np.isfinite(margin):
+        axis.fill_between(
+            time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=PAPERS, alpha=0.35, linewidth=0
+        )
+    axis.plot(time[chosen], speed[chosen], color=MUTED, linewidth=1.0, label="measured, mean of the periods")
+    for name, label, colour, width in _predictions(one, "period"):
+        error = float(np.sqrt(np.mean((speed - one[name].values) ** 2)))
+        words = f"{label.split(' of ')[0]}, error {1e3 * error:.1f} mrad/s rms"
+        axis.plot(time[chosen], one[name].values[chosen], color=colour, linewidth=width, label=words)
+    axis.legend(loc="best", ncols=3)
+
+
+def reflectogram(results: WellResults) -> Figure:
+    """Measured less modelled reflection against distance along the string, before and after."""
+    figure = new_figure(results, "reflectogram", 10, 3.6)
+    axis = figure.subplots()
+    axis.set_xlabel("Distance along the string from its top [m]")
+    axis.set_ylabel("Reflection that the\nmodel lacks [–]")
+    number = shown_set(results.examination)
+    if number is None:
+        nothing(axis, "nothing was examined")
+        return figure
+    one = results.examination.isel(set=number)
+    distance, level = one["distance"].values, one["reflection_level"].values
+    axis.fill_between(distance, -level, level, color=LEFT_OUT, alpha=0.7, linewidth=0, label="noise")
+    before, after = one["reflection_before"].values, one["reflection_after"].values
+    axis.plot(distance, before, color=_BASE, linewidth=1.6, label="base model")
+    if not np.array_equal(before, after):
+        axis.plot(distance, after, color=_EXTENDED, label="extended model")
+    rows = results.examination["window_set"].values == number
+    ends = results.windows["bit_depth"].values[rows]
+    axis.axvspan(float(ends.min()), float(ends.max()), color=PAPERS, alpha=0.3, linewidth=0, label="bit")
+    axis.set_xlim(0, distance[-1])
+    axis.set_title(set_title(results.examination, number))
+    axis.legend(loc="upper right", ncols=2)
+    return figure

@@ -1,0 +1,203 @@
+"""One look for all figures: fonts, colours, headings, depth axes and the marks of what is known about the well."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import blended_transform_factory
+
+from drillid.arrays import Floats
+from drillid.figures.captions import FIGURES
+from drillid.figures.data import DepthCells, WellResults, cell_edges
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
+
+
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.edgecolor": "#5b6670",
+    "axes.labelcolor": "#26323c",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "text.color": "#26323c",
+    "xtick.color": "#5b6670",
+    "ytick.color": "#5b6670",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e8eb",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.2,
+    "figure.facecolor": "white",
+}
+INK, MUTED, FLAGGED, PAPERS, REFUSED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
+"""Colours of values, secondary marks, flagged intervals, the rig's papers, and fits not accepted."""
+JOINT, CHANGE = "#00806b", "#c2416c"
+"""Colours of tracks from all windows together, and of depths where one jumps."""
+LEFT_OUT = "#d5d9dc"
+"""Background of images: where nothing was measured or the gate left it out."""
+AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"
+COLOUR_BAR: dict[str, Any] = {"extend": "both", "aspect": 32, "shrink": 0.92, "pad": 0.02}
+ROOM = 0.012
+"""Share of the depths left above and below markers, so that the outermost are whole."""
+
+_HEADING_HEIGHT = 0.3
+_CAPTION_LINE_HEIGHT = 0.165
+_LABEL_SPACING = 0.034
+"""Least distance of labels beside an axis, as a share of its height."""
+
+
+def new_figure(results: WellResults, name: str, width: float, height: float) -> Figure:
+    """A figure with the well's name and the figure's title and caption above its axes; sizes in inches."""
+    text = FIGURES[name]
+    lines = textwrap.wrap(text.caption, int(width * 15.5))
+    heading = _HEADING_HEIGHT + _CAPTION_LINE_HEIGHT * len(lines) + 0.08
+    total = height + heading
+    figure = Figure(figsize=(width, total), layout="constrained")
+    FigureCanvasAgg(figure)
+    engine = figure.get_layout_engine()
+    assert isinstance(engine, ConstrainedLayoutEngine)
+    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)
+    figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
+    below = 1 - _HEADING_HEIGHT / total
+    figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
+    return figure
+
+
+def save(figure: Figure, path: Path, dpi: int) -> None:
+    """Write a PNG that depends on its content alone."""
+    figure.savefig(path, dpi=dpi, metadata={"Software": None}, pil_kwargs={"optimize": True})
+
+
+def depth_axis(
+    axis: Axes,
+    results: WellResults,
+    *,
+    label: bool = True,
+    labels: bool = True,
+    room: float = 0.0,
+    shaded: bool = False,
+    line: str = MUTED,
+) -> None:
+    """Depth downwards over all windows, with the measured stretches as bars at the left edge and the well's marks.
+
+    Parameters
+    ----------
+    label, labels : name the axis; tell the marks beside it
+    room : share of the depths left above and below
+    shaded, line : flagged intervals as shades rather than bars; colour of boundaries
+    """
+    cells = DepthCells.of(results.windows)
+    margin = room * float(cells.edges[-1] - cells.edges[0])
+    axis.set_ylim(cells.edges[-1] + margin, cells.edges[0] - margin)
+    if label:
+        axis.set_ylabel("Measured depth [m]")
+    beside = blended_transform_factory(axis.transAxes, axis.transData)
+    start, end = cells.measured.T
+    axis.vlines(np.full(start.size, -0.008), start, end, INK, linewidth=2.5, transform=beside, clip_on=False)
+    marks = well_marks(results, cells.edges[0], cells.edges[-1])
+    _draw_marks(axis, marks, shaded=shaded, line=line)
+    if labels:
+        _label_marks(axis, marks)
+
+
+def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, **colours: Any) -> QuadMesh:
+    """Rows (window, point) as an image over the points and the depths of the windows; grey where there is nothing."""
+    cells = DepthCells.of(results.windows)
+    axis.set_facecolor(LEFT_OUT)
+    mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), **colours)
+    axis.grid(False)
+    return mesh
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A depth with something to say about it: a boundary, or an interval down to `until`; m."""
+
+    depth: float
+    text: str
+    until: float | None = None
+    line: bool = True
+    """False for what began above and only needs its label."""
+
+
+def well_marks(results: WellResults, shallowest: float, deepest: float) -> list[Mark]:
+    """Hole sections and assembly runs that begin in the drawn depths or just before them, and flagged intervals."""
+    beginnings: dict[float, list[str]] = {}
+    for begin, text in [
+        *((section.from_depth, f"{section.diameter} hole") for section in results.rig.hole_sections),
+        *(
+            (run.from_depth, f"{run.length:.0f} m collars\nOD {run.outer_diameter * 1e3:.0f} mm")
+            for run in results.rig.collars
+        ),
+    ]:
+        beginnings.setdefault(begin, []).append(text)
+    above = [begin for begin in beginnings if begin <= shallowest]
+    marks = [Mark(begin, "\n".join(texts)) for begin, texts in beginnings.items() if shallowest < begin < deepest]
+    if above:
+        latest: dict[bool, str] = {}
+        for begin in sorted(above):
+            latest |= {text.endswith("hole"): text for text in beginnings[begin]}
+        marks.append(Mark(shallowest, "\n".join(text for _, text in sorted(latest.items(), reverse=True)), line=False))
+    for begin, end in results.intervals[["from_m", "to_m"]].to_numpy(dtype=float):
+        marks.append(Mark(float(begin), f"flagged\n{begin:.0f}–{end:.0f} m", float(end)))
+    return sorted(marks, key=lambda mark: mark.depth)
+
+
+def _draw_marks(axis: Axes, marks: list[Mark], *, shaded: bool, line: str) -> None:
+    """Boundaries as dashed lines; flagged intervals shaded, or as a bar at the right edge of an image."""
+    beside = blended_transform_factory(axis.transAxes, axis.transData)
+    for mark in marks:
+        if mark.until is None:
+            if mark.line:
+                axis.axhline(mark.depth, color=line, linewidth=0.9, linestyle=(0, (5, 3)))
+        elif shaded:
+            axis.axhspan(mark.depth, mark.until, color=FLAGGED, alpha=0.22, linewidth=0)
+        else:
+            axis.vlines(1.012, mark.depth, mark.until, FLAGGED, linewidth=4, transform=beside, clip_on=False)
+            axis.hlines([mark.depth, mark.until], 0, 1, FLAGGED, linewidth=0.9, transform=beside)
+
+
+def _label_marks(axis: Axes, marks: list[Mark]) -> None:
+    """Texts to the right of the axis, moved down where they would cover each other."""
+    bottom, top = axis.get_ylim()
+    lowest = -1.0
+    for mark in marks:
+        rows = mark.text.count("\n") + 1
+        place = (mark.depth - top) / (bottom - top)
+        if mark.until is not None:
+            place = ((mark.depth + mark.until) / 2 - top) / (bottom - top) - rows * _LABEL_SPACING / 2
+        place = max(place, lowest)
+        lowest = place + rows * _LABEL_SPACING + 0.01
+        colour = MUTED if mark.until is None else "#a85a0c"
+        axis.annotate(
+            mark.text, (1.0, 1 - place), (8, 0), "axes fraction", "offset points", va="top", color=colour, size=8
+        )
+
+
+def frequency_axis(axis: Axes, band: tuple[float, float], *, label: bool = True) -> None:
+    """Logarithmic frequency with plain numbers."""
+    axis.set_xscale("log")
+    axis.set_xlim(*band)
+    ticks = [tick for tick in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if band[0] <= tick <= band[1]]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.minorticks_off()
+    if label:
+        axis.set_xlabel("Frequency [Hz]")

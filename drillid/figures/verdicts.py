@@ -1,0 +1,187 @@
+"""Figures of the verdicts: where they hold, the evidence for every cause, which causes can be told apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.colors import LogNorm
+
+from drillid.arrays import Floats
+from drillid.figures.data import WellResults
+from drillid.figures.style import COLOUR_BAR, FLAGGED, INK, LEFT_OUT, MUTED, PAPERS, ROOM, depth_axis, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+_NAMED, _UNKNOWN = "#c2416c", "#7d5ba6"
+"""Colours of named causes and of what is unknown."""
+_WORDS_WIDTH = 22
+_LEAST_SHOWN = -10.0
+"""Evidence below is drawn here: it tells against the cause clearly enough."""
+_LINEAR_ABOVE = 10.0
+"""The evidence axis is linear up to here and logarithmic beyond."""
+
+
+def verdict_colour(verdict: str) -> str:
+    """Grey for none, else by whether it has a name."""
+    return {"none": MUTED, "unknown": _UNKNOWN}.get(verdict, _NAMED)
+
+
+def nothing(axis: Axes, words: str) -> None:
+    """A remark in place of a drawing."""
+    axis.grid(False)
+    axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=MUTED)
+
+
+def shown_set(examination: xr.Dataset) -> int | None:
+    """The set that a figure of one set shows: with a cause in its model, the least chance, the most windows."""
+    if not examination.sizes["set"]:
+        return None
+    sets = examination["set"].values
+    extended = np.isin(sets, examination["extension_set"].values)
+    windows = np.array([np.count_nonzero(examination["window_set"].values == number) for number in sets])
+    return int(np.lexsort((-windows, examination["chance_before"].values, ~extended))[0])
+
+
+def set_title(examination: xr.Dataset, number: int) -> str:
+    """Depths and verdict of a set."""
+    one = examination.isel(set=number)
+    said = str(one["verdict"].values).replace("|", " or ").replace("_", " ")
+    return f"{float(one['from_m']):.0f}–{float(one['to_m']):.0f} m: {said}"
+
+
+def verdicts(results: WellResults) -> Figure:
+    """Every verdict over its depths, with its probability and its gain."""
+    figure = new_figure(results, "verdicts", 11, 5.6)
+    track, probability, gain = figure.subplots(1, 3, sharey=True, width_ratios=[2.2, 1, 1.2])
+    lanes: list[float] = []
+    for row in results.verdicts.to_dict("records"):
+        lane = next((number for number, end in enumerate(lanes) if row["from_m"] >= end), len(lanes))
+        lanes[lane : lane + 1] = [row["to_m"]]
+        _draw_verdict((track, probability, gain), row, lane)
+    track.set_xlim(-0.1, max(len(lanes), 2) + 0.1)
+    track.set_xticks([])
+    track.set_xlabel("Verdicts side by side where they overlap [–]")
+    probability.set_xlim(-0.03, 1.03)
+    probability.set_xlabel("Probability [–]")
+    gain.axvline(0, color=MUTED, linewidth=0.9)
+    gain.set_xscale("symlog", linthresh=1.0)
+    gain.set_xlabel("Gain on a held-out window\n[units of log-likelihood]")
+    for axis in (track, probability, gain):
+        depth_axis(axis, results, label=axis is track, labels=axis is gain, room=ROOM)
+    if not len(results.verdicts):
+        nothing(track, "no window has a fit,\nso nothing was examined")
+    return figure
+
+
+def _draw_verdict(axes: tuple[Axes, Axes, Axes], row: dict[Any, Any], lane: int) -> None:
+    track, probability, gain = axes
+    colour, middle = verdict_colour(row["verdict"]), (row["from_m"] + row["to_m"]) / 2
+    height = max(row["to_m"] - row["from_m"], 0.5)
+    bar: dict[str, Any] = {"color": colour, "alpha": 0.25 if row["verdict"] == "none" else 0.75, "linewidth": 0}
+    track.bar(lane + 0.06, height, width=0.1, bottom=row["from_m"], align="center", **bar)
+    words = row["verdict"].replace("|", "\nor ").replace("_", " ")
+    if np.isfinite(row["location_m"]):
+        words += f"\nat {row['location_m']:.0f} m"
+    note: dict[str, Any] = {"va": "center", "size": 8, "color": colour}
+    track.text(lane + 0.16, middle, words, **note)
+    ends = [row["from_m"], row["to_m"]]
+    probability.plot([row["probability"]] * 2, ends, color=colour, linewidth=3, solid_capstyle="butt")
+    probability.plot(row["probability"], middle, "o", color=colour, markersize=5)
+    if np.isfinite(row["gain"]):
+        low, high = (row[name] if np.isfinite(row[name]) else row["gain"] for name in ("gain_low", "gain_high"))
+        gain.hlines(middle, low, high, colour, linewidth=1.5)
+        gain.plot(row["gain"], middle, "o", color=colour, markersize=5)
+
+
+def evidence(results: WellResults) -> Figure:
+    """Log Bayes factors of all causes and of unknown disturbances, a panel for each set."""
+    examination = results.examination
+    sets = examination.sizes["set"]
+    figure = new_figure(results, "evidence", 5.6 * min(max(sets, 2), 3), 7.6)
+    axes = np.atleast_1d(figure.subplots(1, max(sets, 1), sharey=True))
+    for number, axis in enumerate(axes):
+        axis.set_xlabel("Log Bayes factor against the model without it [–]")
+        if number < sets:
+            _evidence_bars(axis, examination.isel(set=number))
+            axis.set_title(set_title(examination, number))
+        else:
+            nothing(axis, "nothing was examined")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _evidence_bars(axis: Axes, one: xr.Dataset) -> None:
+    """Linear evidence and that of signs beside each other; a dash where a cause has none."""
+    names = [str(name) for name in one["cause"].values] + [f"unknown: {port}" for port in one["port"].values]
+    place = np.arange(len(names))[::-1]
+    linear = np.concatenate([one["log_evidence"].values, one["unknown_evidence"].values])
+    signs = np.concatenate([one["sign_log_evidence"].values, np.full(one.sizes["port"], np.nan)])
+    for values, shift, colour, label in (
+        (linear, 0.19, INK, "linear responses"),
+        (signs, -0.19, FLAGGED, "signs in the records"),
+    ):
+        known = np.isfinite(values)
+        length = np.maximum(values[known], _LEAST_SHOWN)
+        axis.barh(place[known] + shift, length, height=0.36, color=colour, label=label)
+    axis.axvline(0, color=MUTED, linewidth=0.9)
+    axis.set_xscale("symlog", linthresh=_LINEAR_ABOVE)
+    largest = float(np.nanmax(np.concatenate([linear, signs, [1.0]])))
+    ticks = [tick for tick in (-10, -5, 0, 5, 10, 100, 1000, 10_000, 100_000) if tick <= max(10, 2 * largest)]
+    axis.set_xticks(ticks, [f"{tick:,}".replace(",", "\u202f").replace("-", "−") for tick in ticks])
+    axis.set_xlim(_LEAST_SHOWN - 1, max(11.0, 1.6 * largest))
+    axis.minorticks_off()
+    axis.set_yticks(place, [name.replace("_", " ") for name in names], size=7.5)
+    axis.set_ylim(-0.7, len(names) - 0.3)
+
+
+def distinguishability(results: WellResults) -> Figure:
+    """How far each linear cause stays from the best that another can do, and the smallest size that shows."""
+    figure = new_figure(results, "distinguishability", 11, 7.0)
+    matrix, sizes = figure.subplots(1, 2, width_ratios=[1.55, 1])
+    number = shown_set(results.examination)
+    if number is None:
+        nothing(matrix, "nothing was examined")
+        nothing(sizes, "nothing was examined")
+        return figure
+    one = results.examination.isel(set=number)
+    rows = np.flatnonzero(np.isfinite(one["typical_size"].values))
+    names = [str(name).replace("_", " ") for name in one["cause"].values[rows]]
+    distance = one["separation"].values[np.ix_(rows, rows)].copy()
+    np.fill_diagonal(distance, np.nan)
+    matrix.set_facecolor(LEFT_OUT)
+    mesh = matrix.pcolormesh(np.ma.masked_invalid(np.maximum(distance, 0.1)), cmap="viridis", norm=LogNorm(0.1, 100))
+    figure.colorbar(mesh, ax=matrix, label="Distance [standard deviations]", **COLOUR_BAR)
+    for (down, across), value in np.ndenumerate(distance):
+        if np.isfinite(value):
+            text = f"{value:.0f}" if value >= 9.5 else f"{value:.1f}"
+            shade = "white" if value < 4 else INK
+            matrix.text(across + 0.5, down + 0.5, text, ha="center", va="center", size=5.5, color=shade)
+    middle = np.arange(len(rows)) + 0.5
+    matrix.set_xticks(middle, names, rotation=90, size=7.5)
+    matrix.set_yticks(middle, names, size=7.5)
+    matrix.invert_yaxis()
+    matrix.grid(False)
+    matrix.set_title(f"{set_title(results.examination, number)}")
+    matrix.set_xlabel("taken for [–]")
+    _smallest_sizes(sizes, one["smallest_detectable"].values[rows] / one["typical_size"].values[rows], names)
+    return figure
+
+
+def _smallest_sizes(axis: Axes, ratio: Floats, names: list[str]) -> None:
+    place = np.arange(len(names))
+    drawn = np.clip(ratio, 1e-3, 1e3)
+    axis.hlines(place, 1e-3, drawn, INK, linewidth=0.9, alpha=0.5)
+    axis.plot(drawn, place, "o", color=INK, markersize=4.5)
+    axis.axvline(1, color=PAPERS, linewidth=1.6)
+    axis.set_xscale("log")
+    axis.set_xlim(1e-3, 1.5e3)
+    axis.set_yticks(place, names, size=7.5)
+    axis.set_ylim(len(names) - 0.4, -0.6)
+    axis.set_title("Smallest size that shows")
+    axis.set_xlabel("Three standard deviations per usual size [–]")

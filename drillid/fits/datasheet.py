@@ -1,0 +1,114 @@
+"""What data sheets and tally say about a rig, as fits take it: given equipment, priors, the controller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from drillid.arrays import Floats
+from drillid.datasets.store import Problem
+from drillid.errors import EstimationError
+from drillid.fits.window_fit import Prior
+from drillid.physics.eight_parameters import KnownEquipment
+from drillid.physics.equipment import Controller, polar_moment
+from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT
+from drillid.physics.responses import laplace
+
+if TYPE_CHECKING:
+    from drillid.config.rig import Rig
+
+_CONTRADICTION = 4.0
+"""Standard deviations between log and papers that tolerances do not explain."""
+
+
+def known_equipment(rig: Rig, controller: Controller, bit_depth: float) -> KnownEquipment:
+    """Controller and the tally's collars with the bit at `bit_depth` (m)."""
+    collars = rig.collars_at(bit_depth)
+    if collars is None:
+        return KnownEquipment(controller)
+    return KnownEquipment(controller, collars.length, polar_moment(collars.outer_diameter, collars.inner_diameter))
+
+
+def knowledge(rig: Rig, bit_depth: float) -> Prior:
+    """What the rig's papers say about the parameters with the bit at `bit_depth` (m)."""
+    prior = Prior.silent()
+    if rig.drive_delay:
+        prior.value[DELAY], prior.error[DELAY] = rig.drive_delay.value, rig.drive_delay.tolerance
+    if rig.top_drive_inertia:
+        inertia = rig.top_drive_inertia
+        prior.value[INERTIA_TD], prior.error[INERTIA_TD] = inertia.value, inertia.relative * inertia.value
+    if rig.pipe:
+        moment = polar_moment(rig.pipe.outer_diameter, rig.pipe.inner_diameter)
+        prior.value[POLAR_MOMENT], prior.error[POLAR_MOMENT] = moment, rig.pipe.relative * moment
+        collars = rig.collars_at(bit_depth)
+        length = bit_depth - (collars.length if collars else 0.0)
+        prior.value[LENGTH], prior.error[LENGTH] = length, rig.pipe.length_relative * length
+    return prior
+
+
+def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
+    """The controller on the rig's papers or, where they are silent, P and I read from the logged torque command.
+
+    Raises
+    ------
+    EstimationError
+        If the torque command is not logged either.
+    """
+    if rig.controller:
+        told = rig.controller
+        return Controller(told.proportional, told.integral, told.speed_filter, told.torque_filter)
+    gains = logged_gains(spectra, Controller(0.0))
+    if not gains.size:
+        raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
+    proportional, integral = np.median(gains, axis=0)
+    return Controller(float(proportional), float(integral))
+
+
+def stored_controller(fits: xr.Dataset) -> Controller:
+    """The controller that the fits took as given."""
+    prefix = "controller_"
+    return Controller(
+        **{str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)}
+    )
+
+
+def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
+    """P (N m s/rad) and I (N m/rad) of each window that logs the torque command, shape (windows with it, 2).
+
+    The command less the sweep is −A H times the speed, without noise, whatever the string does:
+    P + I/s is fitted to it by least squares, with the filters taken as given.
+    """
+    s = laplace(spectra["frequency"].values)
+    taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
+    unfiltered = taken_back.values * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
+    weight = np.abs(spectra["cross_speed"].values)
+    design = np.stack([np.ones_like(s), 1 / s], axis=1) * weight[..., None]
+    rows = np.concatenate([design.real, design.imag], axis=-2)
+    target = np.concatenate([(unfiltered * weight).real, (unfiltered * weight).imag], axis=-1)
+    logged = np.isfinite(target).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
+    gains: Floats = np.matvec(np.linalg.pinv(rows[logged]), target[logged])
+    return gains
+
+
+def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
+    """A row where the logged torque command shows other gains than the papers, beyond their tolerance."""
+    if rig.controller is None:
+        return []
+    told = np.array([rig.controller.proportional, rig.controller.integral])
+    gains = logged_gains(spectra, speed_controller(rig, spectra))
+    if not gains.size:
+        return []
+    found = np.median(gains, axis=0)
+    error = np.hypot(rig.controller.relative * told, np.std(gains, axis=0) / np.sqrt(len(gains)))
+    if np.all(np.abs(found - told) <= _CONTRADICTION * error):
+        return []
+    return [
+        Problem(
+            f"rig {rig.name}, controller",
+            f"the logged command answers the speed with P {found[0]:.4g} N m s/rad and I {found[1]:.4g} N m/rad, "
+            f"the papers say {told[0]:.4g} and {told[1]:.4g}",
+            "Check sign and unit of the sweep, then the gains in the rig description, then for filters in the control",
+        )
+    ]

@@ -1,0 +1,113 @@
+"""The likelihood of a measured mobility under the eight-parameter model, with its derivatives, compiled."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.compiled import compiler
+from drillid.physics.kernel import BLOCK, OPTIONS, SIZE, WIDTH, Line, tabulate
+
+compiled = compiler("physics", "fits", **OPTIONS)
+_DELTA = 1
+
+
+class Data(NamedTuple):
+    """Measured mobility and prior knowledge."""
+
+    line: Line
+    mobility: Complex
+    """rad/(N m s), (frequency,)."""
+    variance: Floats
+    """Of the complex mobility, (frequency,)."""
+    freedom: Floats
+    """Complex degrees of freedom of the variance, (frequency,)."""
+    prior_value: Floats
+    """Scaled, (8,)."""
+    prior_weight: Floats
+    """One over the scaled uncertainty, (8,); 0 where nothing is known."""
+    scales: Floats
+    """Parameters in SI per scaled parameter, (8,); internal damping is scaled to a logarithm."""
+
+
+@compiled
+def from_scaled(scaled: Floats, scales: Floats, values: Floats, slopes: Floats) -> None:
+    """Parameters in SI and their derivatives to the scaled ones, (8,)."""
+    for i in range(SIZE):
+        values[i] = scaled[i] * scales[i]
+        slopes[i] = scales[i]
+    values[_DELTA] = slopes[_DELTA] = scales[_DELTA] * math.exp(scaled[_DELTA])
+
+
+@compiled
+def curvature(scaled: Floats, data: Data, robust: bool, gradient: Floats, hessian: Floats) -> float:
+    """Cost, with its gradient (8,) and Gauss–Newton Hessian (8, 8), in scaled parameters.
+
+    An error e over an estimated variance v with ν degrees of freedom has the likelihood of Student's t,
+    (ν + 1) ln(1 + |e|²/(ν v)), with the expected information (ν + 1)/(ν + 2)/v; that is `robust`. Far from the
+    optimum this flattens out, so searches use |e|² (ν − 1)/(ν v) in its place. The prior's pulls are added.
+    """
+    values, slopes = np.empty(SIZE), np.empty(SIZE)
+    from_scaled(scaled, data.scales, values, slopes)
+    table, weights = np.empty(WIDTH * BLOCK), np.empty(BLOCK)
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    cost = 0.0
+    for block in range(data.line.given.shape[0]):
+        first = BLOCK * block
+        size = min(BLOCK, data.line.frequencies - first)
+        tabulate(values, data.line, block, table)
+        cost += _weigh(data, first, size, robust, table, weights)
+        _accumulate(table, size, gradient, hessian)
+    for i in range(SIZE):
+        pull = (scaled[i] - data.prior_value[i]) * data.prior_weight[i]
+        gradient[i] = gradient[i] * slopes[i] + pull * data.prior_weight[i]
+        cost += 0.5 * pull * pull
+        for j in range(i + 1):
+            hessian[i, j] *= slopes[i] * slopes[j]
+            hessian[j, i] = hessian[i, j]
+        hessian[i, i] += data.prior_weight[i] ** 2
+    return cost
+
+
+@compiled
+def _weigh(data: Data, first: int, size: int, robust: bool, table: Floats, weights: Floats) -> float:
+    """Turn the table's mobility into the error and weight all of it; returns the cost."""
+    cost = 0.0
+    for j in range(size):
+        k = first + j
+        freedom, variance = data.freedom[k], data.variance[k]
+        real, imaginary = table[j] - data.mobility[k].real, table[BLOCK + j] - data.mobility[k].imag
+        square = real * real + imaginary * imaginary
+        if robust:
+            weight = math.sqrt(2.0 * (freedom + 1.0) / ((freedom + 2.0) * variance))
+            ratio = square / (freedom * variance)
+            pull = weight * (freedom + 2.0) / (freedom * (1.0 + ratio))
+            cost += (freedom + 1.0) * math.log1p(ratio)
+        else:
+            informed = max(freedom - 1.0, 0.1) / (freedom * variance)
+            weight = pull = math.sqrt(2.0 * informed)
+            cost += square * informed
+        table[j], table[BLOCK + j] = pull * real, pull * imaginary
+        weights[j] = weight
+    for i in range(2, WIDTH):
+        for j in range(size):
+            table[i * BLOCK + j] *= weights[j]
+    return cost
+
+
+@compiled
+def _accumulate(table: Floats, size: int, gradient: Floats, hessian: Floats) -> None:
+    """Add Jᵀe and the lower triangle of JᵀJ."""
+    for i in range(1, SIZE + 1):
+        for j in range(i + 1):
+            total = 0.0
+            for part in range(2):
+                left, right = (2 * i + part) * BLOCK, (2 * j + part) * BLOCK
+                for k in range(size):
+                    total += table[left + k] * table[right + k]
+            if j == 0:
+                gradient[i - 1] += total
+            else:
+                hessian[i - 1, j - 1] += total

@@ -1,0 +1,98 @@
+"""Command mobilities → fits of the paper's eight-parameter model, window by window and for stacks (table 1)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from drillid.arrays import Floats
+from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.fits.datasheet import contradicted_controller, knowledge, known_equipment, speed_controller
+from drillid.fits.joint.dataset import joint_dataset
+from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
+from drillid.physics.equipment import Controller
+from drillid.physics.parameters import PARAMETERS
+
+if TYPE_CHECKING:
+    from drillid.config.rig import Rig
+    from drillid.config.settings import FitsSettings, Settings
+    from drillid.config.sheets import Well
+
+_REMEDY = "See its residuals; the other windows stand"
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """Fits of all windows and stacks of a well."""
+    spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
+    mobility, stacks = folders.read("mobility", "mobility").load(), folders.read("mobility", "stacks").load()
+    bit_depth = folders.read("windows", "windows")["bit_depth"].values
+    controller = speed_controller(well.rig, spectra)
+    rows = measured_rows(mobility)
+    fits = _fit_rows(rows, bit_depth, well.rig, controller, settings.fits, "window")
+    fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
+    gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
+    folders.write("fits", "fits", fits, **gains)
+    known = [known_equipment(well.rig, controller, depth) for depth in bit_depth]
+    papers = knowledge(well.rig, float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
+    joint, contradictions = joint_dataset(rows, known, bit_depth, papers, fits, settings.fits)
+    folders.write("fits", "joint", joint)
+    stack_depth = stacks["hole_depth"].values
+    stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
+    coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
+    folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
+    refused = [
+        Problem(window_place(fits, row), reason, _REMEDY)
+        for row, reason in enumerate(fits["reason"].values.tolist())
+        if reason
+    ]
+    refused += [
+        Problem(f"stack of windows {int(first)} to {int(last)}", reason, _REMEDY)
+        for first, last, reason in zip(
+            stacks["first_window"].values,
+            stacks["last_window"].values,
+            stack_fits["reason"].values.tolist(),
+            strict=True,
+        )
+        if reason
+    ]
+    return [*contradicted_controller(well.rig, spectra), *refused, *contradictions]
+
+
+def _fit_rows(
+    rows: list[Measured], bit_depth: Floats, rig: Rig, controller: Controller, settings: FitsSettings, dimension: str
+) -> xr.Dataset:
+    """Fits of measured mobilities, one at each bit depth."""
+    priors = [knowledge(rig, depth) if settings.use_knowledge else Prior.silent() for depth in bit_depth]
+    fits = [
+        fit(measured, known_equipment(rig, controller, depth), prior, settings)
+        for measured, depth, prior in zip(rows, bit_depth, priors, strict=True)
+    ]
+    size = len(PARAMETERS)
+    columns = {
+        "value": [result.value for result in fits],
+        "standard_error": [result.error for result in fits],
+        "interval_lower": [result.lower for result in fits],
+        "interval_upper": [result.upper for result in fits],
+        "status": [result.status for result in fits],
+        "at_bound": [result.at_bound for result in fits],
+        "prior": [prior.value for prior in priors],
+        "prior_error": [prior.error for prior in priors],
+    }
+    scalars = {
+        "chi2_per_dof": [result.chi2_per_dof for result in fits],
+        "residual_dof": [result.residual_dof for result in fits],
+        "mismatch": [result.mismatch for result in fits],
+        "fit_probability": [result.probability for result in fits],
+        "accepted": np.array([result.accepted for result in fits], dtype=bool),
+        "reason": np.array([result.reason for result in fits], dtype=object),
+    }
+    correlation = np.array([result.correlation for result in fits]).reshape(-1, size, size)
+    return xr.Dataset(
+        {name: ((dimension, "parameter"), np.array(values).reshape(-1, size)) for name, values in columns.items()}
+        | {name: (dimension, np.asarray(values)) for name, values in scalars.items()}
+        | {"correlation": ((dimension, "parameter", "parameter_"), correlation)},
+        {"parameter": list(PARAMETERS), "parameter_": list(PARAMETERS)},
+    )

@@ -1,0 +1,294 @@
+"""One measured mobility → the eight parameters of the transmission line, their errors and correlations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.arrays import Array, Booleans, Complex, Floats
+from drillid.datasets.codes import Gate, Knowledge
+from drillid.fits.intervals import QUANTILE, intervals
+from drillid.fits.likelihood import Data, curvature
+from drillid.fits.search import from_scaled, starting_points, thin, to_scaled
+from drillid.fits.solver import follow
+from drillid.mobility.stacks import sharing
+from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, compiled_line
+from drillid.physics.parameters import BOUNDS, DELTA, INERTIA_TD, LENGTH, PARAMETERS, POLAR_MOMENT, SCALES, USUAL
+from drillid.physics.responses import laplace
+from drillid.statistics import expected_ratio, sum_of_ratios_probability
+
+if TYPE_CHECKING:
+    from drillid.config.settings import FitsSettings
+
+
+_NEAR_BOUND = 0.01
+"""Standard errors from a physical bound below which a value counts as at the bound."""
+_USUAL_FACTOR = 3.0
+"""Factor within which internal damping lies about its usual size, at one standard deviation."""
+_FARTHEST_FACTOR = 30.0
+"""Factor about its usual size within which an interval of internal damping is looked for."""
+_LEAST_FREQUENCIES = 20
+"""Frequencies below which eight parameters are not worth a fit."""
+_KEPT = 8
+"""Optima that are followed on all of the data."""
+_MISMATCH_RATE = 0.05
+"""Chance of the residuals below which they count as larger than the noise."""
+_MOST_FREEDOM = 1e9
+_LOW, _HIGH = to_scaled(BOUNDS)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One measured mobility at the frequencies that passed the gate; arrays of shape (frequency,)."""
+
+    frequency: Floats
+    mobility: Complex
+    variance: Floats
+    degrees_of_freedom: Floats
+    sharing: Floats
+
+    @property
+    def weight(self) -> Floats:
+        """One over the deviation of real and imaginary part, the variance's own uncertainty included."""
+        return np.sqrt(2 / (self.variance * expected_ratio(self.degrees_of_freedom)))
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What the rig's papers say: value and standard uncertainty, shape (8,); NaN where they are silent."""
+
+    value: Floats
+    error: Floats
+
+    @staticmethod
+    def silent() -> Prior:
+        """No knowledge."""
+        return Prior(np.full(len(PARAMETERS), np.nan), np.full(len(PARAMETERS), np.nan))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of a fit; a failure is a fit that is not accepted, with its reason. Arrays of shape (8,), SI."""
+
+    value: Floats
+    error: Floats
+    """Standard error: half of the 95 % interval over 1.96, of the open half where the other ends at a bound."""
+    lower: Floats
+    upper: Floats
+    """Ends of the 95 % interval; a physical bound where the data set none."""
+    status: NDArray[np.int8]
+    """What the data tell of the parameter, as `drillid.datasets.codes.Knowledge`."""
+    correlation: Floats
+    """Shape (8, 8)."""
+    at_bound: Booleans
+    chi2_per_dof: float
+    residual_dof: float
+    probability: float
+    mismatch: float
+    """Factor by which residuals exceed the noise, which errors do not hold; 1 where they may be noise."""
+    accepted: bool
+    reason: str
+
+    @staticmethod
+    def refused(reason: str) -> Fit:
+        """No fit at all."""
+        size = len(PARAMETERS)
+        nothing, status = np.full(size, np.nan), np.full(size, Knowledge.UNDETERMINED, dtype=np.int8)
+        return Fit(
+            nothing,
+            nothing,
+            nothing,
+            nothing,
+            status,
+            np.full((size, size), np.nan),
+            np.zeros(size, bool),
+            np.nan,
+            0.0,
+            np.nan,
+            np.nan,
+            False,
+            reason,
+        )
+
+
+def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsSettings) -> Fit:
+    """Most likely parameters from many starting points that need no advance information.
+
+    Errors over their estimated deviations follow Student's t with the variance's own degrees of
+    freedom; the rig's papers pull as Gaussian priors. Derivatives are exact.
+    """
+    if measured.frequency.size < _LEAST_FREQUENCIES:
+        return Fit.refused(
+            f"only {measured.frequency.size} frequencies passed the gate, of {_LEAST_FREQUENCIES} needed"
+        )
+    silent = int(np.count_nonzero(measured.variance <= 0))
+    if silent:
+        return Fit.refused(f"{silent} frequencies have no noise at all, as where the recorded speed stands still")
+    data = likelihood(measured, known, prior)
+    points, costs = optima(data, measured, known, prior, settings.starts)
+    return _judge(data, measured, known, prior, points, costs, settings)
+
+
+def fit_many(
+    measured: Sequence[Measured], known: Sequence[KnownEquipment], priors: Sequence[Prior], settings: FitsSettings
+) -> list[Fit]:
+    """Fits of many windows, each with its own equipment and prior."""
+    return [fit(*window, settings) for window in zip(measured, known, priors, strict=True)]
+
+
+def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
+    """What the compiled likelihood reads.
+
+    Besides the rig's papers, internal damping has a prior of its own: its logarithm is that of
+    the usual size within a factor of three, which spans the paper's table 1. Without it, noise
+    is fitted by resonances too sharp for any string.
+    """
+    informed = np.isfinite(prior.value)
+    value = np.where(informed, prior.value, 0.0) / SCALES
+    weight = np.where(informed, SCALES / prior.error, 0.0)
+    value[DELTA], weight[DELTA] = 0.0, 1 / np.log(_USUAL_FACTOR)
+    line = compiled_line(known, laplace(measured.frequency))
+    freedom = np.minimum(measured.degrees_of_freedom, _MOST_FREEDOM)
+    mobility, variance, freedom = _contiguous(measured.mobility, measured.variance, freedom)
+    return Data(line, mobility, variance, freedom, value, weight, SCALES)
+
+
+def optima(data: Data, measured: Measured, known: KnownEquipment, prior: Prior, starts: int) -> tuple[Floats, Floats]:
+    """Optima that lie apart, best first: scaled parameters (optimum, 8) and costs (optimum,)."""
+    frequency, mobility, variance, freedom = thin(
+        *_contiguous(measured.frequency, measured.mobility, measured.variance, measured.degrees_of_freedom)
+    )
+    begun = to_scaled(starting_points(frequency, mobility, variance, known, prior.value, starts))
+    line = compiled_line(known, laplace(frequency))
+    rough = data._replace(line=line, mobility=mobility, variance=variance, freedom=freedom)
+    points, costs = np.empty((_KEPT, len(PARAMETERS))), np.empty(_KEPT)
+    count = follow(begun, rough, data, _LOW, _HIGH, points, costs)
+    order = np.argsort(costs[:count])
+    return points[order], costs[order]
+
+
+def _contiguous(*arrays: Array) -> Iterator[Array]:
+    return (np.ascontiguousarray(values) for values in arrays)
+
+
+def _interval(data: Data, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
+    """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not tell apart.
+
+    The interval of internal damping is the wider of those with and without its prior: what the data alone say,
+    but no less than what is left where noise is fitted by resonances too sharp for any string.
+    """
+    low, high = _LOW.copy(), _HIGH.copy()
+    low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    weight = data.prior_weight.copy()
+    weight[DELTA] = 0.0
+    ends = np.empty((2, len(PARAMETERS)))
+    intervals(np.clip(points, low, high), costs, data, data._replace(prior_weight=weight), DELTA, low, high, ends)
+    return ends[0], ends[1]
+
+
+def _status(lower: Floats, upper: Floats) -> NDArray[np.int8]:
+    """What intervals in SI tell: one that holds all values that are met tells nothing."""
+    edge = to_scaled(BOUNDS)
+    edge[:, DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    reach = 1e-6 * (edge[1] - edge[0])
+    no_lower, no_upper = to_scaled(lower) <= edge[0] + reach, to_scaled(upper) >= edge[1] - reach
+    nothing = (lower <= USUAL[0]) & (upper >= USUAL[1]) | (no_lower & no_upper)
+    status = np.where(no_lower, Knowledge.BOUNDED_ABOVE, np.where(no_upper, Knowledge.BOUNDED_BELOW, Knowledge.KNOWN))
+    return np.asarray(np.where(nothing, Knowledge.UNDETERMINED, status), dtype=np.int8)
+
+
+def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8]) -> Floats:
+    half = (upper - lower) / 2
+    half = np.where(status == Knowledge.BOUNDED_ABOVE, upper - value, half)
+    half = np.where(status == Knowledge.BOUNDED_BELOW, value - lower, half)
+    return np.asarray(half / QUANTILE, dtype=float)
+
+
+def _covariance(data: Data, scaled: Floats) -> Floats:
+    """Inverse of the curvature at the optimum in SI, with the spread of what is searched as the widest of priors."""
+    gradient, hessian = np.empty(scaled.size), np.empty((scaled.size, scaled.size))
+    curvature(scaled, data, True, gradient, hessian)
+    slopes = SCALES.copy()
+    slopes[DELTA] *= np.exp(scaled[DELTA])
+    inverse = np.linalg.inv(hessian + np.diag(12 / (_HIGH - _LOW) ** 2))
+    return np.asarray(inverse * np.outer(slopes, slopes), dtype=float)
+
+
+def _judge(
+    data: Data,
+    measured: Measured,
+    known: KnownEquipment,
+    prior: Prior,
+    points: Floats,
+    costs: Floats,
+    settings: FitsSettings,
+) -> Fit:
+    value = from_scaled(points[0])
+    lower, upper = (from_scaled(end) for end in _interval(data, points, costs))
+    status = _status(lower, upper)
+    covariance = _covariance(data, points[0])
+    deviation = np.sqrt(np.diag(covariance))
+    error = _errors(value, lower, upper, status)
+    error[DELTA] = deviation[DELTA]
+    at_bound = np.minimum(value - BOUNDS[0], BOUNDS[1] - value) < _NEAR_BOUND * error
+    mobility, _ = command_mobility_with_derivatives(value, known, laplace(measured.frequency))
+    total = float(np.sum(np.abs((mobility - measured.mobility) * measured.weight) ** 2))
+    lost = (value.size - np.count_nonzero(at_bound | np.isfinite(prior.value))) / 2
+    dof = 2 * (measured.frequency.size - lost)
+    ratio = expected_ratio(measured.degrees_of_freedom)
+    chance = sum_of_ratios_probability(
+        float(np.mean(ratio)) * total / 2, measured.degrees_of_freedom, measured.sharing, fitted=lost
+    )
+    mismatch = float(np.sqrt(max(total / dof, 1.0))) if chance < _MISMATCH_RATE else 1.0
+    reason = _why_refused(value, error, chance, settings)
+    correlation = covariance / np.outer(deviation, deviation)
+    return Fit(
+        value,
+        error,
+        lower,
+        upper,
+        status,
+        correlation,
+        at_bound,
+        total / dof,
+        dof,
+        chance,
+        mismatch,
+        not reason,
+        reason,
+    )
+
+
+def _why_refused(value: Floats, error: Floats, chance: float, settings: FitsSettings) -> str:
+    if not np.all(np.isfinite(error)):
+        return "the data do not determine the parameters"
+    for index in (LENGTH, POLAR_MOMENT, INERTIA_TD):
+        name, unit = list(PARAMETERS)[index], list(PARAMETERS.values())[index][0]
+        if min(value[index] - BOUNDS[0, index], BOUNDS[1, index] - value[index]) < error[index]:
+            return f"{name} ended at the edge of what is searched, {value[index]:.4g} {unit}"
+    if chance < settings.error_rate:
+        return f"the residuals are larger than the noise allows (chance {chance:.1g})"
+    return ""
+
+
+def measured_rows(mobility: xr.Dataset) -> list[Measured]:
+    """The used frequencies of every row (window or stack) of a mobility dataset."""
+    rows = []
+    for row in range(mobility["command_mobility"].shape[0]):
+        used = mobility["gate"].values[row] == Gate.USED
+        freedom = mobility["degrees_of_freedom"].values[row, used]
+        rows.append(
+            Measured(
+                mobility["frequency"].values[used],
+                mobility["command_mobility"].values[row, used],
+                mobility["command_mobility_variance"].values[row, used],
+                freedom,
+                sharing(freedom, mobility["averages"].values[row, used]),
+            )
+        )
+    return rows

@@ -1,0 +1,109 @@
+"""How the workflow is laid out: wells in batches, and what each stage of a batch depends on."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from drillid.config.settings import Settings
+from drillid.config.sheets import Listing, read_sheets
+from drillid.fleet.provenance import digest, source_hash, template_hash
+from drillid.fleet.stages import STAGES, fingerprint
+
+_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_BASE_MB = 1000
+_MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
+"""Memory for the largest log; measured are 6 for CSV and 37 for gzipped CSV and Parquet, over 250 MB of imports."""
+
+
+def prepare_environment(root: str | Path) -> None:
+    """Let every job find the library below `root` and take one thread a process, as wells are spread over processes.
+
+    Snakemake reads the rules again on each node of a cluster, so that this holds there too.
+    """
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
+    for variable in _THREAD_VARIABLES:
+        os.environ.setdefault(variable, "1")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The settings with the wells that they name."""
+
+    settings: Settings
+    wells: Mapping[str, Listing]
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """Check the workflow's configuration and read its sheets.
+
+        Raises
+        ------
+        SettingsError
+            If the configuration or a sheet cannot be used.
+        """
+        settings = Settings.checked(dict(config), "configuration")
+        return cls(settings, read_sheets(settings))
+
+    @property
+    def batches(self) -> dict[str, tuple[str, ...]]:
+        """Wells of each job, by the batch's name: its well where it holds one, else its number."""
+        names, size = tuple(self.wells), self.settings.fleet.batch_size
+        if size == 1:
+            return {name: (name,) for name in names}
+        return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
+
+    def threads(self, wells: Sequence[str]) -> int:
+        """Processes that a job over these wells starts on its own machine."""
+        fleet = self.settings.fleet
+        return 1 if fleet.scheduler else min(fleet.processes, len(wells))
+
+    def logs(self, wells: Sequence[str]) -> list[str]:
+        """Log files that are there or are simulated; one that is missing is its well's problem, not the workflow's."""
+        simulated = self.settings.simulate is not None
+        return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
+
+    def memory_mb(self, wells: Sequence[str]) -> int:
+        """Memory of a job that holds raw logs or their records, one log a process at a time, in MB."""
+        largest = max((_memory_of(log) for well in wells for log in self.wells[well].logs), default=0.0)
+        return self.threads(wells) * int(_BASE_MB + largest)
+
+    def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
+        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs."""
+        simulated = self.settings.simulate is not None
+        prints = [fingerprint(STAGES[stage], self.wells[well], self.settings, simulated) for well in wells]
+        return {
+            "wells": list(wells),
+            "source": prints[0]["source"],
+            "settings": prints[0]["settings"],
+            "rigs": digest([each["rig"] for each in prints]),
+            "logs": digest([each["logs"] for each in prints]),
+        }
+
+    def fleet_dependencies(self) -> dict[str, Any]:
+        """The same for the tables over all wells."""
+        return {"wells": list(self.wells), "source": source_hash("drillid.depth.fleet")}
+
+    def report_dependencies(self) -> dict[str, Any]:
+        """The same for the report, which lists the settings and describes the wells."""
+        return {
+            "wells": {name: listing.description for name, listing in self.wells.items()},
+            "source": source_hash("drillid.report.page", "drillid.config.rig"),
+            "templates": template_hash(),
+            "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),
+        }
+
+    def simulation_dependencies(self, well: str) -> dict[str, Any]:
+        """The same for the simulated logs of one well of the demo."""
+        section = self.settings.model_dump(mode="json", include={"simulate"})
+        return {"well": well, "source": source_hash("drillid.demo.wells"), "settings": section}
+
+
+def _memory_of(log: Path) -> float:
+    """Memory that the log needs over that of the imports, in MB; none where it is not there (yet)."""
+    try:
+        size = log.stat().st_size / 1e6
+    except OSError:
+        return 0.0
+    return size * (_MB_PER_MB_OF_TEXT if log.suffix.lower() == ".csv" else _MB_PER_MB_COMPRESSED)

@@ -1,0 +1,146 @@
+"""Hashes of code and inputs, so that results notice when either changes."""
+
+import ast
+import functools
+import hashlib
+import importlib.util
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drillid.errors import SettingsError
+
+if TYPE_CHECKING:
+    from grimp import ImportGraph
+
+PACKAGE = Path(__file__).resolve().parent.parent
+_WITHOUT_EFFECT = {"drillid", "drillid.config.settings"}
+"""The package's version, and the models around the settings: the settings' values are in every key themselves."""
+
+
+def digest(content: Any) -> str:
+    """Short hash of anything that JSON can hold, independent of the order of keys."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def file_manifest(paths: Iterable[Path]) -> str:
+    """Hash of names, sizes and modification times; any replacement of a file changes it, a back-dated one too."""
+    return digest([(path.name, *_size_and_time(path)) for path in paths])
+
+
+def _size_and_time(path: Path) -> tuple[int, int]:
+    try:
+        status = path.stat()
+    except OSError:
+        return (-1, -1)
+    return status.st_size, status.st_mtime_ns
+
+
+def yaml_digest(path: Path, keys: tuple[str, ...]) -> str:
+    """Hash of the top-level `keys` of a YAML file; of its bytes where it is not valid, so that a repair is noticed."""
+    content = _yaml(path, _size_and_time(path))
+    return digest({key: content.get(key) for key in keys}) if isinstance(content, dict) else digest(content)
+
+
+@functools.lru_cache(maxsize=1024)
+def _yaml(path: Path, _: tuple[int, int]) -> Any:
+    """Parsed content, read again when size or time of the file change; its bytes in hex where that fails."""
+    import yaml
+
+    try:
+        text = path.read_bytes()
+    except OSError:
+        return "missing"
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text.hex()
+
+
+def source_hash(*modules: str) -> str:
+    """Hash of the code of modules and of all modules of their package that they use, comments and docstrings apart.
+
+    Raises
+    ------
+    SettingsError
+        If a module does not exist or is not valid Python.
+    """
+    return digest({name: _code(name) for module in modules for name in closure(module)})
+
+
+@functools.cache
+def package_hash() -> str:
+    """Hash of every source file of the library as it is on disk at the first call."""
+    files = sorted(PACKAGE.rglob("*.py"))
+    return digest({str(path.relative_to(PACKAGE)): path.read_text() for path in files})
+
+
+def template_hash() -> str:
+    """Hash of the report's templates, which no import shows."""
+    return digest({path.name: path.read_text() for path in sorted((PACKAGE / "report").glob("*.j2"))})
+
+
+@functools.cache
+def closure(module: str) -> frozenset[str]:
+    """The module and all modules of its package that it uses, found in the sources without importing them.
+
+    A package that is imported as a whole may look its modules up by itself, so all of them count.
+
+    Raises
+    ------
+    SettingsError
+        If the module does not exist, or a source of its package is not valid Python.
+    """
+    graph = _graph(module.partition(".")[0])
+    if module not in graph.modules:
+        raise SettingsError(module, "is no module of this checkout", "Restore the file from the repository")
+    found: set[str] = set()
+    waiting = {module}
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        whole = graph.find_children(name) if name != module else set()
+        waiting |= (graph.find_modules_directly_imported_by(name) | whole) - found - _WITHOUT_EFFECT
+    return frozenset(found)
+
+
+@functools.cache
+def _graph(package: str) -> "ImportGraph":
+    """Imports among the modules of a package, those for type checkers apart."""
+    import grimp
+
+    try:
+        return grimp.build_graph(package, exclude_type_checking_imports=True, cache_dir=None)
+    except grimp.exceptions.SourceSyntaxError as error:
+        raise SettingsError(
+            f"{error.filename}, line {error.lineno}", f"is not valid Python ({error.text})", "Correct it"
+        ) from error
+
+
+@functools.cache
+def _code(module: str) -> str:
+    """The syntax tree without positions, comments and docstrings."""
+    tree = ast.parse(ast.unparse(ast.parse(_file(module).read_text())))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            body[:] = [statement for statement in body if not _is_text(statement)]
+    return ast.dump(tree)
+
+
+def _file(module: str) -> Path:
+    package, *parts = module.split(".")
+    found = importlib.util.find_spec(package)
+    assert found is not None
+    assert found.origin is not None
+    place = Path(found.origin).parent.joinpath(*parts)
+    return place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )

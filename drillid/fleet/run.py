@@ -1,0 +1,326 @@
+"""One stage over a batch of wells: the only place that knows dask."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import logging
+import multiprocessing
+import os
+import shutil
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import pandas as pd
+
+from drillid.config.settings import Settings
+from drillid.config.sheets import Listing, read_sheets
+from drillid.datasets.registry import PROBLEM_COLUMNS
+from drillid.datasets.store import Problem, WellFolders, problems_table
+from drillid.errors import DrillidError, SettingsError
+from drillid.fleet.provenance import PACKAGE, digest, package_hash
+from drillid.fleet.stages import STAGES, Stage, fingerprint
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_KEY = "key.json"
+_PROBLEMS = "problems.csv"
+_KEPT_FILES = {".snakemake_timestamp"}
+_PRINT_EVERY_S = 2.0
+_LOADED = package_hash()
+"""The code of this process; a long-lived dask worker may hold an older one than the workflow."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+_LOOK_EVERY_S = 1.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one well: done, kept (nothing changed), empty (nothing to work on) or failed."""
+
+    well: str
+    status: str
+    problems: int = 0
+    seconds: float = 0.0
+    trace: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that a process needs to take one well through one stage."""
+
+    stage: str
+    listing: Listing
+    settings: Settings
+    results: Path
+    code: str
+
+
+def run_stage(stage: str, wells: Sequence[str], settings: Settings, log: str | Path | None = None) -> list[Outcome]:
+    """Take the wells of one batch through a stage.
+
+    Each well ends with its datasets, a problems.csv and a key.json in `<results>/<stage>/<well>/`;
+    a well whose key is unchanged is left alone, and one that fails is a row of its problems.csv.
+
+    Parameters
+    ----------
+    stage : name of the stage
+    wells : wells of the batch
+    settings : all settings
+    log : file for the outcome of every well, tracebacks included
+
+    Raises
+    ------
+    SettingsError
+        If the sheets cannot be used, or a dask worker holds older code.
+    """
+    listings = read_sheets(settings)
+    results = Path(settings.results).absolute()
+    tasks = [Task(stage, listings[well].absolute(), settings, results, _LOADED) for well in wells]
+    outcomes: list[Outcome] = []
+    with logged(log) as logger:
+        for outcome in _counted(stage, len(tasks), _outcomes(tasks, settings)):
+            message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {outcome.seconds:.1f} s"
+            logger.info("%s", "\n".join(filter(None, [message, outcome.trace])))
+            outcomes.append(outcome)
+    return outcomes
+
+
+def process_well(task: Task) -> Outcome:
+    """Take one well through one stage; what goes wrong ends as a row in its problems.csv.
+
+    Raises
+    ------
+    SettingsError
+        If this process holds other code than the workflow.
+    """
+    if task.code != _LOADED:
+        raise SettingsError("dask worker", "runs an older version of drillid", "Restart the dask workers")
+    began = time.perf_counter()
+    stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.name)
+    folder = folders.stage(stage.name)
+    key = _key(stage, task.listing, task.settings, folders)
+    if _stored_key(folder) == key["key"]:
+        return Outcome(task.listing.name, "kept", len(_read_problems(folder / _PROBLEMS)))
+    _clear(folder)
+    status, problems, trace = "empty", list[Problem](), ""
+    if all(folders.has(*dataset) for dataset in stage.reads):
+        status, problems, trace = _attempt(stage, task, folders)
+    if status == "failed":
+        _clear(folder)
+    problems_table(task.listing.name, stage.name, problems).to_csv(folder / _PROBLEMS, index=False)
+    if not trace:
+        _write_whole(folder / _KEY, json.dumps(key, indent=1))
+    return Outcome(task.listing.name, status, len(problems), time.perf_counter() - began, trace)
+
+
+def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
+    """The problems of all wells and stages as one table, in the order of the wells and of the data's way."""
+    files = [WellFolders(results, well).stage(stage) / _PROBLEMS for well in wells for stage in STAGES]
+    tables = [table for table in map(_read_problems, files) if len(table)]
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(PROBLEM_COLUMNS))
+
+
+def _attempt(stage: Stage, task: Task, folders: WellFolders) -> tuple[str, list[Problem], str]:
+    """Status, problems and, for what nobody foresaw, the traceback."""
+    process = importlib.import_module(stage.module).process
+    try:
+        return "done", list(process(task.listing.load(), folders, task.settings)), ""
+    except DrillidError as error:
+        return "failed", [Problem(error.where, error.what, error.remedy)], ""
+    except Exception as error:  # the other wells go on; row, log and the missing key tell of it
+        return "failed", [_unforeseen(error)], traceback.format_exc()
+
+
+def _unforeseen(error: BaseException) -> Problem:
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if Path(frame.filename).is_relative_to(PACKAGE)]
+    place = (own or frames)[-1]
+    file = Path(place.filename)
+    name = file.relative_to(PACKAGE.parent) if own else file.name
+    what = f"{type(error).__name__}: {error}"
+    remedy = "A fault of the program: report it with the job's log"
+    return Problem(f"{name}, line {place.lineno}", what, remedy)
+
+
+def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolders) -> dict[str, Any]:
+    content = fingerprint(stage, listing, settings)
+    content["upstream"] = {name: _stored_key(folders.stage(name)) for name in stage.upstream}
+    return {"key": digest(content), **content}
+
+
+def _stored_key(folder: Path) -> str:
+    try:
+        return str(json.loads((folder / _KEY).read_text())["key"])
+    except FileNotFoundError:
+        return ""
+
+
+def _clear(folder: Path) -> None:
+    """Empty the folder, its key first, so that what is half deleted never looks complete."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / _KEY).unlink(missing_ok=True)
+    for path in folder.iterdir():
+        if path.is_dir():
+            shutil.rmtree(path)
+        elif path.name not in _KEPT_FILES:
+            path.unlink()
+
+
+def _write_whole(path: Path, text: str) -> None:
+    temporary = path.with_suffix(".part")
+    temporary.write_text(text)
+    os.replace(temporary, path)
+
+
+def _read_problems(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path, dtype=str, keep_default_na=False)
+    except FileNotFoundError:
+        return pd.DataFrame(columns=list(PROBLEM_COLUMNS))
+
+
+def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
+    """Outcomes in the order in which the wells end."""
+    fleet = settings.fleet
+    if fleet.scheduler is None and min(fleet.processes, len(tasks)) < 2:
+        for task, future in mapped_apart(process_well, tasks):
+            yield _result(task, future)
+        return
+    with _client(settings, len(tasks)) as client:
+        from distributed import as_completed
+
+        futures = {client.submit(process_well, task, pure=False): task for task in tasks}
+        for future in as_completed(futures):
+            yield _result(futures[future], future)
+
+
+def _result(task: Task, future: Any) -> Outcome:
+    """The outcome, or the row that stands for a well that its process died of."""
+    error = future.exception()
+    if not _is_death(error):
+        outcome: Outcome = future.result()
+        return outcome
+    folder = WellFolders(task.results, task.listing.name).stage(task.stage)
+    _clear(folder)
+    problem = Problem(
+        f"process of the stage {task.stage}",
+        "the process was killed, probably out of memory",
+        f"Give the job more memory, or fewer processes, then delete the folder {folder} and run again",
+    )
+    problems_table(task.listing.name, task.stage, [problem]).to_csv(folder / _PROBLEMS, index=False)
+    return Outcome(task.listing.name, "failed", 1, trace=f"{type(error).__name__}: {error}")
+
+
+def _is_death(error: BaseException | None) -> bool:
+    """The process was killed or ended itself; dask is asked only where it was at work."""
+    distributed = sys.modules.get("distributed")
+    deaths = (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
+    return isinstance(error, deaths)
+
+
+@contextlib.contextmanager
+def _client(settings: Settings, tasks: int) -> Iterator[Client]:
+    from distributed import Client, LocalCluster
+
+    if settings.fleet.scheduler is not None:
+        try:
+            client = Client(settings.fleet.scheduler)
+        except (OSError, TimeoutError, ValueError) as error:
+            address = settings.fleet.scheduler
+            raise SettingsError(
+                "fleet.scheduler",
+                f"no dask scheduler answers at {address} ({error})",
+                "Start it, or correct the address",
+            ) from error
+        with client:
+            yield client
+        return
+    processes = min(settings.fleet.processes, tasks)
+    with (
+        LocalCluster(n_workers=processes, threads_per_worker=1, memory_limit=0, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
+    """Counts on the terminal, as lines and not as a bar because several jobs share it."""
+    from rich.console import Console
+
+    console, printed, counts = Console(stderr=True, highlight=False), time.monotonic(), dict[str, int]()
+    for number, outcome in enumerate(outcomes, 1):
+        counts[outcome.status] = counts.get(outcome.status, 0) + 1
+        if number == total or time.monotonic() - printed > _PRINT_EVERY_S:
+            printed = time.monotonic()
+            which = outcome.well if total == 1 else f"{number} of {total} wells"
+            console.print(f"{stage}: {which}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
+        yield outcome
+
+
+@contextlib.contextmanager
+def logged(path: str | Path | None) -> Iterator[logging.Logger]:
+    """A logger into the job's own file, written anew; without a path it is silent."""
+    logger = logging.Logger("drillid.fleet.run")
+    handler = logging.NullHandler() if path is None else _file_handler(Path(path))
+    logger.addHandler(handler)
+    try:
+        yield logger
+    finally:
+        handler.close()
+
+
+def _file_handler(path: Path) -> logging.Handler:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handler = logging.FileHandler(path, mode="w")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
+    return handler
+
+
+def mapped_apart(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[tuple[Item, Future[Result]]]:
+    """Apply a function to one item after the other in a child process, and in a new one where that was killed.
+
+    The child is forked, so that it has what this process imported already, and it keeps what
+    it imports itself for the items behind. No threads may run here, as a fork leaves them out.
+
+    Yields
+    ------
+    Each item with its ended future, whose exception is `BrokenProcessPool` where the child died of it.
+    """
+    waiting = list(items)
+    while waiting:
+        with _child() as child:
+            while waiting:
+                item = waiting.pop(0)
+                future = child.submit(function, item)
+                died = isinstance(future.exception(), BrokenProcessPool)
+                yield item, future
+                if died:
+                    break
+
+
+def _child() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, multiprocessing.get_context("fork"), initializer=_end_with, initargs=(os.getpid(),))
+
+
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone; a job that is killed would leave it waiting for ever."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK_EVERY_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

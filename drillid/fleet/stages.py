@@ -1,0 +1,98 @@
+"""What every stage reads, as data: earlier datasets, sections of the settings, parts of the rig description."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from drillid.fleet.provenance import closure, file_manifest, source_hash, yaml_digest
+
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import Listing
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step that works well by well; it is done again when anything named here changes."""
+
+    name: str
+    """Name of the stage: its folder of the library, rule, script, section of the settings and folder of results."""
+    reads: tuple[tuple[str, str], ...]
+    """Datasets without which there is nothing to do, as (stage, dataset)."""
+    settings: tuple[str, ...]
+    """Sections of the settings."""
+    rig: tuple[str, ...]
+    """Parts of the rig description; empty where it is not used."""
+
+    @property
+    def module(self) -> str:
+        """Import name of the module that takes a well through the stage."""
+        return f"drillid.{self.name}.stage"
+
+    @property
+    def upstream(self) -> tuple[str, ...]:
+        """The earlier stages that it reads, each once, in the order of the data's way."""
+        return tuple(dict.fromkeys(stage for stage, _ in self.reads))
+
+
+_RECORDS = ("records", "records")
+_WINDOWS = ("windows", "windows")
+_SPECTRA = ("spectra", "spectra")
+_MOBILITY = (("mobility", "mobility"), ("mobility", "stacks"))
+_FITS = (("fits", "fits"), ("fits", "stack_fits"))
+_JOINT = ("fits", "joint")
+_DISCREPANCY = (("discrepancy", "discrepancy"), ("discrepancy", "examination"))
+_PAPERS = ("name", "controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
+_ENGINE = ("spectra", "mobility", "fits", "discrepancy")
+
+STAGES: dict[str, Stage] = {
+    stage.name: stage
+    for stage in (
+        Stage("records", (), ("records",), ("time", "channels")),
+        Stage("windows", (_RECORDS,), ("windows",), ()),
+        Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
+        Stage("mobility", (_SPECTRA,), ("mobility",), ()),
+        Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _PAPERS),
+        Stage("discrepancy", (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), _ENGINE, _PAPERS),
+        Stage(
+            "depth",
+            (_RECORDS, _WINDOWS, ("windows", "states"), _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY),
+            (*_ENGINE, "depth"),
+            _PAPERS,
+        ),
+        Stage(
+            "figures",
+            (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY, ("depth", "depth")),
+            (*_ENGINE, "figures"),
+            _PAPERS,
+        ),
+    )
+}
+"""The stages in the order of the data's way."""
+
+
+def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulated: bool = False) -> dict[str, Any]:
+    """Everything from outside the results that one well's stage depends on.
+
+    Parameters
+    ----------
+    stage : the stage
+    listing : the well's rows of the sheets
+    settings : all settings, of which the stage's sections are taken
+    simulated : the logs do not exist yet when the workflow is laid out, so they are left to
+        the workflow's own comparison of time stamps
+    """
+    logs = "simulated" if simulated else file_manifest(listing.logs)
+    # a stage is handed its rig description, which the modules it imports need not show
+    return {
+        "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),
+        "settings": settings.model_dump(mode="json", include=set(stage.settings)),
+        "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",
+        "logs": "" if stage.reads else logs,
+    }
+
+
+def own_modules(stage: Stage) -> Iterable[str]:
+    """Modules that the stage uses and that are no stage of their own."""
+    others = {other.module for other in STAGES.values()} - {stage.module}
+    return sorted(closure(stage.module) - others)

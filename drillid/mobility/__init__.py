@@ -1,0 +1,1 @@
+"""Spectra → command mobility with its variance and coherence gate, and stacks of windows."""

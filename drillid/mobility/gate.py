@@ -1,0 +1,82 @@
+"""The coherence gate: which frequencies of a window are used, and why others are not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from drillid.arrays import Floats
+from drillid.datasets.codes import Gate
+from drillid.mobility.responses import command_mobility
+
+if TYPE_CHECKING:
+    from drillid.config.settings import MobilitySettings
+
+_SWEEP_FLOOR = 1e-2
+"""Sweep power below this share of its median counts as outside of the sweep.
+
+Where the sweeps begin anew their slope jumps, so that a recorded sweep holds mirrored frequencies, at 50 Hz about
+10⁻⁷ of its median power: 0.3 % of the amplitude at this floor, 0.03 % within the sweep's band."""
+
+
+def gated_mobility(spectra: xr.Dataset, settings: MobilitySettings) -> xr.Dataset:
+    """Command mobility (window, frequency) with the limits of its coherence and which frequencies pass."""
+    mobility = command_mobility(spectra)
+    return mobility.merge(gate(spectra, mobility["coherence"], settings))
+
+
+def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySettings) -> xr.Dataset:
+    """Least and largest coherence that a frequency may have, and which frequencies pass.
+
+    Coherence γ² of n averages is the share of a signal-to-noise ratio F = (n − 1) γ²/(1 − γ²).
+    Without response the mean of F over a band follows Fisher's F, whose upper quantile at the
+    error rate gives the least coherence: a band passes or fails as a whole, so that no
+    frequency is favoured for a lucky error. With response F follows the non-central F; the
+    best three neighbours of a band, each per its sweep power, set its centre, and its upper
+    quantile, at the error rate shared among the band's frequencies, gives the largest
+    coherence: what is above has a noise too small to be believed.
+    """
+    from scipy.special import fdtri
+
+    frequency = spectra["frequency"].values
+    bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
+    shape, squared = coherence.shape, coherence.values
+    signal = squared / np.maximum(1 - squared, 1e-12)
+    numbers, freedoms = spectra["averages"].values, spectra["degrees_of_freedom"].values
+    least, largest, gates = np.empty(shape), np.empty(shape), np.zeros(shape, dtype=np.int8)
+    power = spectra["sweep_power"].values
+    inside = power >= _SWEEP_FLOOR * np.median(power, axis=1, keepdims=True)
+    for row in range(shape[0]):
+        for band in np.unique(bands):
+            member = bands == band
+            usable = member & inside[row]
+            count = max(int(usable.sum()), 1)
+            averages, freedom = float(numbers[row, member].mean()), freedoms[row, member].mean()
+            ratio = (averages - 1) * signal[row, usable]
+            noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
+            bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
+            best = _best_neighbours(ratio / power[row, usable]) if usable.any() else 0.0
+            top = _largest_ratio(2 * best * power[row, member], freedom, settings.error_rate / count)
+            least[row, member] = bound / (bound + averages - 1)
+            largest[row, member] = top / (top + averages - 1)
+            if usable.any() and ratio.mean() < bound:
+                gates[row, member] = Gate.TOO_INCOHERENT
+    gates[(gates == Gate.USED) & (squared > largest)] = Gate.TOO_COHERENT
+    gates[~inside] = Gate.OUTSIDE_SWEEP
+    dims = coherence.dims
+    return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
+
+
+def _largest_ratio(noncentrality: Floats, freedom: float, chance: float) -> Floats:
+    """Upper quantile of the non-central F(2, 2ν), by Patnaik's central approximation (1949)."""
+    from scipy.special import fdtri
+
+    matched = (2 + noncentrality) ** 2 / (2 + 2 * noncentrality)
+    return np.asarray((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - chance))
+
+
+def _best_neighbours(ratio: Floats) -> float:
+    width = min(3, ratio.size)
+    return float(np.convolve(ratio, np.ones(width) / width, "valid").max())

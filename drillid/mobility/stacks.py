@@ -1,0 +1,135 @@
+"""Command mobility of successive windows averaged where they agree."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from drillid.arrays import Floats
+from drillid.datasets.codes import Gate
+from drillid.datasets.store import Problem, window_place
+from drillid.statistics import sum_of_ratios_probability
+
+if TYPE_CHECKING:
+    from drillid.config.settings import MobilitySettings
+
+
+def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.Dataset, list[Problem]]:
+    """Stacks of successive windows that share no sample, each weighted by its variance.
+
+    A stack grows window by window as long as all of its windows agree within their variances and
+    the depth changes little; where the next one does not agree, the stack ends with a row that
+    says so. The error rate is shared among the tests that one stack can see.
+    """
+    stacks: list[xr.Dataset] = []
+    problems: list[Problem] = []
+    bound = settings.agreement_error_rate / (settings.stack_windows - 1)
+    gates, depth = mobility["gate"].values, mobility["hole_depth"].values
+    rows = [row for row in _without_overlap(mobility) if (gates[row] == Gate.USED).any()]
+    while len(rows) > 1:
+        members, chance = rows[:1], 1.0
+        for row in rows[1 : settings.stack_windows]:
+            if abs(depth[row] - depth[members[0]]) > settings.stack_depth_share * depth[row]:
+                break
+            agreement = agreement_probability(mobility.isel(window=[*members, row]))
+            if not agreement >= bound:
+                problems.append(_disagreement(mobility, members, row, agreement))
+                break
+            members, chance = [*members, row], agreement
+        if len(members) > 1:
+            stacks.append(_stack(mobility.isel(window=members), len(stacks), chance))
+        rows = rows[len(members) :]
+    if not stacks:
+        return _no_stacks(mobility), problems
+    return xr.concat(stacks, "stack", coords="minimal", compat="override", join="exact"), problems
+
+
+def _without_overlap(mobility: xr.Dataset) -> list[int]:
+    """Rows of windows that begin after the one before has ended."""
+    chosen: list[int] = []
+    for row, start in enumerate(mobility["start"].values):
+        if not chosen or start >= mobility["end"].values[chosen[-1]]:
+            chosen.append(row)
+    return chosen
+
+
+def agreement_probability(windows: xr.Dataset) -> float:
+    """Chance of so much disagreement between windows (window, frequency) with one common mobility.
+
+    Welch's test of equal means with estimated variances (1951) at each frequency, summed over them.
+    """
+    used = (windows["gate"] == Gate.USED).values.all(axis=0)
+    if not used.any():
+        return float("nan")
+    mobility = windows["command_mobility"].values[:, used]
+    variance = windows["command_mobility_variance"].values[:, used]
+    freedom = windows["degrees_of_freedom"].values[:, used]
+    weight = 1 / variance
+    mean = np.sum(mobility * weight, axis=0) / np.sum(weight, axis=0)
+    total = np.sum(np.abs(mobility - mean) ** 2 * weight, axis=0)
+    contrasts = weight.shape[0] - 1
+    spread = np.sum((1 - weight / weight.sum(axis=0)) ** 2 / (2 * freedom), axis=0)
+    inflation = 1 + 2 * (contrasts - 1) / (contrasts * (contrasts + 2)) * spread
+    pooled = contrasts * (contrasts + 2) / (6 * spread)
+    shared = sharing(freedom, windows["averages"].values[:, used]).mean(axis=0) * contrasts
+    return sum_of_ratios_probability(
+        float(np.sum(total / inflation)), np.tile(pooled, contrasts), np.tile(shared, contrasts), fitted=0.0
+    )
+
+
+def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
+    """How many frequencies one noise line serves: ν of its estimate against the n − 1 lines each frequency brings."""
+    return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
+
+
+def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
+    """Mean weighted by the estimated variances, whose own errors its variance counts (Meier 1953)."""
+    used = windows["gate"] == Gate.USED
+    weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
+    total = weight.sum("window")
+    some = total > 0
+    share = weight / total.where(some)
+    mobility = (share * windows["command_mobility"]).sum("window").where(some)
+    inflation = 1 + (2 * share * (1 - share) / windows["degrees_of_freedom"]).sum("window")
+    variance = inflation / total.where(some)
+    averages = xr.where(used, windows["averages"], 0.0).sum("window")
+    signal = np.abs(mobility) ** 2 / variance
+    stack = xr.Dataset(
+        {
+            "command_mobility": mobility,
+            "command_mobility_variance": variance,
+            "averages": xr.where(used, windows["averages"] - 1, 0.0).sum("window") + 1,
+            "degrees_of_freedom": xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window"),
+            "coherence": (signal / (signal + averages - 1)).where(some, 0.0),
+            "coherence_minimum": windows["coherence_minimum"].mean("window"),
+            "coherence_maximum": windows["coherence_maximum"].mean("window"),
+            "gate": xr.where(some, np.int8(Gate.USED), windows["gate"].max("window")),
+            "agreement_probability": chance,
+            "windows": windows.sizes["window"],
+        }
+    )
+    return stack.expand_dims(stack=[number]).assign_coords(
+        hole_depth=("stack", [float(windows["hole_depth"].mean())]),
+        first_window=("stack", [int(windows["window"][0])]),
+        last_window=("stack", [int(windows["window"][-1])]),
+    )
+
+
+def _disagreement(mobility: xr.Dataset, members: list[int], row: int, chance: float) -> Problem:
+    names = [str(int(mobility["window"][member])) for member in members]
+    others = f"windows {names[0]} to {names[-1]}" if len(names) > 1 else f"window {names[0]}"
+    where = window_place(mobility, row)
+    if np.isnan(chance):
+        what = f"shares no frequency that passes the gate with {others}; they are not stacked"
+        return Problem(where, what, "Look at the coherence of these windows")
+    return Problem(
+        where,
+        f"does not agree with {others} (chance {chance:.2g}), so they are not stacked",
+        "None needed: the string changed between them; see the parameters against depth",
+    )
+
+
+def _no_stacks(mobility: xr.Dataset) -> xr.Dataset:
+    return _stack(mobility.isel(window=[0]), 0, 1.0).isel(stack=slice(0, 0))

@@ -1,0 +1,42 @@
+"""Cross spectra → command mobility, its variance, the coherence gate, and stacks of windows (paper, figure 7)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from drillid.datasets.codes import Gate
+from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.mobility.gate import gated_mobility
+from drillid.mobility.responses import channel_offsets, closed_loop_responses
+from drillid.mobility.stacks import stack_windows
+
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import Well
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """Command mobilities of all windows of a well, and their stacks."""
+    spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
+    mobility = gated_mobility(spectra, settings.mobility)
+    mobility = mobility.merge(closed_loop_responses(spectra)).merge(channel_offsets(spectra))
+    folders.write("mobility", "mobility", mobility.assign_coords({name: spectra[name] for name in WINDOW_COORDINATES}))
+    stacks, problems = stack_windows(mobility, settings.mobility)
+    folders.write("mobility", "stacks", stacks)
+    return [*_unusable_windows(mobility), *problems]
+
+
+def _unusable_windows(mobility: xr.Dataset) -> list[Problem]:
+    used = (mobility["gate"] == Gate.USED).sum("frequency").values
+    return [
+        Problem(
+            window_place(mobility, row),
+            "no frequency passes the coherence gate",
+            "Raise the sweep's amplitude or check the speed and sweep channels",
+        )
+        for row in np.flatnonzero(used == 0).tolist()
+    ]

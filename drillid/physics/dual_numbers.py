@@ -1,0 +1,164 @@
+"""Exact derivatives of any composed model: forward-mode automatic differentiation on numpy arrays.
+
+A `Dual` carries an array and its derivatives to P parameters through every ufunc that the physics
+uses, by the chain rule (Griewank and Walther 2008, Evaluating Derivatives, chapter 3). As the physics
+is written with ufuncs only, any figure of the equipment, and s itself, may be a Dual. There is no step
+size: derivatives are as exact as the values.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+from numpy.typing import ArrayLike
+
+from drillid.arrays import Array, Indices
+
+Slope = Callable[..., Any]
+"""Partial derivative of a ufunc to one of its arguments, from (result, *arguments)."""
+
+_SLOPES: dict[np.ufunc, tuple[Slope, ...]] = {
+    np.add: (lambda r, a, b: 1.0, lambda r, a, b: 1.0),
+    np.subtract: (lambda r, a, b: 1.0, lambda r, a, b: -1.0),
+    np.multiply: (lambda r, a, b: b, lambda r, a, b: a),
+    np.divide: (lambda r, a, b: 1 / b, lambda r, a, b: -r / b),
+    np.power: (lambda r, a, b: b * a ** (b - 1), lambda r, a, b: r * np.log(a)),
+    np.maximum: (lambda r, a, b: np.where(a >= b, 1.0, 0.0), lambda r, a, b: np.where(a >= b, 0.0, 1.0)),
+    np.minimum: (lambda r, a, b: np.where(a <= b, 1.0, 0.0), lambda r, a, b: np.where(a <= b, 0.0, 1.0)),
+    np.negative: (lambda r, a: -1.0,),
+    np.positive: (lambda r, a: 1.0,),
+    np.square: (lambda r, a: 2 * a,),
+    np.reciprocal: (lambda r, a: -r * r,),
+    np.sqrt: (lambda r, a: 0.5 / r,),
+    np.exp: (lambda r, a: r,),
+    np.expm1: (lambda r, a: r + 1,),
+    np.log: (lambda r, a: 1 / a,),
+    np.sin: (lambda r, a: np.cos(a),),
+    np.cos: (lambda r, a: -np.sin(a),),
+    np.arctan: (lambda r, a: 1 / (1 + a * a),),
+    np.sinh: (lambda r, a: np.cosh(a),),
+    np.cosh: (lambda r, a: np.sinh(a),),
+    np.tanh: (lambda r, a: 1 - r * r,),
+}
+_WITHOUT_SLOPE = frozenset(
+    (np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.isfinite, np.isnan, np.sign)
+)
+"""Ufuncs that look at values only."""
+
+
+class Dual(NDArrayOperatorsMixin):
+    """An array and its derivatives.
+
+    Only derivatives to parameters that play a part are carried along: most figures of a rig enter late.
+
+    Parameters
+    ----------
+    value : shape (...)
+    tangents : shape (P, ...), derivative to each parameter, broadcasts against `value`; or (K, ...) to some of them
+    places : (K,) which of the parameters; where not given all, or those that are not 0 in `tangents` of shape (P,)
+    parameters : P, where `places` are given
+    """
+
+    def __init__(
+        self, value: ArrayLike, tangents: ArrayLike, places: Indices | None = None, parameters: int = 0
+    ) -> None:
+        self.value: Array = np.asarray(value)
+        rows = np.asarray(tangents)
+        self.parameters = parameters if places is not None else rows.shape[0]
+        if places is None:
+            places = np.flatnonzero(rows) if rows.ndim == 1 else np.arange(rows.shape[0])
+            rows = rows[places] if rows.ndim == 1 else rows
+        self.places = places
+        self.tangents: Array = _aligned(rows, self.value.ndim)
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value!r}, {self.tangents!r}, {self.places!r}, {self.parameters})"
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        """Apply a ufunc to the values, and the chain rule to the tangents; other ufuncs raise TypeError."""
+        if method != "__call__" or kwargs:
+            return NotImplemented
+        values = [primal(argument) for argument in inputs]
+        if ufunc in _WITHOUT_SLOPE:
+            return ufunc(*values)
+        if ufunc not in _SLOPES:
+            return NotImplemented
+        result = np.asarray(ufunc(*values))
+        parts = [
+            (argument.places, slope(result, *values) * _aligned(argument.tangents, result.ndim))
+            for argument, slope in zip(inputs, _SLOPES[ufunc], strict=True)
+            if isinstance(argument, Dual)
+        ]
+        return Dual(result, *_summed(parts), self.parameters)
+
+    def full_tangents(self) -> Array:
+        """Derivatives to all parameters, in the shape (P, *value.shape)."""
+        full = np.zeros((self.parameters, *self.value.shape), dtype=self.tangents.dtype)
+        full[self.places] = self.tangents
+        return full
+
+
+def _summed(parts: list[tuple[Indices, Array]]) -> tuple[Array, Indices]:
+    """Sum of one or two tangents of some parameters each, and which parameters the sum has."""
+    first, tangents = parts[0]
+    if len(parts) == 1:
+        return tangents, first
+    second, others = parts[1]
+    if np.array_equal(first, second):
+        return tangents + others, first
+    places = np.union1d(first, second)
+    shape = np.broadcast_shapes(tangents.shape[1:], others.shape[1:])
+    total = np.zeros((places.size, *shape), dtype=np.result_type(tangents, others))
+    total[np.searchsorted(places, first)] = tangents
+    total[np.searchsorted(places, second)] += others
+    return total, places
+
+
+def _aligned(tangents: Array, dimensions: int) -> Array:
+    """Tangents with axes of length 1 behind the first, so that values of so many dimensions broadcast."""
+    missing = dimensions + 1 - tangents.ndim
+    return tangents.reshape(tangents.shape[0], *(1,) * missing, *tangents.shape[1:]) if missing > 0 else tangents
+
+
+def primal(figure: Any) -> Any:
+    """The value without its derivatives."""
+    return figure.value if isinstance(figure, Dual) else figure
+
+
+def lifted(function: Callable[[Any], Any], slope: Callable[[Any], Any], argument: Any) -> Any:
+    """Value of a function of one variable that is no ufunc of the table, with its derivative given as `slope`."""
+    if not isinstance(argument, Dual):
+        return function(argument)
+    return Dual(
+        function(argument.value), slope(argument.value) * argument.tangents, argument.places, argument.parameters
+    )
+
+
+def linear(operator: Callable[[Array], Array], argument: Any) -> Any:
+    """Image under a linear operator that acts on the last axis, such as a Fourier transform."""
+    if not isinstance(argument, Dual):
+        return operator(np.asarray(argument))
+    return Dual(operator(argument.value), operator(argument.full_tangents()))
+
+
+def derivatives(function: Callable[..., Any], parameters: ArrayLike) -> tuple[Array, Array]:
+    """Value of a function of P figures and its derivative to each.
+
+    Parameters
+    ----------
+    function : takes P figures of shape (..., 1), returns an array of shape (..., frequency)
+    parameters : shape (..., P)
+
+    Returns
+    -------
+    value : shape (..., frequency)
+    derivatives : shape (..., P, frequency)
+    """
+    columns = np.moveaxis(np.asarray(parameters)[..., None], -2, 0)
+    directions = np.eye(columns.shape[0])
+    result = function(*(Dual(column, direction) for column, direction in zip(columns, directions, strict=True)))
+    if not isinstance(result, Dual):
+        value = np.asarray(result)
+        return value, np.zeros((*value.shape[:-1], columns.shape[0], value.shape[-1]))
+    return result.value, np.moveaxis(result.full_tangents(), 0, -2)

@@ -1,0 +1,218 @@
+"""The eight-parameter model and its exact derivatives, compiled.
+
+A section with characteristic admittance Y₀ and load Y_L has, with e = exp(−2γL), a = Y_L + Y₀ and
+b = (Y_L − Y₀) e, the input admittance Y₀ (a + b)/(a − b): equation 5 of the paper, in one exponential that
+cannot overflow. Its derivatives are 4 e Y₀²/(a − b)² to the load, (a + b)/(a − b) − 4 e Y₀ Y_L/(a − b)² to Y₀
+and −4 e Y₀ (Y_L² − Y₀²)/(a − b)² to γL.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.compiled import compiler
+
+OPTIONS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp", "afn"}, "error_model": "numpy"}
+"""How the model and whatever calls it are compiled."""
+compiled = compiler("physics", **OPTIONS)
+inlined = compiler("physics", forceinline=True, **OPTIONS)
+SIZE = 8
+"""Parameters, in the order of `drillid.physics.parameters.PARAMETERS`."""
+_TURN = 2 * math.pi
+BLOCK = 104
+"""Frequencies whose derivatives are held at a time, few enough for the processor's nearest memory."""
+WIDTH = 2 * (SIZE + 1)
+"""Numbers a frequency: real and imaginary part of the mobility and of each derivative."""
+
+
+class Line(NamedTuple):
+    """What the model takes as given."""
+
+    given: Floats
+    """Of each block of frequencies (block, 8 BLOCK): real and imaginary parts of the Laplace variable s (1/s), of
+    ρs (kg/(m³ s)), of G/s (Pa s) and of the controller with its filters (N m s/rad), BLOCK numbers each."""
+    frequencies: int
+    """Frequencies; the last block is filled up with the last frequency."""
+    collar_length: float
+    """m; 0 without collars."""
+    collar_polar_moment: float
+    """m⁴."""
+    collar_inertia: float
+    """kg m², of the collars as in the tally."""
+
+
+@inlined
+def inverse(z: complex) -> complex:
+    """1/z."""
+    scale = 1.0 / (z.real * z.real + z.imag * z.imag)
+    return complex(z.real * scale, -z.imag * scale)
+
+
+@inlined
+def root(z: complex) -> complex:
+    """Square root with positive real part, without loss of digits."""
+    size = math.sqrt(z.real * z.real + z.imag * z.imag)
+    larger = math.sqrt(0.5 * (size + abs(z.real)))
+    smaller = 0.5 * abs(z.imag) / larger
+    sign = 1.0 if z.imag >= 0 else -1.0
+    real = larger if z.real >= 0 else smaller
+    return complex(real, sign * (smaller if z.real >= 0 else larger))
+
+
+@inlined
+def _decay(x: float) -> float:
+    """exp(−x) for x ≥ 0, 0 for what is below 1e-27: Taylor's series of x/64, squared six times."""
+    y = min(max(x, 0.0), 64.0) / 64.0
+    t = 1.0 - y / 16.0
+    t = 1.0 - t * y / 15.0
+    t = 1.0 - t * y / 14.0
+    t = 1.0 - t * y / 13.0
+    t = 1.0 - t * y / 12.0
+    t = 1.0 - t * y / 11.0
+    t = 1.0 - t * y / 10.0
+    t = 1.0 - t * y / 9.0
+    t = 1.0 - t * y / 8.0
+    t = 1.0 - t * y / 7.0
+    t = 1.0 - t * y / 6.0
+    t = 1.0 - t * y / 5.0
+    t = 1.0 - t * y / 4.0
+    t = 1.0 - t * y / 3.0
+    t = 1.0 - t * y / 2.0
+    t = 1.0 - t * y
+    t *= t
+    t *= t
+    t *= t
+    t *= t
+    t *= t
+    return t * t
+
+
+@inlined
+def _turn(x: float) -> complex:
+    """Cosine and sine of x as a complex number: Taylor's series within an eighth of a turn, angle doubled twice."""
+    y = 0.25 * (x - _TURN * np.floor(x / _TURN + 0.5))
+    q = y * y
+    cosine = 1.0 - q / 182.0
+    cosine = 1.0 - cosine * q / 132.0
+    cosine = 1.0 - cosine * q / 90.0
+    cosine = 1.0 - cosine * q / 56.0
+    cosine = 1.0 - cosine * q / 30.0
+    cosine = 1.0 - cosine * q / 12.0
+    cosine = 1.0 - cosine * q / 2.0
+    sine = 1.0 - q / 210.0
+    sine = 1.0 - sine * q / 156.0
+    sine = 1.0 - sine * q / 110.0
+    sine = 1.0 - sine * q / 72.0
+    sine = 1.0 - sine * q / 42.0
+    sine = 1.0 - sine * q / 20.0
+    sine = y - y * sine * q / 6.0
+    cosine, sine = 1.0 - 2.0 * sine * sine, 2.0 * sine * cosine
+    return complex(1.0 - 2.0 * sine * sine, 2.0 * sine * cosine)
+
+
+@inlined
+def falling(z: complex) -> complex:
+    """exp(−z) for a real part that is not negative."""
+    return _decay(z.real) * _turn(-z.imag)
+
+
+@inlined
+def _section(own: complex, load: complex, decay: complex) -> tuple[complex, complex, complex, complex]:
+    """Input admittance of a section and its derivatives to the load, to Y₀ and to γL; decay is exp(−2γL)."""
+    a, b = load + own, (load - own) * decay
+    per_difference = inverse(a - b)
+    ratio = (a + b) * per_difference
+    common = 4.0 * decay * per_difference * per_difference * own
+    return own * ratio, common * own, ratio - common * load, -common * (load - own) * a
+
+
+@inlined
+def _given(given: Floats, which: int, j: int) -> complex:
+    return complex(given[2 * which * BLOCK + j], given[(2 * which + 1) * BLOCK + j])
+
+
+@inlined
+def _keep(table: Floats, which: int, j: int, value: complex) -> None:
+    table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j] = value.real, value.imag
+
+
+@compiled
+def tabulate(parameters: Floats, line: Line, block: int, table: Floats) -> None:
+    """Command mobility and its derivatives to the eight parameters at a block of frequencies.
+
+    The table (WIDTH BLOCK,) holds real and imaginary part of the one and then of the others, BLOCK numbers each.
+    The loop calls nothing outside of this file, and all places in its arrays are known when it is compiled, so
+    that the processor does several frequencies at once.
+    """
+    kappa, delta, length, polar = parameters[0], parameters[1], parameters[2], parameters[3]
+    delay, inertia_td, damping_bha, inertia_bha = parameters[4], parameters[5], parameters[6], parameters[7]
+    collars = line.collar_length > 0.0
+    carried = min(inertia_bha, line.collar_inertia)
+    per_inertia = line.collar_polar_moment / line.collar_inertia if collars else 0.0
+    collar_length, collar_polar, lump = line.collar_length, carried * per_inertia, inertia_bha - carried
+    lumped = 1.0 if inertia_bha >= line.collar_inertia else 0.0
+    thinned = (1.0 - lumped) * per_inertia
+    given = line.given[block]
+    for j in range(BLOCK):
+        s, series = _given(given, 0, j), _given(given, 2, j) + delta
+        per_series = inverse(series)
+        gamma = root((_given(given, 1, j) + kappa) * per_series)
+        specific = series * gamma
+        half = 0.5 * inverse(gamma)
+        specific_delta = 0.5 * gamma
+        gamma_kappa, gamma_delta = half * per_series, -specific_delta * per_series
+
+        load = lump * s + damping_bha
+        by_damping, by_inertia = complex(1.0, 0.0), s
+        by_kappa = by_delta = complex(0.0, 0.0)
+        if collars:
+            decay = falling(2.0 * collar_length * gamma)
+            load, by_load, by_own, by_phase = _section(collar_polar * specific, load, decay)
+            by_damping = by_load
+            by_inertia = lumped * by_load * s + thinned * by_own * specific
+            by_kappa = by_own * collar_polar * half + by_phase * collar_length * gamma_kappa
+            by_delta = by_own * collar_polar * specific_delta + by_phase * collar_length * gamma_delta
+        load, by_load, by_own, by_phase = _section(polar * specific, load, falling(2.0 * length * gamma))
+
+        delayed = falling(delay * s)
+        below = inertia_td * s + load
+        per_total = inverse(below + delayed * _given(given, 3, j))
+        mobility = delayed * per_total
+        slope = -mobility * per_total
+        to_load, to_own, to_phase = slope * by_load, slope * by_own, slope * by_phase
+        _keep(table, 0, j, mobility)
+        _keep(table, 1, j, to_load * by_kappa + to_own * polar * half + to_phase * length * gamma_kappa)
+        _keep(table, 2, j, to_load * by_delta + to_own * polar * specific_delta + to_phase * length * gamma_delta)
+        _keep(table, 3, j, to_phase * gamma)
+        _keep(table, 4, j, to_own * specific)
+        _keep(table, 5, j, slope * s * below)
+        _keep(table, 6, j, slope * s)
+        _keep(table, 7, j, to_load * by_damping)
+        _keep(table, 8, j, to_load * by_inertia)
+
+
+def line_of(s: Complex, control: Complex, shunt: Complex, series: Complex, collars: tuple[float, float, float]) -> Line:
+    """Inputs of shape (frequency,) cut into blocks; collars are length, polar moment and inertia."""
+    blocks = max(1, -(-s.size // BLOCK))
+    parts = np.empty((8, blocks * BLOCK))
+    for i, values in enumerate((s, shunt, series, control)):
+        parts[2 * i, : s.size], parts[2 * i + 1, : s.size] = values.real, values.imag
+    parts[:, s.size :] = parts[:, s.size - 1 : s.size]
+    given = np.ascontiguousarray(parts.reshape(8, blocks, BLOCK).swapaxes(0, 1)).reshape(blocks, 8 * BLOCK)
+    return Line(given, s.size, *collars)
+
+
+@compiled
+def mobilities(points: Floats, line: Line, mobility: Complex, derivatives: Complex) -> None:
+    """Command mobility (point, frequency) and derivatives (point, 8, frequency) of parameters (point, 8)."""
+    table = np.empty(WIDTH * BLOCK)
+    for row in range(points.shape[0]):
+        for block in range(line.given.shape[0]):
+            first = BLOCK * block
+            tabulate(points[row], line, block, table)
+            for j in range(min(BLOCK, line.frequencies - first)):
+                mobility[row, first + j] = _given(table, 0, j)
+                for i in range(SIZE):
+                    derivatives[row, i, first + j] = _given(table, i + 1, j)

@@ -1,0 +1,155 @@
+"""From the Laplace variable to time: the inverse transform by one FFT, right of the imaginary axis.
+
+On the line s = a + jω the transform belongs to the response times e^(−at), so that what an FFT wraps
+around comes back smaller by e^(−a period) (Dubner and Abate 1968, Journal of the ACM 15, 115–123). What
+remains is the transform beyond the highest frequency; callers take steps and kinks out in closed form first.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len
+
+from drillid.arrays import Booleans, Complex, Floats
+from drillid.errors import EstimationError
+from drillid.physics.dual_numbers import linear, primal
+from drillid.physics.equipment import DrillingSystem
+from drillid.physics.responses import _bit_alone, bit_mobility, command_mobility
+from drillid.physics.top_drive import drive
+
+IMAGES = 1e-9
+"""Size of the periodic images."""
+FINEST_INTERVAL_S = 0.004
+"""Spacing in time at which the transform is computed."""
+
+_PERIODS = 4
+"""Period of the images in durations; the longer, the less e^(at) enlarges what is cut off."""
+_LARGEST_IMAGE = 1e-3
+"""Share of the largest value that images of a growing response may reach."""
+
+Steps = tuple[Floats, Floats]
+_LEAST_LAG = 1e-9
+"""s; stands for a drive without lag."""
+
+
+def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interval: float) -> tuple[Floats, Any]:
+    """Response in time of a transform without steps.
+
+    The line lies at Re s = 5.2/duration. A response that grows so fast (beyond e^(3.4 t/duration)) that its
+    images spoil it is unstable, and none is given: it raises or, among windows, becomes a row of NaN.
+
+    Parameters
+    ----------
+    transform : takes s of shape (frequency,), returns an array or a Dual of shape (..., frequency)
+    duration, interval : length and spacing of the lags, s
+
+    Returns
+    -------
+    lags : shape (lag,), s, from 0
+    response : shape (..., lag); a Dual where the transform is one
+
+    Raises
+    ------
+    EstimationError
+        If the transform is that of one unstable system.
+    """
+    lags = np.arange(0.0, duration + interval / 2, interval)
+    oversampling = int(np.ceil(interval / FINEST_INTERVAL_S))
+    points = next_fast_len(_PERIODS * lags.size * oversampling, real=True)
+    period = points * interval / oversampling
+    shift = -np.log(IMAGES) / period
+    s = shift + 2j * np.pi * np.arange(points // 2 + 1) / period
+    rising = np.exp(shift * lags) * points / period
+
+    with np.errstate(invalid="ignore"):
+        # windows without parameters, of NaN, stay NaN without a warning
+        spectrum = transform(s)
+    wrapped = linear(lambda values: np.asarray(irfft(values, points)), spectrum)
+    response = linear(lambda turns: turns[..., : lags.size * oversampling : oversampling] * rising, wrapped)
+    unstable = _has_images(primal(wrapped))
+    if not np.any(unstable):
+        return lags, response
+    if unstable.ndim == 0:
+        raise EstimationError(
+            f"response over {duration} s",
+            f"the system is unstable; its motion grows faster than e^(t/{duration / 3.4:.3g} s)",
+            "Look at drillid.physics.modes, or ask for a shorter response",
+        )
+    return lags, response * np.where(unstable, np.nan, 1.0)[..., None]
+
+
+def _has_images(wrapped: Floats) -> Booleans:
+    """Whether a damped response (..., time) has not died out at the end of its period, or begins before its cause."""
+    amplitude = np.abs(wrapped)
+    last = amplitude[..., round(0.9 * wrapped.shape[-1]) : round(0.995 * wrapped.shape[-1])]
+    return np.asarray(last.max(axis=-1) > _LARGEST_IMAGE * amplitude.max(axis=-1))
+
+
+def bit_step_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
+    """Bit speed after a unit torque step at the bit.
+
+    The step into bit and lowest section without reflections is known in closed form and taken
+    out first, so that the remainder's spectrum falls fast. The error is below 1e-6 of the largest
+    value (against 30-digit inversion, usual rigs). Unstable systems: see `inverse_laplace`.
+
+    Parameters
+    ----------
+    duration, interval : length and spacing of the lags, s; lag 0 is the instant before the step
+
+    Returns
+    -------
+    lags : shape (lag,), s
+    bit_speed : shape (..., lag), rad/s per N m; a Dual where the equipment holds one
+    """
+    inertia, resistance = _bit_alone(system)
+
+    def remainder(s: Complex) -> Any:
+        return bit_mobility(system, s, stiff=stiff) / s - 1 / (s * (inertia * s + resistance))
+
+    lags, reflections = inverse_laplace(remainder, duration, interval)
+    bit_speed = (reflections - np.expm1(-resistance / inertia * lags) / resistance) * (lags > 0)
+    return lags, bit_speed
+
+
+def bit_impulse_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
+    """Bit speed after a unit angular momentum given to the bit, whose inertia must be positive.
+
+    As `bit_step_response`, with lag 0 the instant after the impulse. The error is below 1e-4 of the first
+    value; there, where the motion is fastest, it may reach 1 %.
+
+    Returns
+    -------
+    lags : shape (lag,), s
+    bit_speed : shape (..., lag), rad/s per N m s; a Dual where the equipment holds one
+    """
+    inertia, resistance = _bit_alone(system)
+
+    def remainder(s: Complex) -> Any:
+        return bit_mobility(system, s, stiff=stiff) - 1 / (inertia * s + resistance)
+
+    lags, reflections = inverse_laplace(remainder, duration, interval)
+    return lags, reflections + np.exp(-resistance / inertia * lags) / inertia
+
+
+def command_step_response(system: DrillingSystem, duration: float, interval: float) -> Steps:
+    """Top-drive speed after a unit step of the sweep torque.
+
+    Taken out first in closed form: the delayed and lagging torque on the top drive's inertia alone. The
+    error is below 2e-6 of the largest value.
+
+    Returns
+    -------
+    lags : shape (lag,), s
+    speed : shape (..., lag), rad/s per N m; a Dual where the equipment holds one
+    """
+    top_drive = system.top_drive
+
+    def remainder(s: Complex) -> Any:
+        return command_mobility(system, s) / s - drive(top_drive, s) / (top_drive.inertia * s * s)
+
+    lags, rest = inverse_laplace(remainder, duration, interval)
+    since = np.maximum(lags - top_drive.delay, 0.0)
+    lag = np.maximum(top_drive.lag, _LEAST_LAG)
+    alone = top_drive.gain / top_drive.inertia * (since + lag * np.expm1(-since / lag))
+    return lags, rest + alone

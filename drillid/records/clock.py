@@ -1,0 +1,329 @@
+"""Time stamps of a log → places of its rows on a regular grid.
+
+A recorder samples by a regular clock; what jitters is mostly the stamp, written when the row
+reaches the recorder. So a regular clock is fitted to the stamps and each row is put on the tick
+that it belongs to. Missing rows leave ticks empty. Where the stamps jump but the signals run on,
+it was the clock that was set, not rows that are missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from drillid.arrays import Floats, Integers
+from drillid.errors import LogError
+
+_DAY_NS = 86_400_000_000_000
+FEWEST_ROWS = 10
+"""A log needs as many rows, and a column as many values."""
+_ROUND_TOLERANCE = 1e-3
+"""A clock is taken to run off its nominal rate by less than this, as a share; a round rate further off is another."""
+_LARGEST_TOLERANCE = 0.01
+"""The same for logs that are too short to tell their rate well."""
+_NO_DRIFT = 0.05
+"""Intervals of drift over a log that are as likely chance."""
+_NEAR_TICK = 0.3
+"""A grid joins the grid before it where their ticks differ by less than this share of an interval."""
+_PHASE_ROWS = 100
+"""Rows on either side over which the stamps' place between ticks is averaged."""
+_PHASE_BREAK = 0.15
+"""Change of that place over a jump, in intervals, from which the clock does not run on through it."""
+_LASTING_ROWS = 5
+"""A row whose stamp leaves its neighbours' ticks for fewer rows than this is a late stamp, not a jump."""
+_BLOCK = 200_000
+"""Rows worked on at once where that takes much memory."""
+_EITHER_SIDE = 3
+"""Samples on either side of a jump by which it is judged whether a signal runs on."""
+_SHORT_JUMP = 5
+"""Intervals up to which missing rows themselves leave a signal smooth enough to be told from a set clock."""
+_FAR_ROUGHER = 4.0
+"""How many times rougher a signal must be with missing rows than without, for a short jump to be a set clock."""
+
+
+@dataclass(frozen=True)
+class ClockStep:
+    """The recorder's clock was set by `seconds` before `row`; `continues` tells whether the signals ran on."""
+
+    row: int
+    seconds: float
+    continues: bool
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """A log's rows on its regular grid.
+
+    rate : nominal samples per second
+    found : samples per second by the stamps
+    origin : time of tick 0, ns since 1970 UTC
+    rows : rows in order of time, repeated rows left out, shape (row,)
+    tick : tick of each of `rows`, not decreasing, shape (row,)
+    begin, end : times of the first and the last of `rows` by the stamps, their jitter averaged and settings of
+        the clock taken out, ns since 1970 UTC
+    jitter : stamp less tick of the regular clock at the rate `found`, s, shape (row,)
+    repeated : places in `rows` of the rows that others, left out, repeat, shape (repeat,)
+    steps : settings of the clock; `row` counts in `rows`
+    reordered : rows that stood out of order
+    """
+
+    rate: float
+    found: float
+    origin: int
+    begin: int
+    end: int
+    rows: Integers
+    tick: Integers
+    jitter: Floats
+    repeated: Integers
+    steps: tuple[ClockStep, ...]
+    reordered: int
+
+    def times(self, ticks: Integers) -> NDArray[np.datetime64]:
+        """UTC times of ticks, ns."""
+        since = np.rint(ticks * (1e9 / self.rate)).astype(np.int64)
+        return np.asarray((self.origin + since).astype("datetime64[ns]"))
+
+
+def place_rows(
+    stamps: Integers,
+    sweep: Floats,
+    speed: Floats,
+    rate: float | None = None,
+    anchor: int | None = None,
+    where: str = "log",
+) -> Ticks:
+    """Fit a regular clock to stamps and place each row on its tick.
+
+    Parameters
+    ----------
+    stamps : time stamps, ns since 1970 UTC, shape (row,), in the file's order
+    sweep, speed : the two signals by which set clocks are told from missing rows, shape (row,)
+    rate : nominal samples per second; the roundest that the stamps allow where None
+    anchor : time of a tick of the grid before this one, ns; midnight where None
+    where : name of the log for messages
+
+    Raises
+    ------
+    LogError
+        With too few rows, stamps that go backwards, or stamps coarser than the samples.
+    """
+    if stamps.size < FEWEST_ROWS:
+        raise too_few_rows(where, stamps.size)
+    rows, repeats = _without_repeats(stamps, sweep, speed)
+    interval = _interval(stamps[rows], where)
+    rows, reordered = _in_order(stamps, rows, interval)
+    seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
+    apart, shift = _apart(seconds, interval)
+    apart, moved, steps = _without_steps(apart, shift, sweep[rows], speed[rows], interval)
+    seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(apart)])
+    centred = tick - np.mean(tick)
+    found = float(np.dot(centred, centred) / np.dot(centred, seconds))
+    nominal = nominal_rate(found, int(tick[-1])) if rate is None else rate
+    found = nominal if abs(found / nominal - 1) * tick[-1] < _NO_DRIFT else found
+    first, jitter = int(stamps[rows[0]]), seconds - tick / found
+    begin, end = (first + round(float(np.median(part)) * 1e9) for part in (jitter[:_PHASE_ROWS], jitter[-_PHASE_ROWS:]))
+    origin = _joined(first + round(float(np.median(seconds - tick / nominal)) * 1e9), nominal, anchor)
+    kept = stamps[rows]
+    by_time = np.argsort(kept, kind="stable")
+    twice = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
+    end += round(tick[-1] * 1e9 / found)
+    jitter -= np.median(jitter)
+    return Ticks(nominal, found, origin, begin, end, rows, tick, jitter, twice, steps, reordered)
+
+
+def too_few_rows(where: str, rows: int) -> LogError:
+    """The error of a log too short to tell its clock."""
+    return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Take it out of the logs sheet")
+
+
+def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
+    """Rows to keep and rows that repeat an earlier row's stamp and signals."""
+    import pandas as pd
+
+    repeats = np.zeros(stamps.size, dtype=bool)
+    if np.any(np.diff(stamps) <= 0):
+        order = np.argsort(stamps, kind="stable")
+        same = np.diff(stamps[order]) == 0
+        alike = np.sort(order[np.concatenate([[False], same]) | np.concatenate([same, [False]])])
+        rows = {"stamp": stamps[alike], "sweep": sweep[alike], "speed": speed[alike]}
+        repeats[alike] = pd.DataFrame(rows).duplicated().to_numpy()
+    return np.flatnonzero(~repeats), np.flatnonzero(repeats)
+
+
+def _interval(stamps: Integers, where: str) -> float:
+    """Mean interval of unbroken rows, s."""
+    steps = np.diff(stamps) * 1e-9
+    forward = steps[steps > 0]
+    if np.sum(steps < 0) > 0.5 * steps.size:
+        what = "its time stamps go backwards: most rows are earlier than the row before them"
+        raise LogError(where, what, "Export the log in the order of time")
+    if forward.size < 0.5 * steps.size or forward.size == 0:
+        raise LogError(
+            where,
+            "its time stamps are coarser than its samples: most rows share a stamp",
+            "Export stamps with fractions of a second",
+        )
+    usual = float(np.median(forward))
+    return float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
+
+
+def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
+    """Rows sorted by stamp, where that closes holes and makes no two claim one tick; else the clock was set."""
+    steps = np.diff(stamps[rows]) * 1e-9
+    if not np.any(steps < -0.5 * interval):
+        return rows, 0
+    ordered = rows[np.argsort(stamps[rows], kind="stable")]
+    after = np.diff(stamps[ordered]) * 1e-9
+    shared = np.sum(after < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval)
+    closed = np.sum(after > 1.5 * interval) < np.sum(steps > 1.5 * interval)
+    if shared or not closed:
+        return rows, 0
+    return ordered, int(np.sum(ordered != rows))
+
+
+def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
+    """Ticks from each row to the next, and how far the clock's place between ticks shifts there, shape (row − 1,).
+
+    The place of the stamps between ticks is averaged over many rows, as an angle, which missing
+    rows do not change; a stamp then tells its tick for itself as long as it is less than half an
+    interval off. A stamp further off differs from its neighbours for a few rows only, whereas
+    missing rows and set clocks shift all that follow: a median filter takes off the former and
+    leaves the latter.
+    """
+    rows = seconds.size
+    place = seconds / interval - np.arange(rows)
+    total = np.concatenate([[0], np.cumsum(np.exp(2j * np.pi * place))])
+    jumps = 1 + np.flatnonzero(np.abs(np.diff(place)) > 1)
+    behind = total[jumps] - total[np.maximum(jumps - 1 - _PHASE_ROWS, 0)]
+    beyond = total[np.minimum(jumps + _PHASE_ROWS, rows - 1)] - total[jumps]
+    unlike = np.angle(beyond * np.conj(behind)) / (2 * np.pi)
+    breaks = jumps[np.abs(unlike) > _PHASE_BREAK]
+    bounds = np.concatenate([[0], breaks, [rows]])
+    phase = np.empty(rows)
+    for first in range(0, rows, _BLOCK):
+        row = np.arange(first, min(first + _BLOCK, rows))
+        piece = np.searchsorted(breaks, row, side="right")
+        high, low = np.minimum(row + _PHASE_ROWS + 1, bounds[piece + 1]), np.maximum(row - _PHASE_ROWS, bounds[piece])
+        phase[row] = np.angle(total[high] - total[low])
+    del total
+    phase = np.unwrap(phase) / (2 * np.pi)
+    ahead = median_filter(np.rint(place - phase), 2 * _LASTING_ROWS - 1, mode="nearest")
+    return 1 + np.diff(ahead).astype(np.int64), np.diff(phase) * interval
+
+
+def _without_steps(
+    apart: Integers, shift: Floats, sweep: Floats, speed: Floats, interval: float
+) -> tuple[Integers, Floats, tuple[ClockStep, ...]]:
+    """Ticks between rows with settings of the clock taken out, what those moved each stamp by (s), and the settings."""
+    doubtful = np.flatnonzero((apart > 1) | (apart < 0)).tolist()
+    apart, moved, steps = apart.copy(), np.zeros(apart.size + 1), []
+    if not doubtful:
+        return apart, moved, ()
+    sweep_ends, speed_ends = _RunsOn(sweep, apart), _RunsOn(speed, apart)
+    for before in doubtful:
+        jump = int(apart[before])
+        runs_on = sweep_ends.moving(before) and sweep_ends.smooth(before, 1) and speed_ends.smooth(before, 1)
+        if 1 < jump <= _SHORT_JUMP:
+            runs_on = runs_on and sweep_ends.told_apart(before, jump)
+        if runs_on or jump < 1:
+            apart[before] = 1 if runs_on else round(1 / interval)
+            moved[before + 1] = (jump - apart[before]) * interval + shift[before]
+            steps.append(ClockStep(before + 1, float(moved[before + 1]), bool(runs_on)))
+    return apart, np.cumsum(moved), tuple(steps)
+
+
+class _RunsOn:
+    """Whether a signal runs smoothly over a jump of its stamps, judged against its usual smoothness."""
+
+    def __init__(self, signal: Floats, apart: Integers) -> None:
+        self.signal = signal
+        windows = np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE)
+        blocks = range(0, len(windows), _BLOCK)
+        usual = np.concatenate([self._misfit(windows[first : first + _BLOCK], 1) for first in blocks])
+        broken = np.convolve(apart != 1, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
+        usual = usual[~broken & np.isfinite(usual)]
+        self.limit = float(np.quantile(usual, 0.99)) if usual.size else 0.0
+
+    @staticmethod
+    def _misfit(samples: Floats, apart: int) -> Floats:
+        """Root of the squared misfit of a cubic to samples (..., 6): three, `apart` intervals, three."""
+        place = np.arange(2 * _EITHER_SIDE, dtype=float)
+        place[_EITHER_SIDE:] += apart - 1
+        basis = np.linalg.qr(np.vander(place / place[-1], 4))[0]
+        residual = samples - (samples @ basis) @ basis.T
+        return np.asarray(np.sqrt(np.sum(residual**2, axis=-1)))
+
+    def _around(self, before: int) -> Floats:
+        return self.signal[before + 1 - _EITHER_SIDE : before + 1 + _EITHER_SIDE]
+
+    def moving(self, before: int) -> bool:
+        """Whether the signal changes around the jump by more than its roughness."""
+        around = self._around(before)
+        return around.size == 2 * _EITHER_SIDE and bool(np.ptp(around) > 3 * self.limit)
+
+    def smooth(self, before: int, apart: int) -> bool:
+        """Whether the signal is as smooth as usual if the rows around the jump are `apart` intervals apart."""
+        around = self._around(before)
+        return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, apart) <= self.limit)
+
+    def told_apart(self, before: int, apart: int) -> bool:
+        """Whether the signal would be far rougher with the rows around the jump `apart` intervals apart than with 1."""
+        around = self._around(before)
+        rough = self._misfit(around, apart)
+        return bool(rough > self.limit and rough > _FAR_ROUGHER * self._misfit(around, 1))
+
+
+def rate_tolerance(ticks: int, least: float) -> float:
+    """Share by which the rate of a log of so many ticks may be off a nominal one: half an interval over a short log."""
+    return max(least, min(0.5 / max(ticks, 1), _LARGEST_TOLERANCE))
+
+
+def nominal_rate(found: float, ticks: int) -> float:
+    """The roundest rate that a clock may be meant to have, in Hz or in ms from sample to sample.
+
+    Parameters
+    ----------
+    found : samples per second by the stamps, which drift against the samples
+    ticks : length of the log in samples
+    """
+    tolerance = rate_tolerance(ticks, _ROUND_TOLERANCE)
+    for decimals in range(4):
+        for rate in (round(found, decimals), 1e3 / (round(1e3 / found, decimals) or np.inf)):
+            if rate > 0 and abs(found / rate - 1) < tolerance:
+                return float(rate)
+    return found
+
+
+def _joined(origin: int, rate: float, anchor: int | None) -> int:
+    """Origin (ns) moved onto the ticks of an earlier grid, where it is near one."""
+    start = origin // _DAY_NS * _DAY_NS if anchor is None else anchor
+    ticks = (origin - start) * 1e-9 * rate
+    near = round(ticks)
+    return start + round(near * 1e9 / rate) if abs(ticks - near) < _NEAR_TICK else origin
+
+
+def share_of_real_jitter(signal: Floats, ticks: Ticks) -> float:
+    """Share of the stamps' jitter that the samples really have.
+
+    A sample taken j late on a signal of slope f′ is off its tick's value by f′ j, which roughens
+    the signal; the share is that which, taken off, leaves it smoothest (least squares on fourth
+    differences): 0 where the clock is regular and only stamps jitter, 1 where stamps are right.
+
+    Parameters
+    ----------
+    signal : shape (row,), in the order of ticks.rows
+    """
+    if np.ptp(ticks.jitter) * ticks.rate < 1e-4:
+        return 0.0
+    slope = np.gradient(signal) * ticks.rate
+    rough, expected = np.diff(signal, 4), np.diff(slope * ticks.jitter, 4)
+    whole = (ticks.tick[4:] - ticks.tick[:-4] == 4) & np.isfinite(rough) & np.isfinite(expected)
+    rough, expected = rough[whole], expected[whole]
+    if rough.size == 0 or not np.any(expected):
+        return 0.0
+    usual = np.abs(rough) <= np.quantile(np.abs(rough), 0.999)
+    return float(np.sum((rough * expected)[usual]) / np.sum((expected**2)[usual]))

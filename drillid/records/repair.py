@@ -1,0 +1,134 @@
+"""The channels of one log on their grid: holes filled where that is sound, everything else flagged and noted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drillid.arrays import Array, Booleans, Floats
+from drillid.config.settings import RecordsSettings
+from drillid.datasets.codes import RecordFlag
+from drillid.records.grid import LOOK, Grid, Note
+from drillid.records.quality import runs, spikes, stuck
+
+FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
+"""Channels the dynamics are read from; the others are slow and only tell the rig's state."""
+_SPLINE_BLOCK = 100_000
+"""Knots of a spline worked on at once."""
+_SPLINE_REACH = 50
+"""Knots beyond which a cubic spline feels nothing of a knot: its pull falls by 3.7 from each to the next."""
+_SLOW_HOLD = 5.0
+"""A slow channel is interpolated over up to this many of its own intervals."""
+
+
+class Repair:
+    """Works on one channel after the other and gathers flags, shape (time,), and notes on the way."""
+
+    def __init__(self, grid: Grid, rate: float, settings: RecordsSettings) -> None:
+        self.grid, self.rate, self.settings = grid, rate, settings
+        self.flags = grid.flags.copy()
+        self.notes: list[Note] = []
+
+    def channel(self, name: str, rows: Array) -> NDArray[np.float32]:
+        """One channel's rows, shape (row,), as its samples, shape (time,); NaN where it cannot be known."""
+        samples = np.full(self.grid.size, np.nan, rows.dtype)
+        samples[self.grid.position[self.grid.first]] = rows[self.grid.first]
+        filled = self._fast(name, samples) if name in FAST_CHANNELS else self._slow(samples)
+        return filled.astype(np.float32, copy=False)
+
+    def _fast(self, name: str, samples: Array) -> Array:
+        """Spikes and short holes replaced by a cubic spline through the good samples, long holes left as gaps."""
+        missing = np.isnan(samples)
+        spiky = spikes(_bridged(samples, missing), self.rate, self.settings.spike_error_rate) & ~missing
+        holes = missing | spiky
+        short = _short(holes, int(self.settings.interpolate_up_to_s * self.rate + 1e-9))
+        if np.any(short):
+            samples[short] = spline(np.flatnonzero(~holes), samples[~holes], np.flatnonzero(short))
+        samples[holes & ~short] = np.nan
+        self._flag(spiky, RecordFlag.SPIKE)
+        self._flag(short & ~spiky, RecordFlag.INTERPOLATED)
+        self._flag(holes & ~short, RecordFlag.GAP)
+        if np.any(spiky):
+            first = self.grid.at(int(np.flatnonzero(spiky)[0]))
+            self._note(f"{int(np.sum(spiky))} spikes in {name} replaced, the first at {first}", LOOK)
+        cells = int(np.sum(missing[self.grid.position[self.grid.first]]))
+        if cells:
+            self._note(f"{cells} rows hold no {name}", LOOK)
+        return samples
+
+    def _slow(self, samples: Array) -> Array:
+        """Linear interpolation between the channel's own values, which may be far fewer than the rows."""
+        missing = np.isnan(samples)
+        known = np.flatnonzero(~missing)
+        own = float(np.median(np.diff(known))) if known.size > 1 else 1.0
+        longest = max(self.settings.interpolate_up_to_s * self.rate, _SLOW_HOLD * own)
+        filled = _bridged(samples, missing)
+        for first, stop in runs(missing):
+            if stop - first > longest:
+                filled[first:stop] = np.nan
+        return filled
+
+    def find_stuck(self, channels: dict[str, Array]) -> None:
+        """Flag fast channels that keep one value while another fast channel moves."""
+        known = [name for name in FAST_CHANNELS if name in channels]
+        moves = {name: np.concatenate([[False], np.abs(np.diff(channels[name])) > 0]) for name in known}
+        for name in known:
+            others = np.any([moves[other] for other in known if other != name], axis=0)
+            found = stuck(channels[name], others, self.rate, self.settings.stuck_s)
+            self._flag(found, RecordFlag.STUCK)
+            for first, stop in runs(found):
+                what = f"{name} does not change for {(stop - first) / self.rate:.1f} s from {self.grid.at(int(first))}"
+                self._note(what, "These samples are flagged and make no window; look at the sensor")
+
+    def note_holes(self) -> None:
+        """Count the rows that were missing, and name each gap."""
+        empty = np.ones(self.grid.size, dtype=bool)
+        empty[self.grid.position] = False
+        filled = int(np.sum(empty & ((self.flags & np.uint8(RecordFlag.INTERPOLATED)) > 0)))
+        if filled:
+            self._note(f"{filled} rows missing, filled by interpolation", LOOK)
+        for first, stop in runs((self.flags & np.uint8(RecordFlag.GAP)) > 0):
+            what = f"gap of {(stop - first) / self.rate:.1f} s at {self.grid.at(int(first))}"
+            self._note(what, "It is left open and no window reaches over it; look at the recorder if this recurs")
+        for position, seconds in self.grid.left_out:
+            what = f"gap of {seconds:.1f} s after {self.grid.at(position)}"
+            self._note(what, "No samples are stored there; look at the recorder if this recurs")
+
+    def _flag(self, where: Booleans, flag: RecordFlag) -> None:
+        self.flags[where] |= np.uint8(flag)
+
+    def _note(self, what: str, remedy: str) -> None:
+        self.notes.append((what, remedy))
+
+
+def spline(known: Array, values: Array, wanted: Array) -> Floats:
+    """Cubic spline through `values` at `known`, shape (knot,), at `wanted`, shape (place,); both ascend.
+
+    It is made block by block, each with so many knots on either side that it is the whole spline
+    to rounding, because the whole one takes a hundred bytes a knot.
+    """
+    from scipy.interpolate import CubicSpline
+
+    result = np.empty(wanted.size)
+    starts = np.arange(0, known.size, _SPLINE_BLOCK)
+    edges = [0, *np.searchsorted(wanted, known[starts[1:]]).tolist(), wanted.size]
+    for start, first, stop in zip(starts.tolist(), edges[:-1], edges[1:], strict=True):
+        if first < stop:
+            knots = slice(max(0, start - _SPLINE_REACH), start + _SPLINE_BLOCK + _SPLINE_REACH)
+            result[first:stop] = CubicSpline(known[knots], values[knots])(wanted[first:stop])
+    return result
+
+
+def _bridged(samples: Array, missing: Booleans) -> Array:
+    """Samples with linear interpolation where they are missing, shape (time,)."""
+    whole, known = samples.copy(), np.flatnonzero(~missing)
+    whole[missing] = np.interp(np.flatnonzero(missing), known, samples[known])
+    return whole
+
+
+def _short(holes: Booleans, longest: int) -> Booleans:
+    """Holes of up to `longest` samples that have good samples on both sides, shape (time,)."""
+    short = np.zeros_like(holes)
+    for first, stop in runs(holes):
+        short[first:stop] = stop - first <= longest and first > 0 and stop < holes.size
+    return short

@@ -1,0 +1,337 @@
+"""The figures of a well that its report tells: how much was identified, what stands out, agreement with the papers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.arrays import Booleans, Floats, Integers
+from drillid.discrepancy import EVIDENCE, runs
+from drillid.figures.data import drilled_length
+from drillid.physics.parameters import PARAMETERS
+from drillid.statistics import TWO_SIDED
+
+if TYPE_CHECKING:
+    from drillid.config.rig import Rig
+    from drillid.datasets.store import WellFolders
+
+
+_LEAST_SHARE_FROM_DATA = 0.01
+"""Share of an estimate's information that must come from the data for a comparison with the papers."""
+_AGREES, _DIFFERS = 2.0, 3.0
+"""Standard deviations from the papers up to which a value agrees, and above which it disagrees."""
+_EVIDENT = 2.0
+"""Pull from which a parameter counts among what rose in an interval."""
+_ROWS_APART = 3
+"""Problems of one kind up to which each has a row of its own."""
+_TRACKS = dict(zip(EVIDENCE, ("damping_bha", "inertia_bha"), strict=True))
+
+_BOTH = frozenset({"damping_bha", "inertia_bha"})
+EXPLANATIONS = {
+    _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves and drags along with the assembly; so "
+    "would cuttings packed around it, or whirl. A caliper log, cuttings returns and downhole vibration data can tell "
+    "them apart.",
+    frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
+    "around the assembly, whirl or wall contact, or a change of formation or bit wear. A caliper log, cuttings returns "
+    "and downhole vibration data can tell them apart.",
+    frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
+    "assembly other than in the tally. Check the tally first.",
+}
+"""What could explain an interval, by the parameters that rose in it; the data alone do not decide."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its standard error, SI."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Rise:
+    """A parameter that rose in an interval: its value there, the usual one, and how many times that it is at least."""
+
+    parameter: str
+    there: Estimate
+    usual: Estimate
+    pull: float
+
+    @property
+    def least_ratio(self) -> float:
+        """Lowest ratio of the two that their 95 % intervals leave."""
+        usual = max(self.usual.value + TWO_SIDED * self.usual.error, np.finfo(float).tiny)
+        return (self.there.value - TWO_SIDED * self.there.error) / usual
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A flagged interval, m, with what rose in it."""
+
+    from_m: float
+    to_m: float
+    windows: int
+    rises: tuple[Rise, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A parameter from all accepted windows beside the rig's papers, SI; `found` is None where the data do not tell."""
+
+    parameter: str
+    papers: Estimate
+    found: Estimate | None
+
+    @property
+    def pull(self) -> float:
+        """Difference in standard deviations of both."""
+        if self.found is None:
+            return float("nan")
+        return (self.found.value - self.papers.value) / float(np.hypot(self.found.error, self.papers.error))
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        if self.found is None:
+            return "the data do not tell"
+        return "agrees" if abs(self.pull) <= _AGREES else "doubtful" if abs(self.pull) <= _DIFFERS else "disagrees"
+
+    @property
+    def off(self) -> bool:
+        """The data tell something else than the papers, or may do so."""
+        return self.verdict in ("doubtful", "disagrees")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A parameter over the windows of one run, SI."""
+
+    median: float
+    low: float
+    """16th percentile."""
+    high: float
+    """84th percentile."""
+    error: float
+    """Typical standard error of one window."""
+    at_bound: int
+    """Windows whose value lies at its physical bound."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One assembly run: depths of its windows (m), their number, and each parameter over those of use."""
+
+    from_m: float
+    to_m: float
+    windows: int
+    used: int
+    """Windows with an accepted fit that are not flagged."""
+    collars: str
+    spreads: dict[str, Spread]
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What was identified in a well."""
+
+    windows: int
+    hours: float
+    accepted: int
+    refusals: Counter[str]
+    """Reasons why fits are not accepted, with their windows."""
+    chi2: tuple[float, float, float]
+    """Median, least and largest chi-squared per degree of freedom of the accepted windows."""
+    judged: bool
+    """Some run has windows enough for a usual level to stand out of."""
+    intervals: tuple[Interval, ...]
+    comparisons: tuple[Comparison, ...]
+    runs: tuple[Run, ...]
+
+
+def identified(folders: WellFolders, rig: Rig) -> Identified:
+    """Read what the report needs of a well that has its depth dataset."""
+    fits, windows = folders.read("fits", "fits").load(), folders.read("windows", "windows").load()
+    discrepancy = folders.read("discrepancy", "discrepancy").load()
+    table = pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+    run = runs(rig, windows["bit_depth"].values)
+    accepted, flagged = fits["accepted"].values.astype(bool), discrepancy["flagged"].values.astype(bool)
+    chi2 = fits["chi2_per_dof"].values[accepted]
+    quiet = accepted & ~flagged
+    return Identified(
+        windows=windows.sizes["window"],
+        hours=covered_hours(windows["start"].values, windows["end"].values),
+        accepted=int(accepted.sum()),
+        refusals=Counter(kinds(pd.Series(fits["reason"].values[~accepted], dtype=str))),
+        chi2=(float(np.median(chi2)), float(chi2.min()), float(chi2.max())) if chi2.size else (np.nan,) * 3,
+        judged=bool(np.isfinite(discrepancy["damping_pull"].values).any()),
+        intervals=tuple(_interval(row, windows, fits, discrepancy, run, quiet) for row in table.to_dict("records")),
+        comparisons=tuple(comparison(fits, name, quiet) for name in PARAMETERS if _told(fits, name)),
+        runs=tuple(_run(number, rig, windows, fits, run, quiet) for number in np.unique(run)),
+    )
+
+
+def covered_hours(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) -> float:
+    """Time in windows that begin one after the other, h; where they overlap it counts once."""
+    until = np.minimum(end, np.append(start[1:], end[-1:]))
+    return float(np.sum((until - start) / np.timedelta64(1, "h")))
+
+
+def _told(fits: xr.Dataset, name: str) -> bool:
+    return bool(np.isfinite(fits["prior"].sel(parameter=name).values).any())
+
+
+def _interval(
+    row: Mapping[Hashable, Any],
+    windows: xr.Dataset,
+    fits: xr.Dataset,
+    discrepancy: xr.Dataset,
+    run: Integers,
+    quiet: Booleans,
+) -> Interval:
+    inside = (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
+    inside &= discrepancy["flagged"].values & fits["accepted"].values
+    usual = quiet & np.isin(run, run[inside])
+    rises = []
+    for track, parameter in _TRACKS.items():
+        if row[track] > _EVIDENT:
+            values = fits.sel(parameter=parameter)
+            there, level = (_mean(values, member) for member in (inside, usual))
+            rises.append(Rise(parameter, there, level, float(row[track])))
+    return Interval(row["from_m"], row["to_m"], int(row["windows"]), tuple(rises))
+
+
+def _mean(fit: xr.Dataset, member: Booleans) -> Estimate:
+    """Mean of one parameter over windows, each weighted by its information."""
+    return weighted_mean(fit["value"].values[member], fit["standard_error"].values[member])
+
+
+def weighted_mean(value: Floats, error: Floats) -> Estimate:
+    """Mean of independent values weighted by 1/error², with its standard error; NaN of nothing."""
+    if not value.size:
+        return Estimate(float("nan"), float("nan"))
+    weight = 1 / error**2
+    return Estimate(float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5))
+
+
+def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:
+    """What the data alone say about a parameter, beside the papers; both as means over the windows.
+
+    Every fit had the papers as prior knowledge, so that their share is taken out of each
+    window's estimate first: the information of independent sources adds. The papers are
+    wrong by the same share in all windows, so that their error does not average out.
+    """
+    fit = fits.sel(parameter=name)
+    value, error, prior, prior_error = (
+        fit[each].values[member] for each in ("value", "standard_error", "prior", "prior_error")
+    )
+    told = fit["prior"].values, fit["prior_error"].values
+    papers = Estimate(*(float(np.nanmean(each)) for each in ((prior, prior_error) if prior.size else told)))
+    information = 1 / error**2 - 1 / prior_error**2
+    informed = information > _LEAST_SHARE_FROM_DATA / error**2
+    if not informed.any():
+        return Comparison(name, papers, None)
+    own = information[informed]
+    difference = weighted_mean((value - prior)[informed] / error[informed] ** 2 / own, own**-0.5)
+    return Comparison(name, papers, Estimate(papers.value + difference.value, difference.error))
+
+
+def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Integers, quiet: Booleans) -> Run:
+    of_run = run == number
+    used = of_run & quiet
+    collars = rig.collars_at(float(windows["bit_depth"].values[of_run].mean()))
+    shift = drilled_length(rig, windows["bit_depth"].values)
+    spreads = {}
+    for name in PARAMETERS:
+        fit = fits.sel(parameter=name)
+        value = (fit["value"].values - (shift if name == "length" else 0.0))[used]
+        low, middle, high = np.percentile(value, [16, 50, 84]) if value.size else (np.nan,) * 3
+        error = np.median(fit["standard_error"].values[used]) if value.size else np.nan
+        spreads[name] = Spread(
+            float(middle), float(low), float(high), float(error), int(np.sum(fit["at_bound"].values[used]))
+        )
+    return Run(
+        from_m=float(windows["depth_from"].values[of_run].min()),
+        to_m=float(windows["depth_to"].values[of_run].max()),
+        windows=int(of_run.sum()),
+        used=int(used.sum()),
+        collars=f"{collars.length:.0f} m collars, OD {collars.outer_diameter * 1e3:.0f} mm"
+        if collars
+        else "no collars listed",
+        spreads=spreads,
+    )
+
+
+@dataclass(frozen=True)
+class Drilled:
+    """What the logs hold: drilled depths (m) and time (h), and the newest time; NaN and None without any."""
+
+    from_m: float
+    to_m: float
+    hours: float
+    recorded_hours: float
+    newest: pd.Timestamp | None
+
+
+def drilled(stretches: pd.DataFrame) -> Drilled:
+    """Sum over the stretches of a well."""
+    drilling = stretches[stretches["state"] == "drilling"]
+    newest = pd.Timestamp(stretches["end"].max()) if len(stretches) else None
+    return Drilled(
+        float(drilling["from_m"].min()),
+        float(drilling["to_m"].max()),
+        float(drilling["duration_s"].sum() / 3600),
+        float(stretches["duration_s"].sum() / 3600),
+        newest,
+    )
+
+
+def without_windows(stretches: pd.DataFrame) -> pd.DataFrame:
+    """Time that became no window: columns state, reason, stretches, minutes; longest first.
+
+    Reasons that differ in their numbers alone count together.
+    """
+    empty = stretches[stretches["windows"] == 0]
+    reason = kinds(empty["reason"].fillna("").astype(str))
+    grouped = empty.assign(reason=reason).groupby(["state", "reason"])["duration_s"]
+    table = grouped.agg(stretches="size", minutes="sum").reset_index()
+    return table.assign(minutes=table["minutes"] / 60).sort_values("minutes", ascending=False, ignore_index=True)
+
+
+def kinds(reasons: pd.Series[str]) -> pd.Series[str]:
+    """Reasons with … for the numbers in which several of one kind differ."""
+    pattern = _without_numbers(reasons)
+    different = reasons.groupby(pattern).transform("nunique") > 1
+    return reasons.mask(different, pattern)
+
+
+def _without_numbers(texts: pd.Series[str]) -> pd.Series[str]:
+    return texts.str.replace(r"\d[\d.]*(e[+-]?\d+)?", "…", regex=True)
+
+
+def joined(problems: pd.DataFrame) -> pd.DataFrame:
+    """Problems of one well for readers: columns stage, where, what, remedy, rows.
+
+    Rows of a stage whose `what` is equal but for its numbers become one, at the place of the
+    first, as soon as there are more than a few of them; `rows` counts them.
+    """
+    texts = problems.astype(str)
+    kind = [texts["stage"], _without_numbers(texts["what"])]
+    rows = texts.groupby(kind)["what"].transform("size").astype(int)
+    many = rows > _ROWS_APART
+    kept = ~many | ~pd.concat(kind, axis=1).duplicated()
+    what = texts["what"].mask(many, kinds(texts["what"].where(many, "")))
+    return texts.assign(what=what, rows=rows.where(many, 1))[kept]
+
+
+def read_stretches(folders: WellFolders) -> pd.DataFrame:
+    """The well's stretches; none where it failed before."""
+    path = folders.stage("windows") / "stretches.csv"
+    columns = ["well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason"]
+    return pd.read_csv(path) if path.exists() else pd.DataFrame(columns=columns)

@@ -1,0 +1,128 @@
+"""Sensor, speed control and drive of the time-domain simulator, compiled."""
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.simulation.parts import (
+    DEMAND,
+    DRIVE_BEFORE,
+    DRIVE_TORQUE,
+    ERROR,
+    ERROR_SLOPE,
+    EXCESS,
+    FILTERED,
+    INTEGRAL,
+    MEAN_STRING,
+    MEASURED,
+    SMOOTH_ERROR,
+    SMOOTH_STRING,
+    SPEED,
+    SPEED_SLOPE,
+    STRING_TORQUE,
+    TOP_ANGLE,
+    TORQUE,
+    WANTED,
+    Control,
+    Drive,
+    compiled,
+)
+
+
+@compiled
+def low_pass(before: float, now: float, state: float, time_constant: float, step: float) -> float:
+    """First-order low pass by the trapezoidal rule; a time constant of 0 passes the input."""
+    if time_constant == 0.0:
+        return now
+    return ((2 * time_constant - step) * state + step * (before + now)) / (2 * time_constant + step)
+
+
+@compiled
+def read_speed(control: Control, speed: float, memory: Floats) -> float:
+    """Reading of the top drive's speed in rad/s."""
+    reading = control.scale * speed
+    if control.ripple != 0.0:
+        reading *= 1 + control.ripple * np.sin(memory[TOP_ANGLE])
+    if control.resolution > 0.0:
+        reading = control.resolution * np.rint(reading / control.resolution)
+    memory[MEASURED] = reading
+    return reading
+
+
+@compiled
+def given_up(control: Control, step: float, speed: float, memory: Floats) -> float:
+    """Speed (rad/s) by which impedance matching lowers the set point for the string's torque.
+
+    Drive torque and acceleration belong to half a step ago, so they are carried on in a straight line.
+    """
+    slope = (speed - memory[SPEED]) / step
+    drive = 1.5 * memory[DRIVE_TORQUE] - 0.5 * memory[DRIVE_BEFORE]
+    torque = drive - control.matching_inertia * (1.5 * slope - 0.5 * memory[SPEED_SLOPE])
+    smooth = low_pass(memory[STRING_TORQUE], torque, memory[SMOOTH_STRING], control.matching_low_pass, step)
+    mean = 0.0
+    if control.matching_high_pass < np.inf:
+        mean = low_pass(memory[SMOOTH_STRING], smooth, memory[MEAN_STRING], control.matching_high_pass, step)
+    memory[SPEED_SLOPE], memory[STRING_TORQUE], memory[SMOOTH_STRING] = slope, torque, smooth
+    memory[MEAN_STRING] = mean
+    return float(control.matching * (smooth - mean))
+
+
+@compiled
+def error_slope(control: Control, step: float, error: float, memory: Floats) -> float:
+    """Time derivative of the control's error in rad/s² behind the compensation's filter."""
+    if control.compensation_filter > 0.0:
+        smooth = low_pass(memory[ERROR], error, memory[SMOOTH_ERROR], control.compensation_filter, step)
+        memory[SMOOTH_ERROR] = smooth
+        return float((error - smooth) / control.compensation_filter)
+    slope = (error - memory[ERROR]) / step
+    ahead = 1.5 * slope - 0.5 * memory[ERROR_SLOPE]
+    memory[ERROR_SLOPE] = slope
+    return float(ahead)
+
+
+@compiled
+def control_torque(control: Control, step: float, speed_set: float, speed: float, memory: Floats) -> float:
+    """Torque in N m that the speed control asks for at a reading, `step` seconds after its last one."""
+    filtered = low_pass(memory[SPEED], speed, memory[FILTERED], control.speed_filter, step)
+    error = speed_set - filtered
+    if control.matching > 0.0:
+        error -= given_up(control, step, speed, memory)
+    held = memory[INTEGRAL]
+    if memory[EXCESS] * error <= 0.0:
+        held += control.integral * step / 2 * (error + memory[ERROR])
+    wanted = control.proportional * error + held
+    if control.compensated_inertia > 0.0:
+        wanted -= control.compensated_inertia * error_slope(control, step, error, memory)
+    torque = low_pass(memory[WANTED], wanted, memory[TORQUE], control.torque_filter, step)
+    memory[SPEED], memory[FILTERED], memory[ERROR] = speed, filtered, error
+    memory[INTEGRAL], memory[WANTED], memory[TORQUE] = held, wanted, torque
+    return float(torque)
+
+
+@compiled
+def delayed_command(command: Floats, newest: int, age: float) -> float:
+    """Command of `age` steps ago by cubic interpolation; below one step it is extrapolated."""
+    whole = max(1, int(np.floor(age)))
+    part = age - whole
+    first = newest - whole + 1
+    delayed = (
+        -part * (part - 1) * (part - 2) / 6 * command[first]
+        + (part + 1) * (part - 1) * (part - 2) / 2 * command[first - 1]
+        - (part + 1) * part * (part - 2) / 2 * command[first - 2]
+        + (part + 1) * part * (part - 1) / 6 * command[first - 3]
+    )
+    return float(delayed)
+
+
+@compiled
+def drive_torque(drive: Drive, step: float, command: Floats, newest: int, jitter: float, memory: Floats) -> float:
+    """Torque in N m of the drive, half a step after the newest command."""
+    # the torque acts half a step after the speeds that it changes
+    age = max(drive.delay + jitter, 0.0) / step - 0.5
+    asked = drive.gain * delayed_command(command, newest, age)
+    given = min(max(asked, -drive.limit), drive.limit)
+    memory[EXCESS] = asked - given
+    change = drive.rate * step
+    given = min(max(given, memory[DEMAND] - change), memory[DEMAND] + change)
+    torque = low_pass(memory[DEMAND], given, memory[DRIVE_TORQUE], drive.lag, step)
+    memory[DEMAND], memory[DRIVE_TORQUE], memory[DRIVE_BEFORE] = given, torque, memory[DRIVE_TORQUE]
+    return float(torque)

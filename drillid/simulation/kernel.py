@@ -1,0 +1,204 @@
+"""The time-domain simulator's inner loop, compiled.
+
+Speeds live at whole steps, twists between nodes and the torques on them at half steps. Elastic
+forces are leap-frogged, damping and friction are implicit: one symmetric tridiagonal solution a step.
+"""
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.simulation.drive import control_torque, drive_torque, read_speed
+from drillid.simulation.friction import chip_torque, factorise, reaction, set_levels, settle
+from drillid.simulation.parts import MEASURED, TOP_ANGLE, TWIST, Grid, Inputs, Machine, Memory, State, compiled
+
+OUTPUTS = 7
+"""Top drive's speed, its reading, command, drive torque, torque into the string, bit's speed, torque on the bit."""
+SUPPLIED, DISSIPATED = 0, 1
+
+
+@compiled
+def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
+    """Elastic torque of the gear at a twist: none within the play."""
+    if twist > half_play:
+        return stiffness * (twist - half_play)
+    if twist < -half_play:
+        return stiffness * (twist + half_play)
+    return 0.0
+
+
+@compiled
+def _stretch(machine: Machine, state: State, step: float) -> bool:
+    """Torques of all springs half a step later; tells whether the gear's teeth have met or parted."""
+    grid, gear = machine.grid, machine.gear
+    for i in range(state.torque.size):
+        state.torque[i] += step * grid.stiffness[i] * (state.speed[i] - state.speed[i + 1])
+    if not gear.present:
+        return False
+    state.memory[TWIST] += step * (state.speed[0] - state.speed[1])
+    state.torque[0] = flank_torque(state.memory[TWIST], gear.half_play, grid.stiffness[0])
+    damping = gear.damping if state.torque[0] != 0.0 else 0.0
+    changed = bool(damping != grid.coupling[0])
+    grid.coupling[0] = damping
+    return changed
+
+
+@compiled
+def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float, push: Floats) -> None:
+    """Momentum plus impulse of half a step of all torques but damping and friction, (n + 1,) into `push`."""
+    count = state.torque.size
+    push[0] = grid.inertia[0] * state.speed[0] + half_step * (drive - state.torque[0])
+    for i in range(1, count):
+        push[i] = grid.inertia[i] * state.speed[i] + half_step * (state.torque[i - 1] - state.torque[i])
+    push[count] = grid.inertia[count] * state.speed[count] + half_step * (state.torque[count - 1] - rock)
+
+
+@compiled
+def _remember(memory: Memory, state: State, half_step: float, past: tuple[Floats, Floats], push: Floats) -> None:
+    """Torques that relaxations owe to what was before: on nodes and in springs, into `past` and to `push`."""
+    on_nodes, in_springs = past
+    on_nodes[:] = 0.0
+    in_springs[:] = 0.0
+    for k in range(memory.shunt_decay.size):
+        for i in range(on_nodes.size):
+            on_nodes[i] += memory.shunt[k, i] * state.relaxed_speed[k, i]
+    for k in range(memory.series_decay.size):
+        for i in range(in_springs.size):
+            in_springs[i] += memory.series[k, i] * state.unrelaxed_twist[k, i]
+    push += half_step * on_nodes
+    push[:-1] -= half_step * in_springs
+    push[1:] += half_step * in_springs
+
+
+@compiled
+def _relax(memory: Memory, state: State, mean: Floats, half_step: float) -> None:
+    """Relaxations a step later, by the trapezoidal rule."""
+    for k in range(memory.shunt_decay.size):
+        a = memory.shunt_decay[k]
+        kept, gained = (1 - a) / (1 + a), 2 * a / (1 + a)
+        for i in range(mean.size):
+            state.relaxed_speed[k, i] = kept * state.relaxed_speed[k, i] + gained * mean[i]
+    for k in range(memory.series_decay.size):
+        a = memory.series_decay[k]
+        kept, gained = (1 - a) / (1 + a), 2 * half_step / (1 + a)
+        for i in range(mean.size - 1):
+            state.unrelaxed_twist[k, i] = kept * state.unrelaxed_twist[k, i] + gained * (mean[i] - mean[i + 1])
+
+
+@compiled
+def _losses(machine: Machine, push: Floats, mean: Floats, half_step: float, past: tuple[Floats, Floats]) -> float:
+    """Power lost in all dampers and in friction, W; what relaxations store counts as lost until they return it."""
+    grid = machine.grid
+    twisting = mean[:-1] - mean[1:]
+    lost = float(np.sum(grid.viscous * mean * mean) + np.sum(grid.coupling * twisting * twisting))
+    lost += float(np.sum(past[1] * twisting) - np.sum(past[0] * mean))
+    for node in machine.friction.nodes:
+        lost += reaction(grid, push, mean, half_step, node) * mean[node]
+    return lost
+
+
+@compiled
+def _into_string(machine: Machine, state: State, mean: Floats, drive: float, step: float) -> float:
+    """Torque that drive or gear leave to the string after moving the top drive's own inertia, N m."""
+    torque = drive - machine.top_inertia * 2 * (mean[0] - state.speed[0]) / step
+    if machine.gear.present:
+        flanks = state.torque[0] + machine.grid.coupling[0] * (mean[0] - mean[1])
+        torque = flanks - machine.top_inertia * 2 * (mean[1] - state.speed[1]) / step
+    return float(torque)
+
+
+@compiled
+def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int, newest: int) -> None:
+    """Write the command of step n; between readings of the speed it is held."""
+    control = machine.control
+    if n % control.every:
+        state.command[newest] = state.command[newest - 1]
+        return
+    reading = read_speed(control, state.speed[0], state.memory)
+    interval = control.every * step
+    state.command[newest] = inputs.sweep[n] + control_torque(
+        control, interval, inputs.speed_set[n], reading, state.memory
+    )
+
+
+@compiled
+def _advance(machine: Machine, state: State, mean: Floats, step: float, n: int) -> None:
+    """Speeds, angles, relaxations and friction of rest of the next step."""
+    if machine.memory.present:
+        _relax(machine.memory, state, mean, step / 2)
+    state.memory[TOP_ANGLE] += step * mean[0]
+    if machine.rock.blades:
+        state.angle[n + 1] = state.angle[n] + step * mean[-1]
+    for k in range(machine.friction.nodes.size):
+        if machine.friction.rest[k] > 0.0:
+            i = machine.friction.nodes[k]
+            state.rested[i] *= np.exp(-step * abs(mean[i]) / machine.friction.rest_angle)
+    state.before[:] = state.speed
+    state.speed[:] = 2 * mean - state.speed
+
+
+@compiled
+def march(
+    machine: Machine,
+    inputs: Inputs,
+    state: State,
+    steps: tuple[int, int],
+    step: float,
+    every: int,
+    outputs: Floats,
+    energy: Floats,
+    account: bool,
+) -> None:
+    """March the rig through a block of steps.
+
+    Parameters
+    ----------
+    machine, inputs : the rig and what acts on it
+    state : at the first step of the block; afterwards at its end
+    steps : first step of the block, first step after it
+    step : s
+    every : steps between samples of the output
+    outputs : (OUTPUTS, samples), written
+    energy : (2,) J, supplied and dissipated, added to
+    account : sum up the energies, at some cost
+    """
+    grid, rock, nodes = machine.grid, machine.rock, machine.friction.nodes
+    half_step, imposed = step / 2, inputs.top_speed.size > 0
+    past = state.command.size - inputs.sweep.size
+    bit_rubs = nodes.size > 0 and nodes[-1] == state.torque.size
+    mean, push = np.empty_like(state.speed), np.empty_like(state.speed)
+    factors = (np.empty_like(state.torque), np.empty_like(state.speed))
+    levels = (np.zeros(nodes.size), np.zeros(nodes.size))
+    owed = (np.zeros(state.speed.size), np.zeros(state.torque.size))
+    factorise(grid, state.held, half_step, factors[0], factors[1])
+    for n in range(steps[0], steps[1]):
+        drive, top_mean, chips = 0.0, 0.0, 0.0
+        if imposed:
+            top_mean = (state.speed[0] + inputs.top_speed[n + 1]) / 2
+            state.command[past + n] = 0.0
+            read_speed(machine.control, state.speed[0], state.memory)
+        else:
+            _command(machine, inputs, state, step, n, past + n)
+            jitter = inputs.jitter[n % inputs.jitter.size]
+            drive = drive_torque(machine.drive, step, state.command, past + n, jitter, state.memory)
+        if _stretch(machine, state, step):
+            factorise(grid, state.held, half_step, factors[0], factors[1])
+        set_levels(machine.friction, rock, inputs.weight[n], state, levels)
+        if rock.blades:
+            chips = chip_torque(rock, inputs.weight[n], state, n, step)
+        _push(grid, state, drive, inputs.bit_torque[n], half_step, push)
+        if machine.memory.present:
+            _remember(machine.memory, state, half_step, owed, push)
+        settle(grid, nodes, levels, chips, push, state, factors, half_step, top_mean, mean)
+        if imposed:
+            drive = -reaction(grid, push, mean, half_step, 0)
+        if n % every == 0:
+            output = outputs[:, n // every]
+            output[0], output[1], output[2] = state.speed[0], state.memory[MEASURED], state.command[past + n]
+            output[3], output[4], output[5] = drive, _into_string(machine, state, mean, drive, step), state.speed[-1]
+            output[6] = inputs.bit_torque[n]
+            if bit_rubs:
+                output[6] += reaction(grid, push, mean, half_step, state.torque.size)
+        if account:
+            energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
+            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, owed)
+        _advance(machine, state, mean, step, n)

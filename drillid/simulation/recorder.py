@@ -1,0 +1,133 @@
+"""From a simulated signal to a recorded one: filter, clock, sampling, noise, scale, resolution.
+
+A recorder takes the signal at the simulation's fine interval, as the sensor gives it, and writes it at its own.
+It does so in the order of a real chain: what reaches the sensor, filter, clock, sampling, scale, resolution.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.errors import SettingsError
+
+
+@dataclass(frozen=True)
+class Tone:
+    """A disturbance that reaches the sensor; above half the recorder's rate it is aliased unless filtered out."""
+
+    frequency: float
+    """Hz."""
+    amplitude: float
+    """Unit of the signal."""
+    phase: float = 0.0
+    """rad at the signal's first sample."""
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """How one channel is recorded; the defaults take every n-th sample as it is."""
+
+    interval: float
+    """s, between rows, a whole number of the signal's intervals."""
+    filter_frequency: float = np.inf
+    """Hz, corner of a Butterworth low pass before the samples are taken: an anti-alias or any other filter."""
+    filter_order: int = 2
+    clock_offset: float = 0.0
+    """s; positive where the row at time t shows the signal of t − offset."""
+    clock_drift: float = 0.0
+    """s/s, by which the offset grows."""
+    tones: tuple[Tone, ...] = ()
+    noise: float = 0.0
+    """Root mean square of white noise in the rows, unit of the signal."""
+    scale: float = 1.0
+    """Recorded per true value; −1 for a wrong sign, 1.3558 for ft-lbf taken as N m."""
+    resolution: float = 0.0
+    """Step of the recorded values; 0 for none."""
+
+    def record(self, signal: Floats, signal_interval: float, generator: np.random.Generator | None = None) -> Floats:
+        """Rows of a signal.
+
+        Parameters
+        ----------
+        signal : (samples,), before and after which its first and last value are taken to hold
+        signal_interval : s
+        generator : of the noise, needed where there is some
+
+        Returns
+        -------
+        (rows,), the first at the time of the signal's first sample.
+
+        Raises
+        ------
+        SettingsError
+            If the row interval is no whole number of the signal's, the filter is too high for the signal, or
+            noise has no generator.
+        """
+        every = round(self.interval / signal_interval)
+        if every < 1 or abs(every * signal_interval - self.interval) > 1e-9:
+            raise SettingsError(
+                "recorder",
+                f"the interval {self.interval} s is no whole number of the signal's {signal_interval} s",
+                "Choose one that is",
+            )
+        time = signal_interval * np.arange(signal.size, dtype=float)
+        asked = self._asked(time[::every])
+        rows = self._sampled(self._filtered(np.asarray(signal, dtype=float), signal_interval), time, every, asked)
+        rows = rows + self._toned(asked)
+        if self.noise > 0:
+            if generator is None:
+                raise SettingsError("recorder", "noise needs a random generator", "Pass one")
+            rows = rows + self.noise * generator.standard_normal(rows.size)
+        rows = self.scale * rows
+        return self.resolution * np.rint(rows / self.resolution) if self.resolution > 0 else rows
+
+    def _filtered(self, signal: Floats, interval: float) -> Floats:
+        if np.isinf(self.filter_frequency):
+            return signal
+        if not 0 < self.filter_frequency < 0.5 / interval:
+            raise SettingsError(
+                "recorder",
+                f"a filter at {self.filter_frequency} Hz cannot act on samples every {interval} s",
+                "Lower it, or simulate in finer samples",
+            )
+        from scipy.signal import bilinear, lfilter, lfilter_zi
+
+        # an analog filter by the trapezoidal rule: its lag is exact where the signal is slow beside its samples
+        forward, backward = bilinear(*self._analog(), fs=1 / interval)
+        passed, _ = lfilter(forward, backward, signal, zi=lfilter_zi(forward, backward) * signal[0])
+        return np.asarray(passed, dtype=float)
+
+    def _analog(self) -> tuple[Floats, Floats]:
+        """Numerator and denominator of the filter."""
+        from scipy.signal import butter
+
+        forward, backward = butter(self.filter_order, 2 * np.pi * self.filter_frequency, analog=True)
+        return forward, backward
+
+    def _asked(self, rows: Floats) -> Floats:
+        """Times of the signal that rows at some times show, s."""
+        return np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
+
+    def _sampled(self, signal: Floats, time: Floats, every: int, asked: Floats) -> Floats:
+        if self.clock_offset == 0.0 and self.clock_drift == 0.0:
+            return signal[::every]
+        from scipy.interpolate import make_interp_spline
+
+        return np.asarray(make_interp_spline(time, signal)(np.clip(asked, time[0], time[-1])), dtype=float)
+
+    def _toned(self, asked: Floats) -> Floats:
+        """Tones behind the filter at some times; they may be too fast to be told from samples of the signal."""
+        total = np.zeros(asked.size)
+        for tone in self.tones:
+            turning = 2 * np.pi * tone.frequency
+            total += np.imag(tone.amplitude * self._passed(turning) * np.exp(1j * (turning * asked + tone.phase)))
+        return total
+
+    def _passed(self, turning: float) -> complex:
+        """Response of the filter at an angular frequency, rad/s."""
+        if np.isinf(self.filter_frequency):
+            return 1.0
+        from scipy.signal import freqs
+
+        return complex(freqs(*self._analog(), worN=[turning])[1][0])

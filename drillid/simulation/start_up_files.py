@@ -1,0 +1,126 @@
+"""What a simulated start of rotation reads and writes: surveys, top-drive speeds, time series."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.errors import LogError
+from drillid.physics.soft_string import Survey
+from drillid.simulation.start_up import RATE, STATISTICS_DELAY, StartUp
+from drillid.units import RPM
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+COLUMNS = ("t_s", "td_rpm", "torque_knm", "bit_rpm", "bit_rpm_now")
+"""Of a written simulation; `bit_rpm` as a record shows it, `bit_rpm_now` of the bit itself."""
+LONGEST_INTERVAL = 0.1
+"""s between samples of a speed that the top drive follows; start-up has steps of a few tenths of a second."""
+_REST_BEFORE = 1.0
+_STANDSTILL = 3.0 * RPM
+
+
+def read_table(path: Path, columns: tuple[str, ...]) -> "pd.DataFrame":
+    """Numbers of a CSV file that has the given columns.
+
+    Raises
+    ------
+    LogError
+        If the file is not there, is no CSV file, lacks a column or holds text in one.
+    """
+    import pandas as pd
+
+    try:
+        table = pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise LogError(str(path), f"it cannot be read: {error}", "Give a CSV file with a header") from error
+    missing = [name for name in columns if name not in table]
+    if missing or table.empty:
+        raise LogError(str(path), f"columns {missing} are missing or there is no row", f"Give {', '.join(columns)}")
+    text = [name for name in columns if not pd.api.types.is_numeric_dtype(table[name])]
+    if text:
+        raise LogError(str(path), f"columns {text} are not numbers", "Write plain decimal numbers")
+    return table
+
+
+def read_survey(path: Path) -> Survey:
+    """Survey from a CSV file with the columns depth_m, inclination_deg and, where the hole turns, azimuth_deg.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read or lacks a column.
+    SettingsError
+        If the stations are no survey.
+    """
+    table = read_table(path, ("depth_m", "inclination_deg"))
+    if "azimuth_deg" in table:
+        table = read_table(path, ("depth_m", "inclination_deg", "azimuth_deg"))
+    azimuth = table["azimuth_deg"].to_numpy(float) if "azimuth_deg" in table else 0.0
+    return Survey.from_degrees(table["depth_m"].to_numpy(float), table["inclination_deg"].to_numpy(float), azimuth)
+
+
+def read_top_speed(path: Path) -> tuple[float, Floats]:
+    """First time (s) and speed of the top drive, (samples,) rad/s at RATE, from a CSV file.
+
+    It has the columns t_s and td_rpm_measured; other rates are interpolated.
+
+    Raises
+    ------
+    LogError
+        If a value is missing, time does not rise or rises too coarsely, or the top drive turns at first.
+    """
+    table = read_table(path, ("t_s", "td_rpm_measured"))
+    time, speed = table["t_s"].to_numpy(float), table["td_rpm_measured"].to_numpy(float) * RPM
+    steps = np.diff(time)
+    if not (np.all(np.isfinite(time)) and np.all(np.isfinite(speed))):
+        raise LogError(str(path), "a time or a speed is missing", "Fill or cut the gap")
+    if steps.size == 0 or steps.min() <= 0 or steps.max() > LONGEST_INTERVAL + 1e-9:
+        raise LogError(
+            str(path),
+            f"its times do not rise in steps of at most {LONGEST_INTERVAL} s",
+            "Give t_s in seconds, best at 100 Hz",
+        )
+    if abs(speed[0]) > _STANDSTILL:
+        raise LogError(
+            str(path), f"the top drive turns at {speed[0] / RPM:.1f} rpm at first", "Begin before the start of rotation"
+        )
+    regular = np.arange(time[0], time[-1] + 0.5 / RATE, 1 / RATE)
+    return float(time[0]), np.asarray(np.interp(regular, time, speed), dtype=float)
+
+
+def ramped_speed(rpm: float, ramp: float, duration: float) -> Floats:
+    """A start from rest after one second that rises smoothly to `rpm` within `ramp` s, (samples,) rad/s at RATE."""
+    time = np.arange(round(duration * RATE) + 1) / RATE
+    share = np.clip((time - _REST_BEFORE) / ramp, 0.0, 1.0)
+    return np.asarray(rpm * RPM * share**2 * (3 - 2 * share), dtype=float)
+
+
+def write_start_up(made: StartUp, top_speed: Floats, path: Path, first_time: float = 0.0) -> None:
+    """Write COLUMNS at RATE to a CSV file; t_s of the first sample is `first_time`, s."""
+    import pandas as pd
+
+    speeds = (top_speed[: made.time.size] / RPM, made.torque / 1e3, made.recorded_bit_speed() / RPM)
+    series = (first_time + made.time, *speeds, made.bit_speed / RPM)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        pd.DataFrame(dict(zip(COLUMNS, series, strict=True))).to_csv(path, index=False, float_format="%.4f")
+    except OSError as error:
+        raise LogError(str(path), f"it cannot be written: {error}", "Give another --output") from error
+
+
+def summary(made: StartUp, depth: float) -> str:
+    """Greatest torque, mean torque and range of the bit's speed over the last third of a simulation."""
+    last = slice(made.time.size * 2 // 3, None)
+    torque, bit = made.torque / 1e3, made.bit_speed[last] / RPM
+    moving = np.flatnonzero(made.bit_speed > _STANDSTILL)
+    start = f"turns from {made.time[moving[0]]:.1f} s on" if moving.size else "never turns"
+    return (
+        f"bit at {depth:g} m: {start}; greatest torque {torque.max():.1f} kN m\n"
+        f"last third: torque {torque[last].mean():.1f} kN m on the mean, {torque[last].min():.1f} to "
+        f"{torque[last].max():.1f}; bit {bit.min():.0f} to {bit.max():.0f} rpm, at rest {np.mean(bit < 1):.0%} of it\n"
+        f"bit_rpm in the file is {STATISTICS_DELAY} s late, as half-second statistics stamped at their end"
+    )

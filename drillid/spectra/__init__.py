@@ -1,0 +1,1 @@
+"""Windows → cross spectra of sweep, torque and speed with their noise, and spectrograms."""

@@ -1,0 +1,211 @@
+"""Spectra of a window whose sweep repeats: the response from the lines with sweep, the noise from those between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from drillid.arrays import Booleans, Complex, Floats, Integers
+from drillid.records.quality import lattice_step
+from drillid.spectra.cross_spectra import Spectra
+from drillid.spectra.noise import Weights, autoregressive_level, bands, burst_weights, high_pass
+
+_NOT_REPEATING = 0.01
+"""Share of the sweep's power that may differ from one period to the next."""
+_SHORTEST_PERIOD = 1.0
+"""Periods of the lowest frequency that the sweep's own period must hold at least."""
+_ORDER = 1
+"""Of the local polynomial of the transient: order two removes no more here and adds 3 % to the variance."""
+_BEYOND = 1.25
+"""Highest line that describes the noise, over the highest one used."""
+_LEAST_FREEDOM = 6
+"""Degrees of freedom that a variance needs at least, even where drift adds to it."""
+_LOWER_SHARE = 0.8
+"""Farthest line that describes the noise of a line, as a share of its own number: below is what drift leaves."""
+_ROUNDS = 3
+"""Rounds of weighting bursts, each with the noise that the last one left."""
+
+
+def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
+    """Period (s) at which a sweep repeats itself; 0 where it does not within half of the window.
+
+    The shortest lag at which the sweep, less its mean, differs from itself by less than 1 % of its power.
+    """
+    sweep, samples = sweep - sweep.mean(), sweep.size
+    points = next_fast_len(2 * samples, real=True)
+    product = irfft(np.abs(rfft(sweep, points)) ** 2, points)[: samples // 2 + 1]
+    energy = np.concatenate([[0.0], np.cumsum(sweep**2)])
+    lags = np.arange(product.size)
+    both = energy[samples - lags] + energy[samples] - energy[lags]
+    if energy[-1] == 0:
+        return 0.0
+    difference = 1 - 2 * product / np.maximum(both, np.finfo(float).tiny)
+    shortest = int(_SHORTEST_PERIOD * rate / lowest_frequency)
+    inner = difference[1:-1]
+    lowest_point = (inner <= difference[:-2]) & (inner <= difference[2:]) & (inner < _NOT_REPEATING)
+    found = np.flatnonzero(lowest_point) + 1
+    found = found[found >= shortest]
+    return float(found[0] / rate) if found.size else 0.0
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """Where the lines of a record of whole periods are."""
+
+    periods: int
+    seconds: float
+    harmonics: Integers
+    """(frequency,) lines with sweep."""
+    offsets: Integers
+    """(line,) of the lines between, from their harmonic."""
+    last: int
+    """Highest line that is looked at, a whole number of harmonics."""
+    rounding: float
+    """Mean squared amplitude of what the steps of the recorded sweep add to each of its lines."""
+
+    def near(self, harmonic: int) -> Integers:
+        """Offsets of the lines that tell the noise of a harmonic and of all above it."""
+        near = self.offsets[np.abs(self.offsets) <= _LOWER_SHARE * harmonic]
+        return near if near.size > _ORDER + _LEAST_FREEDOM else self.offsets
+
+    @property
+    def between(self) -> Booleans:
+        """(last + 1,) lines without sweep."""
+        return np.asarray(np.arange(self.last + 1) % self.periods != 0)
+
+
+def line_spectra(
+    sweep: Floats, speed: Floats, command: Floats, rate: float, period: float, frequencies: Floats, noise_lines: int
+) -> Spectra:
+    """Spectra at the harmonics of a repeating sweep, from the whole periods in the window.
+
+    In n periods every n-th line holds the sweep's response, and the n − 1 lines between it and the
+    next are the spread between periods. Three things are taken off: what drifts as a parabola of
+    time, by weighted least squares over all lines between; the transient and other leakage, which
+    run linearly over the nearest `noise_lines` lines between (a local polynomial estimate: Pintelon
+    and Schoukens 2012, chapter 7); bursts of noise, by weighting each period at each time (`noise`).
+    What these lines then hold, divided by the noise's own smooth course, is the variance; its
+    degrees of freedom are theirs less two, and less again where bursts were weighted down.
+
+    Parameters
+    ----------
+    sweep, speed, command : (samples,) N m, rad/s, N m; the command may be NaN
+    rate, period : Hz, s
+    frequencies : (frequency,) Hz, harmonics of the period
+    noise_lines : lines without sweep beside each line with sweep
+    """
+    lines, (of_sweep, of_speed, of_command) = _spectra((sweep, speed, command), rate, period, frequencies, noise_lines)
+    power = np.where(lines.between, np.abs(of_speed) ** 2, 0.0)
+    fall = high_pass(power, lines.between, int(lines.harmonics[0]))
+    level = fall * autoregressive_level(power / fall)
+    outputs = [_without_drift(lines, channel, level) for channel in (of_speed, of_command)]
+    parts = []
+    for band in bands(int(lines.harmonics[0]), int(lines.harmonics[-1])):
+        inside = lines.harmonics[(lines.harmonics >= band[0]) & (lines.harmonics < band[1])]
+        weights, level = _weights(lines, outputs[0], band, fall)
+        weighted = outputs if weights is None else [_weighted(lines, weights, output, level) for output in outputs]
+        low = np.searchsorted(inside, lines.offsets[-1] / _LOWER_SHARE)
+        for part in (inside[:1], inside[1:low], inside[max(low, 1) :]):
+            if part.size:
+                parts.append(_at_harmonics(lines, of_sweep, weighted, level, weights, part))
+    return Spectra.joined(parts)
+
+
+def _spectra(
+    channels: tuple[Floats, ...], rate: float, period: float, frequencies: Floats, noise_lines: int
+) -> tuple[_Lines, list[Complex]]:
+    periods = int(channels[0].size / rate / period + 1e-9)
+    samples = round(periods * period * rate)
+    harmonics = np.rint(frequencies * period).astype(int) * periods
+    offsets = _noise_offsets(periods, noise_lines)
+    needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
+    last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
+    spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
+    step = lattice_step(channels[0][:samples]) or 0.0
+    # of each period alike, so that it neither falls with their number nor shows between them
+    rounding = 4 * periods / samples * step**2 / 12
+    return _Lines(periods, samples / rate, harmonics, offsets, last, rounding), spectra
+
+
+def _noise_offsets(periods: int, noise_lines: int) -> Integers:
+    reach = np.arange(1, noise_lines * 2 + 1)
+    between = reach[reach % periods != 0][: (noise_lines + 1) // 2]
+    return np.concatenate([-between[::-1], between])
+
+
+def _without_drift(lines: _Lines, channel: Complex, level: Floats) -> Complex:
+    """Lines less those of the parabola of time that the lines between show."""
+    number = np.arange(1, lines.last + 1)
+    # lines of a ramp and a parabola over the window, whose ends do not meet
+    shapes = np.stack([1j / number, 1 / number**2 + 0j])
+    used = lines.between[1:]
+    weighted = shapes[:, used] / level[1:][used]
+    normal = (weighted @ np.conj(shapes[:, used]).T).real
+    size = np.linalg.solve(normal, (weighted @ np.conj(channel[1:][used])).real)
+    return np.concatenate([channel[:1], channel[1:] - size @ shapes])
+
+
+def _weights(lines: _Lines, speed: Complex, band: tuple[int, int], fall: Floats) -> tuple[Weights | None, Floats]:
+    """Weights against bursts in a band, None where there are none, and the course of the noise."""
+    deviation = np.where(lines.between, speed, 0.0)
+    level = fall * autoregressive_level(np.abs(deviation) ** 2 / fall)
+    weights = None
+    for _ in range(_ROUNDS):
+        found = burst_weights(deviation, level, band, lines.periods, lines.seconds)
+        if np.all(found.weight == 1):
+            break
+        weights = found
+        bounded = _weighted(lines, weights, speed, level)
+        deviation = np.where(lines.between, speed, speed - bounded)
+        level = fall * autoregressive_level(np.where(lines.between, np.abs(bounded) ** 2, 0.0) / fall)
+    return weights, level
+
+
+def _weighted(lines: _Lines, weights: Weights, channel: Complex, level: Floats) -> Complex:
+    """Lines of the weighted periods; weighted when white, as strong lines would leak into weak ones."""
+    deviation = np.sqrt(level)
+    series = irfft(channel / deviation, 2 * lines.last).reshape(lines.periods, -1)
+    return np.asarray(rfft(weights.applied(series).ravel()) * deviation)
+
+
+def _at_harmonics(
+    lines: _Lines,
+    sweep: Complex,
+    outputs: list[Complex],
+    level: Floats,
+    weights: Weights | None,
+    harmonics: Integers,
+) -> Spectra:
+    periods, offsets = lines.periods, lines.near(int(harmonics[0]))
+    averages = float(periods) if weights is None else weights.averages
+    around = harmonics[:, None] + offsets
+    powers = (offsets / offsets[-1])[:, None] ** np.arange(_ORDER + 1)
+    projector = np.linalg.pinv(powers)
+    leverage = 1 + np.sum(projector[0] ** 2)
+    course = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
+    at_line, left = [], []
+    for channel in outputs:
+        noise = channel[np.abs(around)]
+        np.conj(noise, out=noise, where=around < 0)
+        coefficients = noise @ projector.T
+        at_line.append(channel[harmonics] - coefficients[:, 0])
+        left.append((noise - coefficients @ powers.T) * course)
+    freedom = float(offsets.size - _ORDER - 1)
+    scale = leverage * periods / freedom * (1.0 if weights is None else (periods - 1) / weights.residual)
+    speed_noise, command_noise = (np.sum(np.abs(residual) ** 2, axis=1) * scale for residual in left)
+    sweep_line = sweep[harmonics]
+    count = np.full(harmonics.size, averages)
+    return Spectra(
+        sweep_power=np.abs(sweep_line) ** 2,
+        speed_power=np.abs(at_line[0]) ** 2 + speed_noise * (averages - 1) / averages,
+        speed_noise=speed_noise,
+        command_noise=command_noise,
+        cross_speed=at_line[0] * np.conj(sweep_line),
+        cross_command=at_line[1] * np.conj(sweep_line),
+        cross_noise=np.sum(left[0] * np.conj(left[1]), axis=1) * scale,
+        averages=count,
+        degrees_of_freedom=np.full(harmonics.size, freedom * (1.0 if weights is None else weights.efficiency)),
+        sweep_rounding=np.full(harmonics.size, lines.rounding),
+    )

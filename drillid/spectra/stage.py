@@ -1,0 +1,179 @@
+"""Windows → cross spectra at the sweep's frequencies, and spectrograms (paper, figure 6).
+
+Where the sweep repeats, its own lines and those between them are read (`periodic`). Where it does
+not, response and transient are local polynomials of frequency (`local_polynomial`). Welch's
+averages, the classical way, are taken where the settings ask for them (`cross_spectra`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from scipy.fft import rfft
+
+from drillid.arrays import Booleans, Floats
+from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.errors import EstimationError
+from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
+from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
+from drillid.spectra.local_polynomial import LEAST_LINES, local_spectra
+from drillid.spectra.periodic import line_spectra, sweep_period
+from drillid.windows.channels import sample_rate, window_channels
+
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings, SpectraSettings
+    from drillid.config.sheets import Well
+
+
+_LEAST_SEGMENTS = 5
+"""Half segments that a window must hold for Welch's averages: four segments that overlap by half."""
+
+
+def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Floats:
+    """Harmonics of the period between the settings' lowest and highest frequency, Hz."""
+    highest = min(settings.frequency_maximum_hz, 0.4 * rate)
+    first = int(np.ceil(settings.frequency_minimum_hz * period - 1e-9))
+    return np.arange(first, int(highest * period + 1e-9) + 1) / period
+
+
+def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tuple[float, Floats]:
+    """Period of most windows' sweeps, s, 0 where none repeats; and the grid, Hz, for the spectra of all of them.
+
+    `periods` (window,), s, are 0 where the sweep does not repeat.
+    """
+    repeating = periods[periods > 0]
+    usual = float(np.median(repeating)) if repeating.size else 0.0
+    return usual, frequency_grid(usual or settings.segment_s / 2, settings, rate)
+
+
+def is_usual(periods: Floats, usual: float, rate: float) -> Booleans:
+    """Where the sweep repeats with the usual period, to half a sample."""
+    return (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
+
+
+def spectrogram(channel: Floats, rate: float, segment: float, highest: float) -> tuple[Floats, Floats, Floats]:
+    """Power density (frequency, time) of a channel up to `highest` Hz, over half-overlapping Hann segments."""
+    from scipy.signal import ShortTimeFFT
+    from scipy.signal.windows import hann
+
+    length = round(segment * rate)
+    transform = ShortTimeFFT(hann(length, sym=False), length // 2, rate, scale_to="psd", fft_mode="onesided2X")
+    first, last = transform.lower_border_end[1], transform.upper_border_begin(channel.size)[1]
+    power = transform.spectrogram(channel - channel.mean(), p0=first, p1=last)
+    frequencies, times = transform.f, transform.t(channel.size, p0=first, p1=last)
+    kept = frequencies <= highest
+    return frequencies[kept], times, power[kept]
+
+
+def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+    """Spectra of all windows of a well; nothing of a well without any, as the windows stage says why."""
+    records, windows = folders.read("records", "records"), folders.read("windows", "windows").load()
+    if windows.sizes["window"] == 0:
+        return []
+    rate, chosen = sample_rate(records), settings.spectra
+    rows = range(windows.sizes["window"])
+    sweeps = (window_channels(records, windows, row, ("torque_sweep",))[0] for row in rows)
+    periods = np.array([sweep_period(sweep, rate, chosen.frequency_minimum_hz) for sweep in sweeps])
+    usual, frequencies = usual_sweep(periods, chosen, rate)
+    repeats = is_usual(periods, usual, rate)
+    factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
+    lines, others, problems = [], [], []
+    for row in rows:
+        sweep, speed, command = channels = window_channels(records, windows, row)
+        spectra, found = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
+        if found:
+            problems.append(Problem(window_place(windows, row), *found))
+        torque = command if np.isfinite(command).all() else sweep
+        distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
+        lines.append(spectra)
+        others.append(xr.merge([_spectrograms(torque, speed, rate, chosen), distortion]))
+    dataset = xr.concat(others, "window", coords="minimal", compat="override", join="exact")
+    dataset = xr.merge([stacked(lines, frequencies), dataset]).assign(sweep_period=("window", periods))
+    folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
+    return problems
+
+
+def _estimated(
+    channels: Floats, rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
+) -> tuple[Spectra, tuple[str, str] | None]:
+    """Spectra of one window, and what is wrong with it and what to do, if anything."""
+    sweep, speed, command = channels
+    grid_period = 1 / (frequencies[1] - frequencies[0])
+    welch = settings.estimator == "welch"
+    needed = (_LEAST_SEGMENTS if welch else LEAST_LINES) * grid_period
+    repeats = is_usual(np.asarray(period), usual, rate)
+    if repeats and not welch:
+        return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines), None
+    if sweep.size < needed * rate:
+        return Spectra.of_nothing(frequencies.size), _too_short(needed)
+    told = _not_repeating(period, usual) if usual and not repeats else None
+    if welch:
+        return welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies), told
+    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4), told
+
+
+def _sweep_rate(
+    records: xr.Dataset,
+    windows: xr.Dataset,
+    repeating: Booleans,
+    rate: float,
+    period: float,
+    frequencies: Floats,
+) -> float:
+    """Seconds in which the first sweep that repeats passes a factor e; NaN where it is not exponential."""
+    if period == 0 or not repeating.any():
+        return np.nan
+    [sweep] = window_channels(records, windows, int(np.argmax(repeating)), ("torque_sweep",))
+    try:
+        harmonics = rfft(sweep[: round(period * rate)])[np.rint(frequencies * period).astype(int)]
+        return sweep_rate(harmonics, frequencies, period)
+    except EstimationError:
+        return np.nan
+
+
+def _distortion(spectra: Spectra, frequencies: Floats, period: float, factor: float) -> xr.Dataset:
+    """Levels by bands of one window, NaN where its sweep is not exponential or does not repeat."""
+    edges = two_octave_bands(frequencies)
+    if np.isnan(factor):
+        nothing = np.full(edges.size - 1, np.nan)
+        levels = DistortionLevels(edges, *4 * [nothing], *2 * [np.zeros(edges.size - 1, dtype=bool)])
+    else:
+        levels = distortion_levels(spectra, frequencies, period, factor, edges)
+    columns = {f"{name}_level": ("band", getattr(levels, name)) for name in ("response", "noise", "even", "odd")}
+    detected = {name: ("band", getattr(levels, name)) for name in ("even_detected", "odd_detected")}
+    return xr.Dataset(columns | detected, {"band": edges[:-1], "band_end": ("band", edges[1:])})
+
+
+def _not_repeating(period: float, usual: float) -> tuple[str, str]:
+    found = (
+        f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows"
+        if period
+        else "does not repeat"
+    )
+    return (
+        f"the sweep {found}; its spectra are estimated without that, with larger variance",
+        "Keep one periodic sweep through a window",
+    )
+
+
+def _too_short(needed: float) -> tuple[str, str]:
+    return (
+        f"is too short for a sweep that does not repeat in it: {needed:.0f} s are needed",
+        "Lengthen windows.length_s or shorten spectra.segment_s",
+    )
+
+
+def _spectrograms(torque: Floats, speed: Floats, rate: float, settings: SpectraSettings) -> xr.Dataset:
+    segment, highest = settings.spectrogram_segment_s, settings.frequency_maximum_hz
+    frequencies, times, torque_power = spectrogram(torque, rate, segment, highest)
+    dims = ("spectrogram_frequency", "spectrogram_time")
+    return xr.Dataset(
+        {
+            "torque_spectrogram": (dims, torque_power.astype(np.float32)),
+            "speed_spectrogram": (dims, spectrogram(speed, rate, segment, highest)[2].astype(np.float32)),
+        },
+        {"spectrogram_frequency": frequencies, "spectrogram_time": times},
+    )

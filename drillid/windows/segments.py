@@ -1,0 +1,170 @@
+"""Stretches of one rig state, cut and joined, each with the reason why it makes no window."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from drillid.arrays import Floats, Integers
+from drillid.datasets.codes import RecordFlag, RigState
+from drillid.windows.rig_state import NEEDED
+
+STRETCH_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason")
+"""Columns of stretches.csv: one row for every stretch of the recorded time."""
+
+_REGULAR = 1.1
+"""Intervals between samples above which time is missing."""
+_REASONS = {
+    RigState.CONNECTION: "connection",
+    RigState.OFF_BOTTOM: "off bottom",
+    RigState.REAMING: "reaming",
+    RigState.SWEEP_OFF: "sweep off",
+}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples `first` to `stop` (exclusive) of the records: one state, no missing time.
+
+    start, end : times of the first sample and of one interval after the last, ns since 1970 UTC
+    from_m, to_m : hole depth at the first and the last sample, m
+    """
+
+    state: RigState
+    stuck: bool
+    gap: bool
+    first: int
+    stop: int
+    start: int
+    end: int
+    from_m: float
+    to_m: float
+    windows: int = 0
+    reason: str = ""
+
+    @property
+    def duration(self) -> float:
+        """Duration, s."""
+        return (self.end - self.start) * 1e-9
+
+
+def stretches(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: int) -> list[Stretch]:
+    """Cut one log where state, time or the flags of stuck sensors break.
+
+    Parameters
+    ----------
+    part : records of the log
+    states : state of each sample, shape (time,)
+    rate : samples per second
+    offset : number of the log's first sample in the records
+    """
+    time = part["time"].values.astype("datetime64[ns]").astype(np.int64)
+    flags, depth = part["flags"].values, part["hole_depth"].values
+    stuck, gap = ((flags & np.uint8(flag)) > 0 for flag in (RecordFlag.STUCK, RecordFlag.GAP))
+    kind = states.astype(np.int64) * 4 + 2 * stuck + (gap & (states == RigState.UNKNOWN))
+    breaks = np.flatnonzero((np.diff(kind) != 0) | (np.diff(time) * 1e-9 * rate > _REGULAR)) + 1
+    edges = [0, *breaks.tolist(), time.size]
+    interval = round(1e9 / rate)
+    return [
+        Stretch(
+            RigState(int(states[first])),
+            bool(stuck[first]),
+            bool(gap[first]),
+            offset + first,
+            offset + stop,
+            int(time[first]),
+            int(time[stop - 1]) + interval,
+            float(depth[first]),
+            float(depth[stop - 1]),
+        )
+        for first, stop in itertools.pairwise(edges)
+    ]
+
+
+def joined(found: list[Stretch], rate: float) -> list[Stretch]:
+    """Stretches of one kind made one where no time is missing between them, as where a log goes on in the next."""
+    result: list[Stretch] = []
+    for stretch in found:
+        last = result[-1] if result else None
+        same = last is not None and (last.state, last.stuck, last.gap) == (stretch.state, stretch.stuck, stretch.gap)
+        if last is not None and same and abs(stretch.start - last.end) * 1e-9 * rate < _REGULAR - 1:
+            result[-1] = replace(last, stop=stretch.stop, end=stretch.end, to_m=stretch.to_m)
+        else:
+            result.append(stretch)
+    return result
+
+
+def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
+    """Cut a stretch so that the set point varies by no more than `largest` in each part; bounds of the parts."""
+    parts, first = [], 0
+    while first < set_point.size:
+        rest = set_point[first:]
+        over = np.maximum.accumulate(rest) - np.minimum.accumulate(rest) > largest
+        stop = first + int(np.argmax(over)) if over[-1] else set_point.size
+        parts.append((first, stop))
+        first = stop
+    return parts
+
+
+def window_starts(samples: int, length: int, overlap: float) -> Integers:
+    """First samples of as many windows as fit.
+
+    The last window ends with the stretch; what is left over lies at its start, where the rotation settles.
+    """
+    if samples < length:
+        return np.zeros(0, dtype=np.int64)
+    hop = max(1, round(length * (1 - overlap)))
+    count = (samples - length) // hop + 1
+    return samples - length - hop * np.arange(count - 1, -1, -1, dtype=np.int64)
+
+
+def cut(stretch: Stretch, part: xr.Dataset, first: int, stop: int, rate: float, windows: int, reason: str) -> Stretch:
+    """Samples `first` to `stop` of a stretch, whose records are `part`, as a stretch of their own."""
+    time, depth = part["time"].values.astype("datetime64[ns]").astype(np.int64), part["hole_depth"].values
+    return replace(
+        stretch,
+        first=stretch.first + first,
+        stop=stretch.first + stop,
+        start=int(time[first]),
+        end=int(time[stop - 1]) + round(1e9 / rate),
+        from_m=float(depth[first]),
+        to_m=float(depth[stop - 1]),
+        windows=windows,
+        reason=reason,
+    )
+
+
+def reason_of(stretch: Stretch) -> str:
+    """Why a stretch that holds no window holds none."""
+    if stretch.state is RigState.DRILLING:
+        return "a sensor is stuck"
+    if stretch.state is RigState.UNKNOWN:
+        return (
+            f"gap of {stretch.duration:.1f} s"
+            if stretch.gap
+            else f"no {', '.join(NEEDED)} for {stretch.duration:.1f} s"
+        )
+    return _REASONS[stretch.state]
+
+
+def stretches_table(well: str, rows: list[Stretch]) -> pd.DataFrame:
+    """Stretches in order of time, in the columns of stretches.csv."""
+    table = [
+        (
+            well,
+            row.state.name.lower(),
+            *(pd.Timestamp(moment).isoformat(timespec="milliseconds") for moment in (row.start, row.end)),
+            round(row.from_m, 3),
+            round(row.to_m, 3),
+            round(row.duration, 3),
+            row.windows,
+            row.reason,
+        )
+        for row in sorted(rows, key=lambda row: row.first)
+    ]
+    return pd.DataFrame(table, columns=list(STRETCH_COLUMNS))

@@ -1,0 +1,90 @@
+"""Compiled functions are kept on disk, and compiled again whenever a source that they may use changes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drillid.compiled import compiler
+
+INNER = """
+from drillid.compiled import compiler
+from pathlib import Path
+
+compiled = compiler("kernels", root=Path(__file__).parents[1])
+
+
+@compiled
+def inner():
+    return {value}
+"""
+OUTER = """
+from kernels.{name} import compiled, inner
+
+
+@compiled
+def outer():
+    return inner()
+"""
+
+
+@pytest.fixture
+def kernels(tmp_path: Path) -> Path:
+    folder = tmp_path / "kernels"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "first.py").write_text(INNER.format(value=1))
+    (folder / "outer.py").write_text(OUTER.format(name="first"))
+    return folder
+
+
+def called(folder: Path) -> int:
+    """What the outer function gives in a process of its own, with the compiled code that is on disk."""
+    code = "from kernels.outer import outer; print(outer())"
+    root, library = folder.parent, str(Path(__file__).parents[2])
+    environment = {"PYTHONPATH": f"{root}:{library}", "NUMBA_CACHE_DIR": str(root / "kept"), "PATH": ""}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return int(done.stdout)
+
+
+def kept(folder: Path) -> set[str]:
+    """Folders of compiled code."""
+    return {path.name for path in (folder.parent / "kept").iterdir()}
+
+
+def test_code_that_did_not_change_is_compiled_once(kernels: Path) -> None:
+    assert (called(kernels), called(kernels)) == (1, 1)
+    assert len(kept(kernels)) == 1
+
+
+def test_a_changed_kernel_is_not_called_as_it_was(kernels: Path) -> None:
+    assert called(kernels) == 1
+    (kernels / "first.py").write_text(INNER.format(value=2))
+    assert called(kernels) == 2
+
+
+def test_a_renamed_kernel_is_not_called_as_it_was(kernels: Path) -> None:
+    assert called(kernels) == 1
+    before = kept(kernels)
+    (kernels / "first.py").rename(kernels / "second.py")
+    (kernels / "outer.py").write_text(OUTER.format(name="second"))
+    (kernels / "second.py").write_text(INNER.format(value=3))
+    assert called(kernels) == 3
+    assert kept(kernels) - before
+
+
+def test_a_kernel_that_only_moves_counts_as_changed(kernels: Path) -> None:
+    called(kernels)
+    before = kept(kernels)
+    (kernels / "more").mkdir()
+    (kernels / "outer.py").rename(kernels / "more" / "outer.py")
+    (kernels / "more" / "outer.py").rename(kernels / "outer.py")
+    (kernels / "empty.py").write_text("")
+    called(kernels)
+    assert kept(kernels) - before
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="nowhere"):
+        compiler("nowhere", root=tmp_path)
