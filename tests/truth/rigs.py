@@ -4,7 +4,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
-from drillid.simulation.simulate import TIME_STEP
+from drillid.simulation.simulate import TIME_STEP, Simulation
 
 SPEED = 12.0
 PERIOD = 100.0
@@ -33,3 +33,11 @@ def lines_of(series: Floats, samples: int) -> Complex:
 def steps_in(seconds: float, time_step: float = TIME_STEP) -> int:
     """Time steps in some seconds."""
     return round(seconds / time_step)
+
+
+def closure(result: Simulation) -> float:
+    """What the energy balance leaves over, relative to the work supplied."""
+    energies = result.energies
+    assert energies is not None
+    rest = energies.supplied + energies.brought - energies.dissipated - energies.stored
+    return abs(rest / energies.supplied)

@@ -1,0 +1,211 @@
+"""The discovery engine on sealed cases: obvious causes, hidden in simulated logs, and rigs in which nothing is wrong.
+
+The full proof is `make blind`. Seeds are fixed here; the engine sees logs and data sheets alone.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import logit
+
+from benchmarks.blind.calibrate import uncalibrated
+from benchmarks.blind.engines import ERROR_RATE, Answer
+from benchmarks.blind.generator import cases
+from benchmarks.blind.generator.cases import Case, Hidden, evidence_of, plain_case
+from benchmarks.blind.generator.draw import obvious
+from benchmarks.blind.generator.effects_string import upper_share
+from benchmarks.blind.ideal.trace import trace
+from benchmarks.blind.judge import Ideals, ideals, judge
+from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.inference import screen
+from drillid.discrepancy.inference.set_fit import fit_set
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.verdict import LINES
+
+HIDDEN = {
+    "drive_lag": 1,
+    "actuator_gain": 1,
+    "controller_gain": 1,
+    "torque_filter": 1,
+    "clock_offset": 1,
+    "quantisation": 1,
+    "once_per_revolution": 1,
+    "tapered_string": 1,
+    "parameter_drift": 1,
+}
+"""Causes and the windows that are logged of each."""
+NULLS = {2100: 1, 2101: 1, 2102: 2}
+"""Seeds and windows."""
+_DETECTABILITY = 25.0
+_SEEDS = {name: 2000 + list(cases.EFFECTS).index(name) for name in HIDDEN}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cases, "FOLDER", Path(tmp_path_factory.mktemp("sealed")))
+        yield
+
+
+@cache
+def hidden_case(name: str) -> Case:
+    return obvious(_SEEDS[name], name, HIDDEN[name], _DETECTABILITY)
+
+
+@cache
+def known(name: str) -> Ideals:
+    return ideals(hidden_case(name))
+
+
+def asked(case: Case) -> Answer:
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    return Answer(found.verdicts, found.after.p_value)
+
+
+def always(name: str) -> Answer:
+    family = CATALOGUE[name].family if name in CATALOGUE else ""
+    return Answer((Verdict(name, family, 1.0, 0.0, 1.0, cause=name),), float("nan"))
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_an_obvious_cause_is_named_as_itself_or_its_exact_class(name: str) -> None:
+    case = hidden_case(name)
+    answer = asked(case)
+    found = judge(case, answer, known(name))
+    assert found.right, [(one.verdict, one.probability, one.evidence) for one in answer.verdicts]
+    assert found.family_right
+
+
+def test_a_drift_whose_mean_is_more_damping_than_usual_is_no_zone() -> None:
+    plain = plain_case(70462)[0]
+    assert [
+        one.verdict for one in asked(replace(plain, hidden=(Hidden("parameter_drift", 1500.0, 0.3),))).verdicts
+    ] == ["parameter_drift"]
+
+
+def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = SetModel(evidence_of(obvious(_SEEDS["torque_filter"], "torque_filter", 1, 5.0)))
+    base = fit_set(model, model.start())
+
+    def p_value() -> float:
+        return screen.screen(model, base, (), list(CATALOGUE.values()), np.random.default_rng(0)).p_value
+
+    seen = p_value()
+    monkeypatch.setattr(screen, "_SHARES", (1.0,))
+    assert seen < 1e-6 < p_value()
+
+
+@pytest.mark.parametrize("seed", NULLS)
+def test_nothing_is_found_where_nothing_is_wrong(seed: int) -> None:
+    case, _ = plain_case(seed, NULLS[seed])
+    answer = asked(case)
+    assert not judge(case, answer, ideals(case)).detected, [(one.verdict, one.evidence) for one in answer.verdicts]
+
+
+def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:
+    right: Counter[str] = Counter()
+    for name in ["none", "unknown", *HIDDEN]:
+        right[name] = sum(judge(hidden_case(one), always(name), known(one)).right for one in HIDDEN)
+    assert right["none"] == right["unknown"] == 0
+    assert all(right[name] == 1 for name in HIDDEN)
+
+
+def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
+    rpm = Hidden("sign_or_unit", 1.0, 0.7)
+    case = replace(plain_case(2050, 1)[0], hidden=(rpm,))
+    without = [cause for name, cause in CATALOGUE.items() if name != "sign_or_unit"]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == ["unknown"]
+
+
+def test_what_two_others_make_exactly_is_not_taken_out() -> None:
+    """A record times g with a control times 1/g is an actuator times g; no search has to find it."""
+    ideal = Ideals(17.0, 1.0, 1.0, 1.0, 30.0, (("actuator_gain",),))
+    for name, stays in (("actuator_gain", True), ("drive_lag", False)):
+        case = replace(plain_case(1, 1)[0], hidden=(Hidden(name, 0.02, 0.5),), removed=True)
+        assert judge(case, always("unknown"), replace(ideal, same=((name,),))).still_there == stays
+
+
+def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
+    """Two filters come near its phase, and only the data sheets' delay and clocks tell them apart."""
+    case = replace(obvious(2051, "clock_offset", 1, _DETECTABILITY), command_logged=True)
+    without = [cause for name, cause in CATALOGUE.items() if name != "clock_offset"]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    (verdict,) = found.verdicts
+    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert "clocks" in verdict.what_would_separate or "delay" in verdict.what_would_separate
+
+
+def test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise() -> None:
+    """A few causes of drive, recorder and string are tried; the whole catalogue says the same and takes a minute."""
+    slow = Hidden("wave_speed", 0.25, 0.5)
+    case = replace(plain_case(2055, 1)[0], hidden=(slow,))
+    other = [CATALOGUE[name] for name in ("drive_lag", "clock_offset", "extra_section", "mud_drag", "length_growth")]
+    (verdict,) = examine(evidence_of(case), catalogue=other, error_rate=ERROR_RATE, seed=case.seed).verdicts
+    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert verdict.what_would_separate.startswith("the fitted length of the string lies")
+
+
+def test_a_drift_that_the_catalogue_lacks_is_no_jump() -> None:
+    """Its mean response over the window is that of a jump; how the answer moves on the way is not."""
+    drift = Hidden("parameter_drift", 1500.0, 0.5)
+    case = replace(plain_case(90078)[0], hidden=(drift,))
+    without = [cause for name, cause in CATALOGUE.items() if name != drift.name]
+    found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == ["unknown"]
+
+
+def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried() -> None:
+    taper = Hidden("tapered_string", 0.8, 0.04)
+    case = replace(plain_case(2052, 1)[0], hidden=(taper,))
+    quiet = tuple(replace(one, bit_noise=one.bit_noise / 10) for one in case.stretches)
+    case = replace(
+        case, stretches=quiet, equipment=replace(case.equipment, sensor_noise=case.equipment.sensor_noise / 10)
+    )
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == [taper.name]
+    assert found.extensions[0].shape == pytest.approx(upper_share(taper.shape), abs=0.01)
+
+
+def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
+    pair = (Hidden("clock_offset", 0.01, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
+    case = replace(plain_case(2053, 1)[0], hidden=pair, command_logged=True)
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert {one.verdict for one in found.verdicts} == {"clock_offset|recorder_filter", "local_damping_zone"}
+    assert min(uncalibrated([one.probability for one in found.verdicts], LINES["named"])) > logit(0.98)
+
+
+def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -> None:
+    pair = (Hidden("clock_drift", 4e-6, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
+    case = replace(plain_case(2056, 1)[0], hidden=pair)
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert {one.verdict for one in found.verdicts} == {"clock_drift", "local_damping_zone"}
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "seed", "acts"),
+    [
+        ("torque_limit", 1.5e3, 2057, True),
+        ("torque_limit", 1e9, 2057, False),
+        ("torque_rate_limit", 500.0, 2057, True),
+        ("torque_rate_limit", 1e9, 2057, False),
+        ("gear_backlash", 0.1, 2057, True),
+        # the pipe's load keeps the teeth together
+        ("gear_backlash", 0.1, 2060, False),
+    ],
+)
+def test_a_cause_that_never_comes_to_its_threshold_leaves_no_trace(
+    name: str, size: float, seed: int, *, acts: bool
+) -> None:
+    left = trace(replace(plain_case(seed, 1)[0], hidden=(Hidden(name, size, 0.5),)))
+    assert left > 100.0 if acts else left < 0.1
+
+
+def test_where_no_cause_has_a_threshold_no_trace_is_known() -> None:
+    assert np.isnan(trace(plain_case(2057, 1)[0]))

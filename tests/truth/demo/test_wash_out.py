@@ -1,0 +1,46 @@
+"""The demo's hidden wash-out, simulated in time and recorded with a recorder's faults, is found; nothing else is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from drillid import discrepancy
+from drillid.config.settings import Settings
+from drillid.config.sheets import read_sheets
+from drillid.datasets.store import WellFolders
+from drillid.demo.wells import WELLS, write_demo_logs
+from drillid.fits import stage as fits
+from drillid.mobility import stage as mobility
+from drillid.records import stage as records
+from drillid.spectra import stage as spectra
+from drillid.windows import stage as windows
+
+ROOT = Path(__file__).resolve().parents[3]
+SETTINGS = Settings.from_yaml(ROOT / "config/demo/config.yaml")
+
+
+def flagged(name: str, folder: Path) -> pd.DataFrame:
+    sheets = SETTINGS.model_copy(update={key: str(ROOT / getattr(SETTINGS, key)) for key in ("wells", "logs", "rigs")})
+    well = read_sheets(sheets)[name]
+    logs = tuple(folder / log.name for log in well.logs)
+    assert SETTINGS.simulate is not None
+    write_demo_logs(name, logs, SETTINGS.simulate)
+    folders = WellFolders(folder / "results", name)
+    loaded = replace(well, logs=logs).load()
+    for stage in (records, windows, spectra, mobility, fits, discrepancy):
+        stage.process(loaded, folders, SETTINGS)
+    return pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+
+
+@pytest.mark.parametrize("name", list(WELLS))
+def test_the_wash_out_is_flagged_and_nothing_else(name: str, tmp_path: Path) -> None:
+    found = flagged(name, tmp_path)
+    if name != "D01":
+        assert found.empty
+        return
+    assert len(found) == 1
+    assert 2980 < found["from_m"][0] < 3000
+    assert 3025 < found["to_m"][0] <= 3050
+    assert "BHA damping up by" in found["evidence"][0]

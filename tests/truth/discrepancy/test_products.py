@@ -1,0 +1,338 @@
+"""Extended models as they are stored, reflectogram, immittance and advice, on data of the time-domain simulator."""
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from drillid.arrays import Complex
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.control.margins import loop_transfer, margins
+from drillid.datasets.examined import EXAMINATIONS
+from drillid.datasets.store import WellFolders, write_store
+from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
+from drillid.discrepancy.inference.localisation import surely_placed
+from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
+from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.predictive_gain import PredictiveGain
+from drillid.discrepancy.products.advice import advise
+from drillid.discrepancy.products.dataset import examination_dataset
+from drillid.discrepancy.products.extended_model import figures, identified_window_models, window_model_of
+from drillid.discrepancy.products.immittance import missing_immittance
+from drillid.discrepancy.products.prediction import PHASES, in_band, mean_period
+from drillid.discrepancy.products.reflectogram import echoes, reflectogram
+from drillid.discrepancy.sets import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
+from drillid.discrepancy.verdicts import from_responses as linear_verdicts
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.physics.eight_parameters import drilling_system
+from drillid.physics.equipment import DrillingSystem
+from drillid.physics.responses import bit_mobility, laplace
+from drillid.physics.top_drive import control
+from tests.simulated import RIG, SHALLOW, Processed, Truth, drilled, write_records
+
+LAG = 0.04
+"""s."""
+LAGGING = replace(SHALLOW, top_drive=replace(SHALLOW.top_drive, lag=LAG))
+TOLD = Rig.checked(
+    RIG.model_dump(exclude_none=True)
+    | {
+        "drive_delay": {"value": "28 ms", "tolerance": "5 ms"},
+        "top_drive_inertia": {"value": "450 kg m^2", "relative": "5 %"},
+        "pipe": {"outer_diameter": "88.9 mm", "inner_diameter": "70.2 mm"},
+    },
+    "small rig with data sheets",
+)
+
+
+def drilled_well(results: Path, truth: Truth, seed: int, *stages: str) -> Processed:
+    """Two windows of a rig with data sheets, through the stages."""
+    folders = WellFolders(results, "well")
+    write_records(folders, [drilled(truth, 1200.0, seed)], SHALLOW.bit_depth)
+    well = Processed(Well("well", TOLD, ()), folders, Settings(), {})
+    for stage in ("spectra", "mobility", "fits", *stages):
+        well.problems[stage] = well.run(stage)
+    return well
+
+
+@pytest.fixture(scope="module")
+def lagging(tmp_path_factory: pytest.TempPathFactory) -> Processed:
+    """Two windows of a rig whose drive lags, which its data sheets do not tell."""
+    return drilled_well(tmp_path_factory.mktemp("lagging"), LAGGING, 77, "discrepancy", "depth")
+
+
+def well_data(well: Processed) -> WellData:
+    """Its datasets, with nothing in the records."""
+    windows, spectra, mobility, fits = (well.dataset(name, name) for name in ("windows", "spectra", "mobility", "fits"))
+    return WellData(well.well.rig, well.dataset("records", "records") * np.nan, windows, spectra, mobility, fits)
+
+
+def evidence(well: Processed) -> Evidence:
+    """Evidence from a well of one run, without detections."""
+    data = well_data(well)
+    (rows,) = window_sets(well.well.rig, data.windows, data.fits)
+    return evidence_of(data.at(rows))
+
+
+@pytest.fixture(scope="module")
+def examined(lagging: Processed) -> Examination:
+    """The engine's view of the lagging rig."""
+    return examine(evidence(lagging))
+
+
+def test_the_lag_is_named_with_its_size(lagging: Processed) -> None:
+    table = pd.read_csv(lagging.folders.stage("discrepancy") / "verdicts.csv")
+    named = table[table["cause"] == "drive_lag"]
+    assert len(named) == 1
+    assert named["size_low"].item() <= LAG <= named["size_high"].item()
+    assert named["gain"].item() > 0
+
+
+def test_bit_mobility_and_steps_are_those_of_the_lagging_rig(lagging: Processed) -> None:
+    """The plain model's own fit misses them."""
+    depth, fits = lagging.dataset("depth", "depth"), lagging.dataset("fits", "fits")
+    frequency = depth["frequency"].values
+    near = (frequency > 0.2) & (frequency < 1.5)
+    truth = bit_mobility(LAGGING.system, laplace(frequency[near]))
+    extended = depth["bit_mobility_controlled"].values[0, near]
+    assert error(extended, truth) < 0.15
+    plain = drilling_system(fits["value"].values[0], LAGGING.known)
+    assert error(bit_mobility(plain, laplace(frequency[near])), truth) > 2 * error(extended, truth)
+    assert np.isfinite(depth["bit_step_controlled"].values).all()
+
+
+def error(found: Complex, truth: Complex) -> float:
+    """Root mean square of the relative error."""
+    return float(np.sqrt(np.mean(np.abs(found / truth - 1) ** 2)))
+
+
+def test_the_stored_model_is_the_one_that_was_fitted(lagging: Processed, examined: Examination) -> None:
+    stored = identified_window_models(lagging.dataset("discrepancy", "examination"))
+    assert stored.keys() == {0, 1}
+    for row, window_model in stored.items():
+        expected = examined.model.predicted(examined.extended.point, examined.extensions)[row]
+        np.testing.assert_allclose(window_model.mobility(examined.model.s), expected, rtol=1e-9)
+        assert isinstance(window_model.system.top_drive.lag, float)
+
+
+@pytest.mark.parametrize("name", [name for name, cause in CATALOGUE.items() if cause.is_linear])
+def test_figures_and_causes_make_the_model_again(examined: Examination, name: str) -> None:
+    cause, model = CATALOGUE[name], examined.model
+    extensions = (Extension(cause, cause.shapes[0], (1,)),)
+    size = 0.3 * cause.size.typical
+    point = Point(examined.base.point.shared, examined.base.point.local, np.array([size]))
+    again = window_model_of(figures(model, point), extensions, [size])
+    np.testing.assert_allclose(again.mobility(model.s), model.predicted(point, extensions), rtol=1e-12)
+
+
+def test_the_held_out_window_is_predicted_better_with_the_lag(lagging: Processed) -> None:
+    found = lagging.dataset("discrepancy", "examination").isel(set=0)
+    off = {
+        name: float(np.sqrt(np.mean((found["period_speed"] - found[name]) ** 2)))
+        for name in ("period_base", "period_extended")
+    }
+    assert off["period_extended"] < off["period_base"]
+    assert off["period_extended"] < 1.5 * float(found["period_error"])
+
+
+def test_residuals_shrink_to_noise(lagging: Processed) -> None:
+    found = lagging.dataset("discrepancy", "examination")
+    before, after = (float(np.nanmean(np.abs(found[f"residual_{when}"]) ** 2) / 2) for when in ("before", "after"))
+    assert after < before
+    assert after == pytest.approx(1, abs=0.1)
+
+
+def test_what_the_base_model_lacks_comes_back_and_then_nothing(examined: Examination) -> None:
+    before = reflectogram(examined.model, examined.base, (), 0.01)
+    after = reflectogram(examined.model, examined.extended, examined.extensions, 0.01)
+    assert echoes(before)
+    assert not echoes(after)
+
+
+@dataclass(frozen=True)
+class Braked(Truth):
+    """The shallow rig with a zone of damping in its pipe."""
+
+    place: float = 0.6
+    """Of the zone's middle, as a share of the pipe."""
+    damping: float = 60.0
+    """N m s/rad, of the whole zone."""
+
+    @property
+    def system(self) -> DrillingSystem:
+        """All of the equipment."""
+        pipe, width = self.pipe, 0.05
+        more = self.damping / (width * pipe.length * pipe.polar_moment)
+        zone = replace(pipe, length=width * pipe.length, kappa=pipe.kappa + more)
+        above = replace(pipe, length=(self.place - width / 2) * pipe.length)
+        below = replace(pipe, length=(1 - self.place - width / 2) * pipe.length)
+        return DrillingSystem(self.top_drive, (above, zone, below, self.collars), self.bit)
+
+
+@pytest.fixture(scope="module")
+def braked(tmp_path_factory: pytest.TempPathFactory) -> Examination:
+    truth = Braked(**vars(SHALLOW))
+    return examine(evidence(drilled_well(tmp_path_factory.mktemp("braked"), truth, 5)))
+
+
+def test_the_reflectogram_points_at_a_zone_of_damping(braked: Examination) -> None:
+    found = reflectogram(braked.model, braked.base, (), 0.01)
+    distance, reflection = echoes(found)[0]
+    assert reflection < 0  # what brakes takes the place of a larger admittance: speed is reflected upside down
+    assert distance == pytest.approx(0.6 * SHALLOW.pipe.length, abs=0.15 * SHALLOW.pipe.length)
+
+
+@pytest.mark.parametrize(("members", "located"), [((), True), (("mud_drag",), False)])
+def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
+    braked: Examination, monkeypatch: pytest.MonkeyPatch, members: tuple[str, ...], located: bool
+) -> None:
+    zone = "local_damping_zone"
+    monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
+    found = linear_verdicts.explained(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
+    assert (found.cause, bool(np.isfinite(found.location_m))) == (zone, located)
+
+
+@pytest.mark.parametrize(("noise", "placed"), [(1.0, True), (100.0, False)])
+def test_a_place_is_told_where_the_noise_lets_it(braked: Examination, noise: float, placed: bool) -> None:
+    own = braked.model.evidence
+    model = SetModel(replace(own, variance=own.variance * noise))
+    fit = fit_set(model, braked.extended.point, braked.extensions)
+    assert (surely_placed(model, fit, braked.extensions, 0) > 0.95) == placed
+
+
+def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
+    """What the data sheets rule out, a port must take up."""
+    lagging = examined.model.evidence
+    known = replace(lagging.knowledge, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
+    late = replace(
+        lagging,
+        mobility=lagging.mobility * np.exp(-0.03 * laplace(lagging.frequency)),
+        knowledge=known,
+        control=None,
+        control_variance=None,
+    )
+    model = SetModel(late)
+    lag = (Extension(CATALOGUE["drive_lag"], 0.0),)
+    start = Point(model.start().shared, model.start().local, np.array([LAG]))
+    base = fit_set(model, start, lag)
+    missing = missing_immittance(model, base, "record", lag)
+    found = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
+    assert found is not None, missing.reading
+    assert abs(float(found[1]) - 30) < 4 * float(found[2])
+
+
+def test_a_window_that_has_strayed_is_brought_back(examined: Examination) -> None:
+    model, base = examined.model, examined.base
+    strayed = base.point.local.copy()
+    strayed[0] = 8.0
+    stuck = replace(base, point=replace(base.point, local=strayed), cost=np.inf)
+    assert without_outlier_windows(model, stuck).cost == pytest.approx(base.cost, abs=0.1)
+
+
+def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Examination) -> None:
+    """The mean of 1/(1 + n) over complex normal n of variance v is 1 - exp(-1/v): 0.96 at 0.3."""
+    seen = examined.model.evidence
+    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    used = np.flatnonzero(examined.model.weight.all(axis=0))
+    for noise, own, tells in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
+        variance = noise * told
+        variance[:, used[50]] = own * told[:, used[50]]
+        weight = SetModel(replace(seen, control_variance=variance)).control_weight
+        assert weight is not None
+        assert np.all((weight[:, used[50]] > 0) == tells)
+
+
+@pytest.mark.parametrize(("noise", "rounding", "gained"), [(0.0, 0.0, 1.0), (0.015, 0.0, 8.0), (0.0, 0.1, 1.0)])
+def test_what_all_windows_err_alike_in_tells_no_more_in_more_windows(
+    examined: Examination, noise: float, rounding: float, gained: float
+) -> None:
+    seen = examined.model.evidence
+    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    one = replace(seen, control_variance=noise * told, control_rounding=rounding * told).subset(np.array([0]))
+    information = []
+    for copies in (1, 8):
+        weight = SetModel(one.subset(np.zeros(copies, dtype=np.intp))).control_weight
+        assert weight is not None
+        information.append(np.sum(weight**2))
+    assert information[1] / information[0] == pytest.approx(gained, rel=0.15)
+
+
+def test_nothing_is_read_where_nothing_is_missing(examined: Examination) -> None:
+    missing = missing_immittance(examined.model, examined.extended, "bit", examined.extensions)
+    assert missing.passive
+    assert "no spring" in missing.reading
+    assert np.all(missing.rational.real >= -1e-9)
+
+
+def test_every_measurement_helps_or_changes_nothing(examined: Examination) -> None:
+    found = advise(examined, ())
+    assert len({one.measurement for one in found}) == len(found) >= 7
+    assert all(0 < one.smallest <= 1.0001 for one in found)
+    assert [one.smallest for one in found] == sorted(one.smallest for one in found)
+
+
+def test_advice_for_a_class_sets_its_members_apart(examined: Examination) -> None:
+    members = ("clock_offset", "recorder_filter")
+    found = advise(examined, members)
+    assert found[0].separation == max(one.separation for one in found)
+    assert found[-1].separation >= 0
+
+
+def test_the_mean_period_is_the_series_where_it_repeats() -> None:
+    rate, period = 50.0, 24.0
+    time = np.arange(round(3 * period * rate)) / rate
+    mean, error = mean_period(np.sin(2 * np.pi * 5 * time / period) + 3, rate, period)
+    expected = np.sin(2 * np.pi * 5 * np.arange(PHASES) / PHASES)
+    np.testing.assert_allclose(mean, expected, atol=5e-3)
+    assert error < 1e-3
+    np.testing.assert_allclose(in_band(mean, period, (4.5 / period, 5.5 / period)), mean, atol=5e-3)
+    np.testing.assert_allclose(in_band(mean, period, (6 / period, 9 / period)), 0, atol=1e-3)
+
+
+def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examination) -> None:
+    said = (Verdict("unknown", "record", 0.99, 960.0, 975.0),)
+    found = replace(examined, verdicts=said, extensions=(), extended=examined.base)
+    sets = [ExaminedSet(np.arange(2), found)]
+    stored = EXAMINATIONS.conform(examination_dataset(sets, well_data(lagging), 0.05))
+    assert str(stored["missing_reading"].item()).startswith("at the port record: ")
+    assert np.isfinite(stored["missing_rational"].values).all()
+    assert stored.sizes["extension"] == 0
+    assert identified_window_models(stored) == {}
+
+
+def test_what_is_seen_has_no_name_without_a_sure_gain_and_is_never_none(
+    lagging: Processed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(linear_verdicts, "held_out_gain", lambda *_: PredictiveGain(1.0, 10.0, 2))
+    (said,) = examine(evidence(lagging)).verdicts
+    assert said.verdict == UNKNOWN
+    assert said.probability > 0.5
+    assert "drive_lag" in said.evidence
+
+
+def test_a_well_without_any_fit_is_told_nothing(lagging: Processed, tmp_path: Path) -> None:
+    well = lagging.copied(tmp_path / "results")
+    fits = well.dataset("fits", "fits")
+    fits["value"].values[:] = np.nan
+    fits["accepted"].values[:] = False
+    write_store(fits, well.folders.stage("fits") / "fits.zarr")
+    well.run("discrepancy")
+    well.run("depth")
+    assert well.dataset("discrepancy", "discrepancy")["verdict"].values.tolist() == ["", ""]
+    assert well.dataset("discrepancy", "examination").sizes["set"] == 0
+    assert len(read_verdicts(well.folders.stage("discrepancy") / "verdicts.csv")) == 0
+    assert np.isnan(well.dataset("depth", "depth")["bit_mobility_controlled"].values).all()
+
+
+def test_the_control_can_be_tuned_for_the_extended_rig(lagging: Processed) -> None:
+    window_model = identified_window_models(lagging.dataset("discrepancy", "examination"))[0]
+    found, truth = (
+        margins(lambda s, system=system: loop_transfer(system, s)) for system in (window_model.system, LAGGING.system)
+    )
+    assert found.modulus == pytest.approx(truth.modulus, rel=0.1)
+    assert found.delay == pytest.approx(truth.delay, rel=0.2)

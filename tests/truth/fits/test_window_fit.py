@@ -1,0 +1,58 @@
+"""Fits without advance information find what the time-domain simulator was given, within their own standard errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from drillid.arrays import Floats
+from drillid.fits.window_fit import Fit, Prior, fit
+from drillid.physics.parameters import PARAMETERS
+from tests.simulated import DEEP, SHALLOW, Truth
+from tests.truth.measured import SETTINGS, measured
+
+SEEDS = range(8)
+JUDGED = ("inertia_td", "delay", "polar_moment", "length", "inertia_bha")
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Fits of one rig's windows."""
+
+    truth: Truth
+    fits: list[Fit]
+
+    def pulls(self, parameter: str) -> Floats:
+        """Value less truth over the standard error, shape (seed,)."""
+        index = list(PARAMETERS).index(parameter)
+        errors = [found.value[index] - self.truth.parameters[index] for found in self.fits]
+        return np.divide(errors, [found.error[index] for found in self.fits])
+
+
+@pytest.fixture(scope="module", params=[DEEP, SHALLOW], ids=["deep", "shallow"])
+def trials(request: pytest.FixtureRequest) -> Trials:
+    truth: Truth = request.param
+    fits = [fit(measured(truth, seed), truth.known, Prior.silent(), SETTINGS.fits) for seed in SEEDS]
+    return Trials(truth, fits)
+
+
+@pytest.mark.parametrize("parameter", JUDGED)
+def test_values_are_off_by_no_more_than_their_errors_tell(trials: Trials, parameter: str) -> None:
+    pulls = trials.pulls(parameter)
+    assert np.abs(pulls).max() < 4.5, pulls
+    assert np.sqrt(np.mean(pulls**2)) < 1.6, pulls
+
+
+@pytest.mark.parametrize(("parameter", "largest"), [("inertia_td", 0.01), ("delay", 0.03), ("polar_moment", 0.15)])
+def test_errors_are_small_enough_to_be_of_use(trials: Trials, parameter: str, largest: float) -> None:
+    index = list(PARAMETERS).index(parameter)
+    assert np.median([found.error[index] for found in trials.fits]) < largest * trials.truth.parameters[index]
+
+
+def test_residuals_are_as_large_as_the_noise(trials: Trials) -> None:
+    assert 0.9 < np.mean([found.chi2_per_dof for found in trials.fits]) < 1.1
+
+
+def test_every_fit_is_accepted(trials: Trials) -> None:
+    assert [found.reason for found in trials.fits] == [""] * len(trials.fits)
+    assert all(found.accepted for found in trials.fits)

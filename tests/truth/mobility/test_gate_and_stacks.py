@@ -1,0 +1,210 @@
+"""Stated error rates hold under the null, and what is there is found."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import binom, kstest
+
+from drillid.config.settings import MobilitySettings
+from drillid.datasets.codes import Gate
+from drillid.discrepancy import flag, normality_p_value, run_pulls, whiteness_p_value
+from drillid.mobility.gate import gated_mobility
+from drillid.mobility.stacks import stack_windows
+
+FREQUENCY = np.arange(6, 481) / 120.0
+PERIODS, FREEDOM = 5.0, 18.0
+START, WINDOW = np.datetime64("2025-06-01T00:00:00", "ns"), np.timedelta64(600, "s")
+
+
+def synthetic_spectra(
+    rng: np.random.Generator, windows: int, signal_to_noise: float, change: float = 0.0
+) -> xr.Dataset:
+    """Windows with Gaussian noise of known power, its estimate independent between every fifth frequency."""
+    shape = (windows, FREQUENCY.size)
+    truth = np.sqrt(signal_to_noise / PERIODS) * np.exp(1j * FREQUENCY) * (1 + change * np.arange(windows)[:, None])
+    error = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2 * PERIODS)
+    blocks = rng.chisquare(2 * FREEDOM, size=(windows, FREQUENCY.size // 5 + 1)) / (2 * FREEDOM)
+    noise = np.repeat(blocks, 5, axis=1)[:, : FREQUENCY.size]
+    speed = truth + error
+    dims = ("window", "frequency")
+    return xr.Dataset(
+        {
+            "sweep_power": (dims, np.ones(shape)),
+            "speed_power": (dims, np.abs(speed) ** 2 + noise * (PERIODS - 1) / PERIODS),
+            "speed_noise": (dims, noise),
+            "cross_speed": (dims, speed),
+            "cross_command": (dims, np.zeros(shape, complex)),
+            "averages": (dims, np.full(shape, PERIODS)),
+            "degrees_of_freedom": (dims, np.full(shape, FREEDOM)),
+        },
+        {
+            "frequency": FREQUENCY,
+            "window": np.arange(windows),
+            "hole_depth": ("window", 3000.0 + np.arange(windows)),
+            "start": ("window", START + WINDOW * np.arange(windows)),
+            "end": ("window", START + WINDOW * np.arange(1, windows + 1)),
+        },
+    )
+
+
+def credible(count: int, total: int, rate: float) -> bool:
+    low, high = binom.interval(0.999, total, rate)
+    return bool(low <= count <= high)
+
+
+@pytest.mark.parametrize("error_rate", [0.01, 0.1])
+def test_bands_without_response_pass_at_the_error_rate(error_rate: float) -> None:
+    settings = MobilitySettings(error_rate=error_rate)
+    result = gated_mobility(synthetic_spectra(np.random.default_rng(5), 300, 0.0), settings)
+    bands = np.floor(np.log2(FREQUENCY / FREQUENCY[0]) / settings.band_octaves).astype(int)
+    first_of_band = np.unique(bands, return_index=True)[1]
+    wide = first_of_band[np.bincount(bands)[bands[first_of_band]] > 4]
+    passed = result["gate"].values[:, wide] != Gate.TOO_INCOHERENT
+    assert passed.mean() <= 2.5 * error_rate
+
+
+def test_good_frequencies_are_seldom_too_coherent_and_never_too_incoherent() -> None:
+    result = gated_mobility(synthetic_spectra(np.random.default_rng(6), 100, 30.0), MobilitySettings(error_rate=0.01))
+    assert np.mean(result["gate"].values == Gate.TOO_INCOHERENT) == 0
+    assert np.mean(result["gate"].values == Gate.TOO_COHERENT) <= 0.01
+
+
+def test_a_frequency_with_an_impossible_noise_is_too_coherent() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(7), 3, 30.0)
+    spectra["speed_noise"][1, 100] *= 1e-4
+    spectra["speed_power"][1, 100] = np.abs(spectra["cross_speed"][1, 100]) ** 2 * (1 + 1e-5)
+    gates = gated_mobility(spectra, MobilitySettings())["gate"].values
+    assert gates[1, 100] == Gate.TOO_COHERENT
+    assert np.count_nonzero(gates == Gate.TOO_COHERENT) <= 3
+
+
+def test_frequencies_without_sweep_are_outside() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(8), 2, 30.0)
+    spectra["sweep_power"][:, 400:] *= 1e-6
+    gates = gated_mobility(spectra, MobilitySettings())["gate"].values
+    assert np.all(gates[:, 400:] == Gate.OUTSIDE_SWEEP)
+    assert np.all(gates[:, :400] != Gate.OUTSIDE_SWEEP)
+
+
+@pytest.mark.parametrize("stack", [2, 6])
+def test_agreeing_windows_are_refused_at_most_at_the_error_rate(stack: int) -> None:
+    settings = MobilitySettings(stack_windows=stack, agreement_error_rate=0.05)
+    refused = 0
+    for seed in range(120):
+        spectra = synthetic_spectra(np.random.default_rng(seed), stack, 30.0)
+        refused += bool(stack_windows(gated_mobility(spectra, settings), settings)[1])
+    assert binom.sf(refused - 1, 120, 0.05) > 1e-3
+
+
+def test_errors_of_a_stack_are_as_large_as_it_says() -> None:
+    settings = MobilitySettings(stack_windows=6)
+    ratios = []
+    for seed in range(60):
+        spectra = synthetic_spectra(np.random.default_rng(1000 + seed), 6, 30.0)
+        stack = stack_windows(gated_mobility(spectra, settings), settings)[0].isel(stack=0)
+        error = stack["command_mobility"].values - np.sqrt(30.0 / PERIODS) * np.exp(1j * FREQUENCY)
+        ratios.append(np.mean(np.abs(error) ** 2 / stack["command_mobility_variance"].values))
+        assert int(stack["windows"]) >= 2
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_stack_is_as_coherent_as_its_windows() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(16), 6, 30.0)
+    mobility = gated_mobility(spectra, MobilitySettings())
+    stacks, _ = stack_windows(mobility, MobilitySettings())
+    assert float(stacks["coherence"].mean()) == pytest.approx(float(mobility["coherence"].mean()), abs=0.03)
+
+
+def test_windows_that_share_samples_are_not_stacked_together() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(17), 6, 30.0)
+    half = np.timedelta64(300, "s")
+    spectra = spectra.assign_coords(
+        start=("window", START + half * np.arange(6)), end=("window", START + half * np.arange(6) + 2 * half)
+    )
+    stacks, _ = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
+    assert stacks["windows"].values.tolist() == [3]
+
+
+def test_windows_far_apart_in_depth_are_not_stacked_together() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(18), 6, 30.0)
+    spectra = spectra.assign_coords(hole_depth=("window", 1500.0 + 30.0 * np.arange(6)))
+    stacks, problems = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
+    assert stacks["windows"].values.tolist() == [2, 2, 2]
+    assert problems == []
+
+
+def test_a_stack_weighs_by_variance_and_ends_where_windows_disagree() -> None:
+    settings = MobilitySettings(stack_windows=6)
+    spectra = synthetic_spectra(np.random.default_rng(11), 6, 30.0)
+    spectra["cross_speed"][3:] *= np.exp(1j)
+    mobility = gated_mobility(spectra, settings)
+    stacks, problems = stack_windows(mobility, settings)
+    assert stacks["first_window"].values.tolist() == [0, 3]
+    assert stacks["last_window"].values.tolist() == [2, 5]
+    assert len(problems) == 1
+    assert "windows 0 to 2" in problems[0].what
+    members = mobility.isel(window=slice(0, 3))
+    weight = 1 / members["command_mobility_variance"].values
+    mean = np.sum(members["command_mobility"].values * weight, axis=0) / weight.sum(axis=0)
+    np.testing.assert_allclose(stacks["command_mobility"][0].values, mean)
+    share = weight / weight.sum(axis=0)
+    meier = 1 + np.sum(2 * share * (1 - share), axis=0) / FREEDOM
+    np.testing.assert_allclose(stacks["command_mobility_variance"][0].values, meier / weight.sum(axis=0))
+
+
+def test_windows_that_all_disagree_make_no_stack() -> None:
+    spectra = synthetic_spectra(np.random.default_rng(12), 4, 100.0, change=1.0)
+    stacks, problems = stack_windows(gated_mobility(spectra, MobilitySettings()), MobilitySettings())
+    assert stacks.sizes["stack"] == 0
+    assert len(problems) == 3
+
+
+def test_residual_tests_are_uniform_on_white_gaussian_residuals_and_see_colour() -> None:
+    rng = np.random.default_rng(13)
+    white = rng.normal(size=(300, 475)) + 1j * rng.normal(size=(300, 475))
+    assert kstest([normality_p_value(row) for row in white], "uniform").pvalue > 1e-3
+    assert kstest([whiteness_p_value(row) for row in white], "uniform").pvalue > 1e-3
+    coloured = (white[0][1:] + 0.5 * white[0][:-1]) / np.sqrt(1.25)
+    assert whiteness_p_value(coloured) < 1e-6
+    assert normality_p_value(white[0] * 1.3) < 1e-3
+
+
+@pytest.mark.parametrize("restlessness", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("windows", [6, 12, 24])
+def test_clean_wells_are_flagged_at_most_at_the_error_rate(windows: int, restlessness: float) -> None:
+    rng = np.random.default_rng(14)
+    run = np.repeat([0, 1], windows)
+    wells, rate, flagged = 250, 0.05, 0
+    for _ in range(wells):
+        error = rng.uniform(10, 20, size=(2, run.size))
+        value = 100 + restlessness * error * rng.normal(size=error.shape)
+        flagged += flag([run_pulls(value[track], error[track], run)[1] for track in range(2)], rate).any()
+    assert binom.sf(flagged - 1, wells, rate) > 1e-3
+
+
+def test_an_interval_that_stands_out_of_its_run_is_flagged_and_its_run_change_is_not() -> None:
+    rng = np.random.default_rng(15)
+    run = np.repeat([0, 1], [10, 20])
+    error = np.full(30, 30.0)
+    value = np.where(run == 0, 160.0, 20.0) + error * rng.normal(size=30)
+    value[18:22] += 300
+    flagged = flag([run_pulls(value, error, run)[1], np.full(30, np.nan)], 0.01)
+    assert np.flatnonzero(flagged).tolist() == [18, 19, 20, 21]
+
+
+def test_windows_of_an_interval_do_not_hide_each_other_and_flag_no_others() -> None:
+    rng = np.random.default_rng(19)
+    run, wells, rate, whole, beside = np.zeros(18, int), 200, 0.05, 0, 0
+    for _ in range(wells):
+        error = rng.uniform(10, 20, size=18)
+        value = 100 + 1.5 * error * rng.normal(size=18)
+        value[6:10] = 300
+        flagged = flag([run_pulls(value, error, run)[1], np.full(18, np.nan)], rate)
+        whole += flagged[6:10].all()
+        beside += np.delete(flagged, np.s_[6:10]).any()
+    assert whole > 0.97 * wells
+    assert binom.sf(beside - 1, wells, rate) > 1e-3
+
+
+def test_a_run_of_few_windows_has_no_level() -> None:
+    assert np.isnan(run_pulls(np.array([1.0, 2.0, 50.0]), np.ones(3), np.zeros(3, int))[0]).all()

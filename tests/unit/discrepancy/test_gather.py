@@ -1,0 +1,108 @@
+"""Evidence from time series and from a well's datasets is the same, and holds what the data sheets say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.discrepancy.detectors.detection import Detection
+from drillid.discrepancy.evidence import Evidence, OperatingPoints
+from drillid.discrepancy.gather import Series, gather, gather_well, prior, rig_knowledge
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.errors import EstimationError
+from drillid.physics.equipment import Controller
+from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH
+from drillid.windows.channels import window_channels
+from tests.simulated import RATE, RIG, SHALLOW, Processed
+
+
+@pytest.fixture(scope="module")
+def of_well(healthy: Processed) -> Evidence:
+    names = (("records", "records"), ("windows", "windows"), ("spectra", "spectra"), ("mobility", "mobility"))
+    datasets = [healthy.dataset(*name) for name in (*names, ("fits", "fits"))]
+    return gather_well(RIG, *datasets)
+
+
+def test_a_well_gives_what_its_time_series_give(healthy: Processed, of_well: Evidence) -> None:
+    records, windows = healthy.dataset("records", "records"), healthy.dataset("windows", "windows")
+    series = [Series(*window_channels(records, windows, row)) for row in range(windows.sizes["window"])]
+    own = gather(series, RATE, of_well.operating_points, of_well.knowledge, Settings())
+    assert own.windows == of_well.windows == 4
+    np.testing.assert_array_equal(own.used, of_well.used)
+    assert own.control is not None
+    assert of_well.control is not None
+    # stages keep single precision
+    used = own.used
+    assert np.all(np.abs(own.mobility - of_well.mobility)[used] < 0.01 * np.sqrt(own.variance[used]))
+    assert np.all(np.abs(own.control / of_well.control - 1)[used] < 0.01)
+    np.testing.assert_allclose(own.fitted[:, LENGTH], of_well.fitted[:, LENGTH], rtol=1e-3)
+    assert {(detection.cause, detection.window) for detection in own.detections} == {
+        (detection.cause, detection.window) for detection in of_well.detections
+    }
+
+
+def test_the_control_response_is_the_data_sheet_controller(of_well: Evidence) -> None:
+    assert of_well.control is not None
+    gains = SHALLOW.top_drive.controller
+    expected = gains.proportional + gains.integral / (2j * np.pi * of_well.frequency)
+    error = np.abs(of_well.control / expected - 1)[of_well.used]
+    assert np.median(error) < 1e-3
+
+
+def test_a_set_without_any_fit_is_refused(of_well: Evidence) -> None:
+    with pytest.raises(EstimationError, match="no window has a fit"):
+        examine(replace(of_well, fitted=np.full_like(of_well.fitted, np.nan)))
+
+
+def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
+    fitted = of_well.fitted.copy()
+    fitted[1] = np.nan
+    verdicts = [one.verdict for one in examine(replace(of_well, fitted=fitted)).verdicts]
+    assert verdicts == [one.verdict for one in examine(of_well).verdicts]
+
+
+@pytest.mark.parametrize(
+    ("apart", "verdict"),
+    [(np.nan, "parameter_drift|regime_change"), (1.0, "parameter_drift|regime_change"), (2.0, "parameter_drift")],
+)
+def test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same(
+    of_well: Evidence, apart: float, verdict: str
+) -> None:
+    detections = tuple(
+        Detection(cause, row, score, 100.0, 15.0, 18.0, 0.0, apart=apart)
+        for cause, score in (("parameter_drift", 6.0), ("regime_change", 5.95))
+        for row in range(of_well.windows)
+    )
+    told = examine(replace(of_well, detections=detections)).verdicts
+    assert [one.verdict for one in told] == [verdict]
+
+
+def test_silent_data_sheet_leave_the_prior_open() -> None:
+    known = rig_knowledge(RIG, Controller(350.0, 180.0), 960.0)
+    assert np.isinf(known.inertia_td_error)
+    assert np.isnan(prior(known, 960.0).value).all()
+    assert known.collar_length == 60.0
+
+
+def test_data_sheet_are_taken_with_their_tolerances() -> None:
+    data_sheet = RIG.model_dump(exclude_none=True) | {
+        "drive_delay": {"value": "40 ms", "tolerance": "4 ms"},
+        "top_drive_inertia": {"value": "1000 kg m^2", "relative": "2 %"},
+        "pipe": {"outer_diameter": "5.5 in", "inner_diameter": "4.778 in", "length_relative": "3 %"},
+    }
+    known = rig_knowledge(Rig.checked(data_sheet, "rig"), Controller(350.0), 1060.0)
+    found = prior(known, 1060.0)
+    assert (found.value[DELAY], found.error[DELAY]) == pytest.approx((0.04, 0.004))
+    assert (found.value[INERTIA_TD], found.error[INERTIA_TD]) == pytest.approx((1000.0, 20.0))
+    assert (found.value[LENGTH], found.error[LENGTH]) == pytest.approx((1000.0, 30.0))
+
+
+def test_windows_without_their_operating_points_are_refused(of_well: Evidence) -> None:
+    nothing = np.zeros(1000)
+    with pytest.raises(EstimationError, match="Give one for each window"):
+        gather([Series(nothing, nothing, nothing)], RATE, of_well.operating_points, of_well.knowledge, Settings())
+    none = OperatingPoints(*(values[:0] for values in vars(of_well.operating_points).values()))
+    with pytest.raises(EstimationError, match="Give one for each window"):
+        gather([], RATE, none, of_well.knowledge, Settings())

@@ -1,0 +1,247 @@
+"""Figures of small synthetic wells: all are written, hold the right data, and say what they show."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+
+from drillid.config.settings import FiguresSettings, Settings
+from drillid.config.sheets import Well
+from drillid.datasets.codes import Gate
+from drillid.datasets.examined import EXAMINATIONS
+from drillid.datasets.store import WellFolders
+from drillid.figures import stage as figures
+from drillid.figures.captions import FIGURES, QUANTITIES, RPM_PER_KILONEWTON_METRE
+from drillid.figures.data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
+from drillid.figures.style import FLAGGED, STYLE, well_marks
+from drillid.figures.tracks import parameters
+from drillid.figures.windows import degrees
+from drillid.physics.parameters import PARAMETERS
+from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, make_well, windows_of
+
+COUNTS = {"many": 10, "one": 1, "gap": 4, "none": 0}
+SETTINGS = Settings(figures=FiguresSettings(dpi=50))
+DRAWINGS = figures.drawings()
+OF_SETS = {"verdicts", "evidence", "distinguishability", "model_residuals", "held_out", "reflectogram"}
+"""Figures of what the discovery engine examined."""
+
+
+@pytest.fixture(scope="module")
+def wells(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Well]]:
+    results = tmp_path_factory.mktemp("results")
+    return results, {name: make_well(results, name, COUNTS[name], gap=80 * (name == "gap")) for name in COUNTS}
+
+
+@pytest.fixture(scope="module")
+def many(wells: tuple[Path, dict[str, Well]]) -> WellResults:
+    results, made = wells
+    return WellResults.load(made["many"], WellFolders(results, "many"), SETTINGS.discrepancy.error_rate)
+
+
+@pytest.fixture(autouse=True)
+def _style() -> Iterator[None]:
+    with matplotlib.rc_context(STYLE):
+        yield
+
+
+def image(axis: Axes) -> QuadMesh:
+    return next(child for child in axis.collections if isinstance(child, QuadMesh))
+
+
+def panels(figure: Figure) -> list[Axes]:
+    """Axes that are no colour bars."""
+    return [axis for axis in figure.axes if axis.get_label() != "<colorbar>"]
+
+
+def panel(figure: Figure, name: str) -> Axes:
+    """The track of a parameter."""
+    return next(axis for axis in figure.axes if axis.get_xlabel().startswith(QUANTITIES[name].name))
+
+
+@pytest.mark.parametrize("name", ["many", "one", "gap"])
+def test_every_declared_figure_is_written(wells: tuple[Path, dict[str, Well]], name: str) -> None:
+    results, made = wells
+    assert figures.process(made[name], WellFolders(results, name), SETTINGS) == []
+    written = {path.name for path in (results / "figures" / name).iterdir()}
+    assert written == {f"{figure}.png" for figure in FIGURES}
+
+
+def test_a_well_without_windows_has_no_figures(wells: tuple[Path, dict[str, Well]]) -> None:
+    results, made = wells
+    assert figures.process(made["none"], WellFolders(results, "none"), SETTINGS) == []
+    assert not list((results / "figures").glob("none/*.png"))
+
+
+def test_a_well_that_failed_before_its_windows_has_no_figures(tmp_path: Path, many: WellResults) -> None:
+    assert figures.process(Well("lost", many.rig, ()), WellFolders(tmp_path, "lost"), SETTINGS) == []
+
+
+def test_the_same_results_give_the_same_file(wells: tuple[Path, dict[str, Well]], many: WellResults) -> None:
+    from drillid.figures.style import save
+
+    paths = [wells[0] / f"again_{number}.png" for number in range(2)]
+    for path in paths:
+        save(DRAWINGS["anomaly"](many), path, 50)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_every_axis_has_a_unit_and_depth_runs_downwards(many: WellResults, name: str) -> None:
+    figure = DRAWINGS[name](many)
+    labels = [axis.get_xlabel() for axis in panels(figure)] + [axis.get_ylabel() for axis in figure.axes]
+    assert any(labels)
+    assert [label for label in labels if label and "[" not in label and not label.startswith("dB re")] == []
+    for axis in figure.axes:
+        if axis.get_ylabel() == "Measured depth [m]":
+            bottom, top = axis.get_ylim()
+            assert bottom > top
+            assert top <= FIRST_DEPTH < FIRST_DEPTH + WINDOW_HEIGHT * COUNTS["many"] <= bottom
+    assert any(FIGURES[name].title in text.get_text() and "many" in text.get_text() for text in figure.texts)
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: WellResults, name: str) -> None:
+    nothing = {"value": np.nan, "standard_error": np.nan, "chi2_per_dof": np.nan, "fit_p_value": np.nan}
+    fits = many.fits.assign({key: many.fits[key] * value for key, value in nothing.items()})
+    fits = fits.assign(accepted=xr.zeros_like(fits["accepted"]))
+    fitted = [key for key in many.depth if str(key).startswith(("bit_", "command_mobility_fitted"))]
+    depth = many.depth.assign({key: many.depth[key] * np.nan for key in fitted})
+    depth = depth.assign(accepted=xr.zeros_like(depth["accepted"]))
+    discrepancy = many.discrepancy.copy()
+    for key in set(discrepancy.data_vars) - {"flagged", "verdict"}:
+        discrepancy[key] = discrepancy[key] * np.nan
+    empty = many.intervals.iloc[:0]
+    stackless = {"stacks": many.stacks.isel(stack=[]), "stack_fits": many.stack_fits.isel(stack=[])}
+    found = {"examination": EXAMINATIONS.empty(), "verdicts": many.verdicts.iloc[:0]}
+    bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless, **found)
+    figure = DRAWINGS[name](bare)
+    figure.canvas.draw()
+    said = " ".join(text.get_text() for axis in figure.axes for text in axis.texts)
+    assert ("nothing was examined" in said) == (name in OF_SETS)
+    if name.startswith("bit_"):
+        assert np.ma.getmaskarray(image(panels(figure)[0]).get_array()).all()
+
+
+def test_the_flagged_band_spans_the_interval(many: WellResults) -> None:
+    interval = many.intervals.iloc[0]
+    assert (interval.from_m, interval.to_m) == (FIRST_DEPTH + 5 * WINDOW_HEIGHT, FIRST_DEPTH + 7 * WINDOW_HEIGHT)
+    for axis in parameters(many).axes:
+        bands = [patch for patch in axis.patches if to_rgba(patch.get_facecolor())[:3] == to_rgba(FLAGGED)[:3]]
+        (extent,) = [band.get_extents().transformed(axis.transData.inverted()) for band in bands]
+        assert sorted((extent.y0, extent.y1)) == pytest.approx([interval.from_m, interval.to_m])
+
+
+def test_sections_runs_and_intervals_are_labelled(many: WellResults) -> None:
+    first, second, flagged = sorted(
+        well_marks(many, 1000.0, 1030.0), key=lambda mark: (mark.until is not None, mark.depth)
+    )
+    assert first.text == '12¼" hole\n60 m collars\nOD 165 mm'
+    assert not first.line
+    assert (second.text, second.depth, second.line) == ('8⅜" hole', 1018.0, True)
+    assert (flagged.text, flagged.until) == ("flagged\n1015–1021 m", 1021.0)
+
+
+def test_parameters_are_drawn_at_their_values_in_units_that_people_say(many: WellResults) -> None:
+    track = panel(parameters(many), "polar_moment")
+    assert track.get_xlabel().endswith("[cm⁴]")
+    drawn = np.concatenate([line.get_xdata() for line in track.lines if line.get_marker() == "o"])
+    expected = 1e8 * many.fits["value"].sel(parameter="polar_moment").values
+    np.testing.assert_allclose(np.sort(drawn.astype(float)), np.sort(expected))
+
+
+def test_bars_are_two_standard_errors_to_either_side(many: WellResults) -> None:
+    track = panel(parameters(many), "inertia_td")
+    fit = many.fits.sel(parameter="inertia_td")
+    drawn = [np.array(bars.get_segments()) for bars in track.collections if isinstance(bars, LineCollection)]
+    # the marks of the measured stretches are lines too, at the axis' edge
+    segments = next(bars for bars in drawn if len(bars) == COUNTS["many"] and bars[0, 0, 0] > 1000)
+    half = 1.96 * fit["standard_error"].values
+    np.testing.assert_allclose(segments[:, 0, 0], fit["value"].values - half)
+    np.testing.assert_allclose(segments[:, 1, 0], fit["value"].values + half)
+
+
+def test_a_value_at_its_bound_is_one_sided_and_a_refused_fit_hollow(many: WellResults) -> None:
+    index = list(PARAMETERS).index("damping_bha")
+    fits = many.fits.copy(deep=True)
+    fits["value"][0, index], fits["at_bound"][0, index] = 0.0, True
+    fits["accepted"][1] = False
+    track = panel(parameters(replace(many, fits=fits)), "damping_bha")
+    markers = {line.get_marker(): line for line in track.lines if len(line.get_xdata()) and line.get_marker() in "<"}
+    assert markers["<"].get_xdata() == pytest.approx([0.0])
+    hollow = [line for line in track.lines if line.get_marker() == "o" and line.get_markerfacecolor() == "white"]
+    assert [float(x) for line in hollow for x in line.get_xdata()] == [float(fits["value"][1, index])]
+    starts = [start for bar in track.collections if isinstance(bar, LineCollection) for start in bar.get_segments()]
+    at_bound = [start for start in starts if start[0, 1] == float(many.windows["hole_depth"][0]) and start[1, 0] > 0]
+    assert any(segment[0, 0] == 0.0 for segment in at_bound)
+
+
+def test_images_show_the_rows_and_leave_out_what_the_gate_left_out(many: WellResults) -> None:
+    depth = many.depth.copy(deep=True)
+    depth["gate"][3, 20:30] = Gate.TOO_INCOHERENT
+    measured, fitted = panels(DRAWINGS["command_mobility_depth"](replace(many, depth=depth)))[:2]
+    shown = image(measured).get_array()
+    assert shown is not None
+    assert np.ma.getmaskarray(shown).sum() == 10
+    assert np.ma.getmaskarray(shown)[3, 20:30].all()
+    np.testing.assert_allclose(shown[2], np.abs(depth["command_mobility"].values[2]))
+    assert image(measured).get_clim() == image(fitted).get_clim()
+
+
+@pytest.mark.parametrize("kind", ["bit_step", "bit_mobility"])
+def test_stiff_and_controlled_have_the_same_colours(many: WellResults, kind: str) -> None:
+    stiff, controlled = (image(panels(DRAWINGS[f"{kind}_{top}"](many))[0]) for top in ("stiff", "controlled"))
+    assert stiff.get_clim() == controlled.get_clim()
+    assert stiff.get_cmap().name == controlled.get_cmap().name
+
+
+def test_bit_steps_are_in_rpm_per_kilonewton_metre(many: WellResults) -> None:
+    shown = image(panels(DRAWINGS["bit_step_stiff"](many))[0])
+    low, high = shown.get_clim()
+    assert low == -high
+    np.testing.assert_allclose(shown.get_array(), many.depth["bit_step_stiff"].values * RPM_PER_KILONEWTON_METRE)
+    assert pytest.approx(1e3 * 60 / (2 * np.pi)) == RPM_PER_KILONEWTON_METRE
+
+
+def test_depth_cells_join_stands_but_not_across_longer_gaps() -> None:
+    windows = windows_of(4, gap=STAND_M + 1)
+    cells = DepthCells.of(windows)
+    assert cells.order.tolist() == [0, 1, 2, -1, 3]
+    np.testing.assert_allclose(cells.edges, [1000, 1003, 1006, 1009, 1040, 1043])
+    assert np.ma.getmaskarray(cells.image(np.ones((4, 2))))[:, 0].tolist() == [False, False, False, True, False]
+    joined = DepthCells.of(windows_of(4, gap=20.0))
+    assert joined.order.tolist() == [0, 1, 2, 3]
+    np.testing.assert_allclose(joined.edges, [1000, 1003, 1006, 1019, 1032])
+
+
+def test_depth_cells_are_in_order_of_depth_and_have_some_height() -> None:
+    backwards = windows_of(300).isel(window=slice(None, None, -1))
+    cells = DepthCells.of(backwards)
+    assert cells.order.tolist() == list(range(299, -1, -1))
+    assert (np.diff(cells.edges) > 0).all()
+    still = windows_of(1)
+    still["depth_to"] = still["depth_from"]
+    assert np.diff(DepthCells.of(still).edges) > 0
+
+
+def test_the_largest_stack_nearest_the_middle_is_shown(many: WellResults) -> None:
+    stacks = xr.Dataset(coords={"first_window": ("stack", [0, 3, 7]), "last_window": ("stack", [2, 5, 8])})
+    chosen = successive_windows(replace(many, stacks=stacks))
+    assert (chosen.rows, chosen.stack) == ([3, 4, 5], 1)
+    without = successive_windows(replace(many, stacks=stacks.isel(stack=[])))
+    assert (without.rows, without.stack) == ([2, 3, 4, 5, 6, 7], None)
+
+
+def test_phase_has_no_jump_at_half_a_turn() -> None:
+    np.testing.assert_allclose(degrees(np.exp(1j * np.radians([80.0, -90.0, -170.0, -200.0]))), [80, -90, -170, -200])
+
+
+def test_pipe_length_by_depth_is_bit_depth_less_collars(many: WellResults) -> None:
+    np.testing.assert_allclose(drilled_length(many.rig, np.array([1000.0, 1010.0])), [940.0, 950.0])

@@ -1,0 +1,161 @@
+"""The fits stage on simulated wells: controller, knowledge, refusals, and what is stored."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drillid.config.rig import Rig
+from drillid.config.settings import Settings
+from drillid.errors import EstimationError
+from drillid.fits.datasheet import knowledge, speed_controller
+from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
+from drillid.physics.equipment import polar_moment
+from drillid.physics.parameters import PARAMETERS
+from tests.simulated import RIG, SHALLOW, Processed
+
+SETTINGS = Settings()
+DATA_SHEET: dict[str, Any] = {
+    "drive_delay": {"value": "28 ms", "tolerance": "3 ms"},
+    "top_drive_inertia": {"value": "455 kg m^2", "relative": "5 %"},
+    "pipe": {"outer_diameter": "88.9 mm", "inner_diameter": "70.2 mm", "relative": "5 %", "length_relative": "10 %"},
+}
+
+
+def rig(**changes: Any) -> Rig:
+    """The shallow rig with other data sheets; None takes one away."""
+    told = {**RIG.model_dump(exclude_none=True), **changes}
+    return Rig.checked({name: value for name, value in told.items() if value is not None}, "changed rig")
+
+
+def test_all_windows_and_their_stack_are_fitted(healthy: Processed) -> None:
+    fits, stack = healthy.dataset("fits", "fits"), healthy.dataset("fits", "stack_fits")
+    assert healthy.problems["fits"] == []
+    assert fits["accepted"].values.all()
+    assert (fits["reason"] == "").all()
+    assert fits["parameter"].values.tolist() == list(PARAMETERS)
+    assert stack["accepted"].values.tolist() == [True]
+    chosen = ["inertia_td", "delay", "polar_moment"]
+    truth = dict(zip(PARAMETERS, SHALLOW.parameters, strict=True))
+    for dataset in (fits, stack):
+        pulls = (dataset["value"] - [truth[name] for name in PARAMETERS]) / dataset["standard_error"]
+        assert (np.abs(pulls.sel(parameter=chosen)) < 4.5).all()
+    narrowed = stack["standard_error"].values[0] / fits["standard_error"].values.mean(axis=0)
+    assert 0.35 < narrowed[list(PARAMETERS).index("inertia_td")] < 0.7  # four windows halve an error
+
+
+def test_correlations_are_correlations(healthy: Processed) -> None:
+    correlation = healthy.dataset("fits", "fits")["correlation"].values
+    np.testing.assert_allclose(np.diagonal(correlation, axis1=1, axis2=2), 1.0)
+    np.testing.assert_allclose(correlation, np.swapaxes(correlation, 1, 2), atol=1e-12)
+    assert np.linalg.eigvalsh(correlation).min() > -1e-9
+
+
+def test_the_controller_is_read_from_the_command_where_the_data_sheet_are_silent(
+    healthy: Processed, tmp_path: Path
+) -> None:
+    spectra = healthy.dataset("spectra", "spectra")
+    found, truth = speed_controller(rig(controller=None), spectra), SHALLOW.top_drive.controller
+    assert found.proportional == pytest.approx(truth.proportional, rel=0.02)
+    assert found.integral == pytest.approx(truth.integral, rel=0.02)
+    well = healthy.copied(tmp_path / "results")
+    assert well.run("fits", rig=rig(controller=None)) == []
+    told, found_again = healthy.dataset("fits", "fits"), well.dataset("fits", "fits")
+    assert found_again.attrs["controller_proportional"] == pytest.approx(found.proportional)
+    moved = ((found_again["value"] - told["value"]) / told["standard_error"]).sel(parameter=["inertia_td", "delay"])
+    assert (np.abs(moved) < 1).all()
+
+
+def test_without_controller_and_command_nothing_can_be_fitted(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    spectra = well.dataset("spectra", "spectra")
+    spectra["cross_command"][:] = complex(np.nan, np.nan)
+    well.folders.write("spectra", "spectra", spectra)
+    with pytest.raises(EstimationError, match="small rig: neither describes its controller nor logs"):
+        well.run("fits", rig=rig(controller=None))
+    assert well.run("fits") == []  # the data sheets tell it
+
+
+def test_too_few_frequencies_are_refused_with_their_number(healthy: Processed) -> None:
+    whole = measured_rows(healthy.dataset("mobility", "mobility"))[0]
+    few = Measured(*(values[100:112] for values in vars(whole).values()))
+    refused = fit(few, SHALLOW.known, Prior.silent(), SETTINGS.fits)
+    assert not refused.accepted
+    assert refused.reason == "only 12 frequencies passed the gate, of 20 needed"
+    assert np.isnan(refused.value).all()
+
+
+def test_a_speed_that_stands_still_is_refused(healthy: Processed) -> None:
+    """As one that is recorded in steps coarser than it moves."""
+    whole = measured_rows(healthy.dataset("mobility", "mobility"))[0]
+    still = replace(whole, mobility=0.0 * whole.mobility, variance=0.0 * whole.variance)
+    refused = fit(still, SHALLOW.known, Prior.silent(), SETTINGS.fits)
+    assert not refused.accepted
+    assert refused.reason.endswith("frequencies have no noise at all, as where the recorded speed stands still")
+
+
+def test_a_window_without_frequencies_is_a_row_and_the_others_stand(troubled: Processed) -> None:
+    fits = troubled.dataset("fits", "fits")
+    assert fits["accepted"].values.tolist() == [True, True, False]
+    assert np.isnan(fits["value"].values[2]).all()
+    [problem] = troubled.problems["fits"]
+    assert problem.where.startswith("window 2 at ")
+    assert problem.what == fits["reason"].values[2] == "only 0 frequencies passed the gate, of 20 needed"
+
+
+def test_a_window_of_a_sweep_that_does_not_repeat_is_fitted_too(troubled: Processed) -> None:
+    fits = troubled.dataset("fits", "fits").isel(window=1)
+    pulls = (fits["value"].values - SHALLOW.parameters) / fits["standard_error"].values
+    for name in ("inertia_td", "delay", "length"):
+        assert abs(pulls[list(PARAMETERS).index(name)]) < 5
+    assert float(fits["chi2_per_dof"]) == pytest.approx(1, abs=0.3)
+
+
+def test_knowledge_follows_the_data_sheet() -> None:
+    prior = knowledge(rig(**DATA_SHEET), 960.0)
+    told = dict(zip(PARAMETERS, zip(prior.value, prior.error, strict=True), strict=True))
+    moment = polar_moment(0.0889, 0.0702)
+    assert told["delay"] == pytest.approx((0.028, 0.003))
+    assert told["inertia_td"] == pytest.approx((455.0, 22.75))
+    assert told["polar_moment"] == pytest.approx((moment, 0.05 * moment))
+    assert told["length"] == pytest.approx((900.0, 90.0))
+    assert np.isnan([told[name] for name in ("kappa", "delta", "damping_bha", "inertia_bha")]).all()
+    assert np.isnan(knowledge(RIG, 960.0).value).all()
+
+
+def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path: Path) -> None:
+    well = healthy.copied(tmp_path / "results")
+    data_sheet = rig(**DATA_SHEET)
+    assert well.run("fits", rig=data_sheet) == []
+    alone, told = healthy.dataset("fits", "fits"), well.dataset("fits", "fits")
+    prior = knowledge(data_sheet, SHALLOW.bit_depth)
+    np.testing.assert_allclose(told["prior"], np.tile(prior.value, (4, 1)))
+    np.testing.assert_allclose(told["prior_error"], np.tile(prior.error, (4, 1)))
+    assert np.isnan(alone["prior"]).all()
+    moment, before = (dataset["standard_error"].sel(parameter="polar_moment") for dataset in (told, alone))
+    assert (moment < 0.75 * before).all()
+    assert (moment < prior.error[list(PARAMETERS).index("polar_moment")]).all()
+    unused = Settings.checked({"fits": {"use_knowledge": False}}, "test")
+    well.run("fits", rig=data_sheet, settings=unused)
+    again = well.dataset("fits", "fits")
+    assert np.isnan(again["prior"]).all()
+    np.testing.assert_allclose(again["value"], alone["value"], rtol=1e-6)
+
+
+def test_a_tight_wrong_paper_shows(healthy: Processed, tmp_path: Path) -> None:
+    """It pulls the fit off the data, which refuse it with a reason; a wide one is overruled by them."""
+    well = healthy.copied(tmp_path / "results")
+    wrong = {"top_drive_inertia": {"value": "600 kg m^2", "relative": "0.1 %"}}
+    problems = well.run("fits", rig=rig(**wrong))
+    fits = well.dataset("fits", "fits")
+    assert not fits["accepted"].any()
+    assert [problem.what for problem in problems[:4]] == fits["reason"].values.tolist()
+    told = ("the residuals are larger than the noise allows", "length ended at the edge of what is searched")
+    assert all(reason.startswith(told) for reason in fits["reason"].values)
+
+    wide = {"top_drive_inertia": {"value": "600 kg m^2", "relative": "20 %"}}
+    assert well.run("fits", rig=rig(**wide)) == []
+    inertia = well.dataset("fits", "fits")["value"].sel(parameter="inertia_td")
+    np.testing.assert_allclose(inertia, SHALLOW.top_drive.inertia, rtol=0.015)
