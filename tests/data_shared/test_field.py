@@ -47,7 +47,7 @@ def test_the_misses_do_not_depend_on_the_time_step(log: FieldLog) -> None:
     assert coarse.bit_rms == pytest.approx(fine.bit_rms, abs=1.0)
 
 
-def test_the_stretch_that_was_not_fitted_is_met_too(log: FieldLog) -> None:
+def test_the_segment_that_was_not_fitted_is_met_too(log: FieldLog) -> None:
     """Until the string begins to move axially at 50 s."""
     made = run(list(LADDER.values())[-1][0], log)
     found = score(log, made.torque, made.recorded_bit_speed(), 45.0, 50.0)

@@ -29,7 +29,7 @@ def run(name: str, results: Path) -> tuple[list[Problem], xr.Dataset, pd.DataFra
     folders = WellFolders(results, name)
     problems = records.process(well, folders, Settings())
     problems += windows.process(well, folders, Settings())
-    table = pd.read_csv(folders.stage("windows") / "stretches.csv", keep_default_na=False)
+    table = pd.read_csv(folders.stage("windows") / "segments.csv", keep_default_na=False)
     return problems, folders.read("windows", "windows").load(), table
 
 

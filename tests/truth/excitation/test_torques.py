@@ -18,9 +18,9 @@ def test_instantaneous_frequency_rises_exponentially_through_the_band(band: tupl
     lower, upper = band
     growth = np.log(upper / lower) / SWEEP_PERIOD
     cycles = np.expm1(growth * crossings) * lower / growth
-    stretch = (np.arange(1, crossings.size + 1) / 2) / cycles
-    assert np.ptp(stretch) < 1e-4
-    assert abs(stretch.mean() - 1) <= 0.5 / (lower * np.expm1(growth * SWEEP_PERIOD) / growth)
+    segment = (np.arange(1, crossings.size + 1) / 2) / cycles
+    assert np.ptp(segment) < 1e-4
+    assert abs(segment.mean() - 1) <= 0.5 / (lower * np.expm1(growth * SWEEP_PERIOD) / growth)
 
 
 def test_torque_repeats_without_a_jump() -> None:

@@ -91,9 +91,9 @@ def state_space(system: DrillingSystem, elements: int) -> Floats:
     viscous[0] += control.proportional
     inertia[-1] += system.bit.inertia
     viscous[-1] += system.bit.damping
-    stretch = np.eye(nodes)[:-1] - np.eye(nodes)[1:]
-    damping = np.diag(viscous) + stretch.T @ np.diag(coupling[:-1]) @ stretch
-    spring = stretch.T @ np.diag(stiffness[:-1]) @ stretch
+    segment = np.eye(nodes)[:-1] - np.eye(nodes)[1:]
+    damping = np.diag(viscous) + segment.T @ np.diag(coupling[:-1]) @ segment
+    spring = segment.T @ np.diag(stiffness[:-1]) @ segment
     spring[0, 0] += control.integral
     return np.block(
         [

@@ -49,7 +49,7 @@ def critical_speed() -> float:
 
 
 def swing(result: Simulation, start: float, end: float) -> float:
-    """Standard deviation of the bit's speed over a stretch."""
+    """Standard deviation of the bit's speed over a segment."""
     return float(result.bit_speed[(result.time >= start) & (result.time < end)].std())
 
 

@@ -1,38 +1,11 @@
-"""Stated probabilities, and what detections are worth on held-out windows."""
+"""What detections are worth on held-out windows."""
 
 import numpy as np
 import pytest
-from scipy.special import expit
 
-from benchmarks.blind.calibrate import line
-from drillid.discrepancy import Verdict
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.pooling import detection_gain
 from drillid.discrepancy.predictive_gain import PredictiveGain
-from drillid.discrepancy.verdicts.verdict import LINES, Line, calibrated, kind, log_odds
-
-
-def test_a_line_is_found_again_from_verdicts_that_follow_it() -> None:
-    random = np.random.default_rng(5)
-    posterior = random.uniform(-6, 10, 20000)
-    right = (random.random(posterior.size) < expit(-0.7 + 0.4 * posterior)).astype(float)
-    found = line(posterior, right)
-    assert found.intercept == pytest.approx(-0.7, abs=0.1)
-    assert found.slope == pytest.approx(0.4, abs=0.03)
-
-
-def test_a_few_verdicts_leave_the_line_near_the_posterior() -> None:
-    found = line(np.array([2.0]), np.array([1.0]))
-    assert 0.5 < found.slope < 2
-
-
-@pytest.mark.parametrize("name", ["none", "unknown", "drive_lag|recorder_filter"])
-def test_more_sure_stays_more_sure_and_a_probability_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    said = [Verdict(name, "", probability, 0.0, 1.0) for probability in (0.0, 0.2, 0.6, 0.99, 1.0)]
-    monkeypatch.setitem(LINES, kind(said[0]), Line(-0.5, 0.6))
-    found = [calibrated(one).probability for one in said]
-    assert 0 < found[0] < found[1] < found[2] < found[3] < found[4] < 1
-    assert found[2] == pytest.approx(expit(-0.5 + 0.6 * log_odds(0.6)))
 
 
 def detections(*told: tuple[float, float, float]) -> list[Detection]:

@@ -161,7 +161,7 @@ def test_bars_are_two_standard_errors_to_either_side(many: WellResults) -> None:
     track = panel(parameters(many), "inertia_td")
     fit = many.fits.sel(parameter="inertia_td")
     drawn = [np.array(bars.get_segments()) for bars in track.collections if isinstance(bars, LineCollection)]
-    # the marks of the measured stretches are lines too, at the axis' edge
+    # the marks of the measured intervals are lines too, at the axis' edge
     segments = next(bars for bars in drawn if len(bars) == COUNTS["many"] and bars[0, 0, 0] > 1000)
     half = 1.96 * fit["standard_error"].values
     np.testing.assert_allclose(segments[:, 0, 0], fit["value"].values - half)

@@ -32,7 +32,7 @@ from drillid.report.content import (
     identified,
     joined,
     kinds,
-    read_stretches,
+    read_segments,
     weighted_mean,
     without_windows,
 )
@@ -44,7 +44,7 @@ PROBLEMS = [
     ("W1", "records", "log_1.csv", "3 spikes replaced", "Look at the recorder"),
     *(("W2", "fits", f"window {name} <1500 m", f"reason & name {name}", "See it") for name in "abcdefghi"),
     *(("W2", "mobility", f"stack {number}", f"windows {number} disagree", "See them") for number in range(5)),
-    ("W3", "windows", "well W3", "no window was found", "See its stretches.csv for the reasons"),
+    ("W3", "windows", "well W3", "no window was found", "See its segments.csv for the reasons"),
     ("W4", "records", "bad.csv, row 7", "<script>alert(1)</script> is no number", "Correct the row"),
 ]
 
@@ -357,12 +357,12 @@ def test_equal_problems_are_joined_at_the_first_place_once_they_are_many() -> No
     assert joined(pd.DataFrame(columns=list(PROBLEM_COLUMNS))).empty
 
 
-def test_a_well_without_stretches_has_drilled_nothing(tmp_path: Path) -> None:
-    stretches = read_stretches(WellFolders(tmp_path, "lost"))
-    nothing = drilled(stretches)
+def test_a_well_without_segments_has_drilled_nothing(tmp_path: Path) -> None:
+    segments = read_segments(WellFolders(tmp_path, "lost"))
+    nothing = drilled(segments)
     assert (nothing.hours, nothing.newest) == (0.0, None)
     assert np.isnan(nothing.from_m)
-    assert without_windows(stretches).empty
+    assert without_windows(segments).empty
 
 
 def test_numbers_are_written_for_readers() -> None:

@@ -1,4 +1,4 @@
-"""Rig states, stretches and windows of made-up logs."""
+"""Rig states, segments and windows of made-up logs."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -27,7 +27,7 @@ LENGTH = 20.0
 def run(
     tmp_path: Path, *logs: pd.DataFrame, without: tuple[str, ...] = (), **changes: Any
 ) -> tuple[xr.Dataset, pd.DataFrame, xr.Dataset, list[Problem]]:
-    """Windows, stretches, states and problems of a well with these logs."""
+    """Windows, segments, states and problems of a well with these logs."""
     chosen = Settings.checked({"windows": {"length_s": LENGTH, **changes}}, "test")
     channels = {name: column for name, column in RIG.channels.items() if name not in without}
     paths = tuple(save(log, tmp_path / f"{number}.parquet") for number, log in enumerate(logs))
@@ -35,7 +35,7 @@ def run(
     folders = WellFolders(tmp_path / "results", "W1")
     records.process(well, folders, chosen)
     problems = windows.process(well, folders, chosen)
-    table = pd.read_csv(folders.stage("windows") / "stretches.csv", keep_default_na=False)
+    table = pd.read_csv(folders.stage("windows") / "segments.csv", keep_default_na=False)
     return folders.read("windows", "windows").load(), table, folders.read("windows", "states").load(), problems
 
 

@@ -1,0 +1,58 @@
+"""Residual tests and flags of windows hold their stated error rates, and what stands out is found."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom, kstest
+
+from drillid.discrepancy import flag, normality_p_value, run_pulls, whiteness_p_value
+
+
+def test_residual_tests_are_uniform_on_white_gaussian_residuals_and_see_colour() -> None:
+    rng = np.random.default_rng(13)
+    white = rng.normal(size=(300, 475)) + 1j * rng.normal(size=(300, 475))
+    assert kstest([normality_p_value(row) for row in white], "uniform").pvalue > 1e-3
+    assert kstest([whiteness_p_value(row) for row in white], "uniform").pvalue > 1e-3
+    coloured = (white[0][1:] + 0.5 * white[0][:-1]) / np.sqrt(1.25)
+    assert whiteness_p_value(coloured) < 1e-6
+    assert normality_p_value(white[0] * 1.3) < 1e-3
+
+
+@pytest.mark.parametrize("restlessness", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("windows", [6, 12, 24])
+def test_clean_wells_are_flagged_at_most_at_the_error_rate(windows: int, restlessness: float) -> None:
+    rng = np.random.default_rng(14)
+    run = np.repeat([0, 1], windows)
+    wells, rate, flagged = 250, 0.05, 0
+    for _ in range(wells):
+        error = rng.uniform(10, 20, size=(2, run.size))
+        value = 100 + restlessness * error * rng.normal(size=error.shape)
+        flagged += flag([run_pulls(value[track], error[track], run)[1] for track in range(2)], rate).any()
+    assert binom.sf(flagged - 1, wells, rate) > 1e-3
+
+
+def test_an_interval_that_stands_out_of_its_run_is_flagged_and_its_run_change_is_not() -> None:
+    rng = np.random.default_rng(15)
+    run = np.repeat([0, 1], [10, 20])
+    error = np.full(30, 30.0)
+    value = np.where(run == 0, 160.0, 20.0) + error * rng.normal(size=30)
+    value[18:22] += 300
+    flagged = flag([run_pulls(value, error, run)[1], np.full(30, np.nan)], 0.01)
+    assert np.flatnonzero(flagged).tolist() == [18, 19, 20, 21]
+
+
+def test_windows_of_an_interval_do_not_hide_each_other_and_flag_no_others() -> None:
+    rng = np.random.default_rng(19)
+    run, wells, rate, whole, beside = np.zeros(18, int), 200, 0.05, 0, 0
+    for _ in range(wells):
+        error = rng.uniform(10, 20, size=18)
+        value = 100 + 1.5 * error * rng.normal(size=18)
+        value[6:10] = 300
+        flagged = flag([run_pulls(value, error, run)[1], np.full(18, np.nan)], rate)
+        whole += flagged[6:10].all()
+        beside += np.delete(flagged, np.s_[6:10]).any()
+    assert whole > 0.97 * wells
+    assert binom.sf(beside - 1, wells, rate) > 1e-3
+
+
+def test_a_run_of_few_windows_has_no_level() -> None:
+    assert np.isnan(run_pulls(np.array([1.0, 2.0, 50.0]), np.ones(3), np.zeros(3, int))[0]).all()

@@ -1,0 +1,227 @@
+"""One raw log with one defect → a record with that defect mended or flagged, counted, and nothing else touched."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from drillid.config.settings import Settings
+from drillid.datasets.codes import RecordFlag
+from drillid.errors import LogError
+from drillid.records.stage import regular_record
+from tests.raw_logs import RATE, RIG, START, drilling, save, sweep_at
+
+SETTINGS = Settings()
+SECONDS = 60.0
+LOG = drilling(SECONDS)
+SPEED = LOG["RPM"].to_numpy() * np.pi / 30
+SWEEP = LOG["SWEEP"].to_numpy() * 1e3
+
+
+def record(log: pd.DataFrame, tmp_path: Path, **clock: Any) -> tuple[xr.Dataset, list[str]]:
+    rig = RIG.model_copy(update={"time": RIG.time.model_copy(update=clock)})
+    found = regular_record(save(log, tmp_path / "log.parquet"), rig, SETTINGS.records)
+    return found.samples, [what for what, _ in found.notes]
+
+
+def flagged(samples: xr.Dataset, flag: RecordFlag) -> list[int]:
+    return np.flatnonzero(samples["flags"].values & np.uint8(flag)).tolist()
+
+
+def jittered(log: pd.DataFrame, milliseconds: float, seed: int = 3) -> pd.DataFrame:
+    jitter = np.random.default_rng(seed).uniform(-milliseconds, milliseconds, len(log))
+    return log.assign(Time=(log["Time"] + pd.to_timedelta(np.floor(jitter * 1000), unit="us")).dt.floor("ms"))
+
+
+def test_an_undamaged_log_is_taken_as_it_is(tmp_path: Path) -> None:
+    samples, notes = record(LOG, tmp_path)
+    assert notes == []
+    assert not samples["flags"].any()
+    assert (samples["time"].values == LOG["Time"].to_numpy()).all()
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    np.testing.assert_allclose(samples["torque_sweep"], SWEEP, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(samples["hole_depth"], LOG["HOLE"] * 0.3048, rtol=1e-6)
+    np.testing.assert_allclose(samples["flow"], 0.045, rtol=1e-6)
+    assert np.isnan(samples["hook_load"]).all(), "a channel that the rig does not log must be missing throughout"
+
+
+def test_stamp_jitter_is_taken_off(tmp_path: Path) -> None:
+    samples, notes = record(jittered(LOG, 4), tmp_path)
+    assert notes == []
+    assert (samples["time"].values == LOG["Time"].to_numpy()).all()
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+def test_real_jitter_of_the_samples_is_interpolated(tmp_path: Path) -> None:
+    at = np.arange(len(LOG)) / RATE + np.random.default_rng(4).uniform(-4e-3, 4e-3, len(LOG))
+    taken = sweep_at(at) / 1e3
+    log = LOG.assign(Time=START + pd.to_timedelta(np.round(at * 1e9), unit="ns"), SWEEP=taken, TQ=7.0 + taken)
+    samples, notes = record(log, tmp_path)
+    assert notes == ["samples were taken off the regular clock (2.31 ms rms); interpolated to it"]
+    ends = slice(5, -5)
+    off = samples["torque_sweep"].values - sweep_at(np.arange(len(LOG)) / RATE)
+    assert np.std(off[ends]) < 0.1 * np.std(log["SWEEP"] * 1e3 - sweep_at(np.arange(len(LOG)) / RATE))
+
+
+def test_dropped_rows_are_filled_by_interpolation(tmp_path: Path) -> None:
+    gone = [400, 900, 901, 902, 1500]
+    samples, notes = record(jittered(LOG.drop(index=gone), 3), tmp_path)
+    assert notes == ["5 rows missing, filled by interpolation"]
+    assert flagged(samples, RecordFlag.INTERPOLATED) == gone
+    assert samples.sizes["time"] == len(LOG)
+    np.testing.assert_allclose(samples["torque_sweep"][gone], SWEEP[gone], atol=0.01 * np.ptp(SWEEP))
+    others = np.delete(np.arange(len(LOG)), gone)
+    np.testing.assert_allclose(samples["speed"][others], SPEED[others], rtol=1e-6)
+
+
+def test_a_long_gap_stays_open(tmp_path: Path) -> None:
+    samples, notes = record(LOG.drop(index=range(1000, 1300)), tmp_path)
+    assert notes == ["gap of 6.0 s at 2025-03-03T06:00:20.000"]
+    assert flagged(samples, RecordFlag.GAP) == list(range(1000, 1300))
+    assert np.isnan(samples["speed"][1000:1300]).all()
+    np.testing.assert_allclose(samples["speed"][1300:], SPEED[1300:], rtol=1e-6)
+
+
+def test_a_gap_of_hours_takes_no_space(tmp_path: Path) -> None:
+    log = LOG.copy()
+    log.loc[2000:, "Time"] += pd.Timedelta(hours=9)
+    samples, notes = record(log, tmp_path)
+    assert notes == ["gap of 32400.0 s after 2025-03-03T06:00:39.980"]
+    assert samples.sizes["time"] == len(LOG)
+    assert samples["time"].values[2000] - samples["time"].values[1999] == np.timedelta64(9 * 3600 * 1000 + 20, "ms")
+
+
+def test_repeated_rows_count_once(tmp_path: Path) -> None:
+    twice = pd.concat([LOG.iloc[:1001], LOG.iloc[970:1001], LOG.iloc[1001:]])
+    samples, notes = record(twice, tmp_path)
+    assert notes == ["31 rows repeat the time of another row; the first of each is used"]
+    assert flagged(samples, RecordFlag.DUPLICATE) == list(range(970, 1001))
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+def test_two_values_at_one_time_keep_the_first(tmp_path: Path) -> None:
+    other = LOG.iloc[[700]].assign(RPM=50.0)
+    samples, notes = record(pd.concat([LOG.iloc[:701], other, LOG.iloc[701:]]), tmp_path)
+    assert notes == ["1 rows repeat the time of another row; the first of each is used"]
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+def test_rows_out_of_order_are_sorted(tmp_path: Path) -> None:
+    order = np.r_[0:500, 550:600, 500:550, 600 : len(LOG)]
+    samples, notes = record(LOG.take(order), tmp_path)
+    assert notes == ["100 rows stood out of order and were sorted by time"]
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+@pytest.mark.parametrize("seconds", [-1.5, -3600.0, 2.3, 3600.0])
+def test_a_clock_that_was_set_while_signals_run_on(seconds: float, tmp_path: Path) -> None:
+    log = jittered(LOG, 2)
+    log.loc[1612:, "Time"] += pd.Timedelta(seconds=seconds)
+    samples, notes = record(log, tmp_path)
+    assert len(notes) == 1
+    assert "the clock was set by " in notes[0]
+    assert float(notes[0].split("set by ")[1].split(" s")[0]) == pytest.approx(seconds, abs=0.005)
+    assert "run on" in notes[0]
+    assert flagged(samples, RecordFlag.CLOCK_STEP) == [1612]
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+def test_a_clock_set_back_while_time_is_lost_leaves_a_gap(tmp_path: Path) -> None:
+    log: pd.DataFrame = LOG.drop(index=range(1500, 1700))
+    log.loc[1700:, "Time"] -= pd.Timedelta(seconds=20)
+    samples, notes = record(log, tmp_path)
+    assert any("the signals break there" in note for note in notes)
+    assert any(note.startswith("gap of") for note in notes)
+    assert set(flagged(samples, RecordFlag.GAP)) >= {1500, 1501}
+
+
+def test_spikes_are_replaced(tmp_path: Path) -> None:
+    log = LOG.copy()
+    log.loc[[53, 1234, 1235, 2000], "RPM"] = 0.0
+    log.loc[2500, "TQ"] = 99.0
+    samples, notes = record(log, tmp_path)
+    assert notes == [
+        "1 spikes in torque_command replaced, the first at 2025-03-03T06:00:50.000",
+        "4 spikes in speed replaced, the first at 2025-03-03T06:00:01.060",
+    ]
+    assert flagged(samples, RecordFlag.SPIKE) == [53, 1234, 1235, 2000, 2500]
+    np.testing.assert_allclose(samples["speed"], SPEED, atol=0.15)
+
+
+def test_a_spike_beside_a_dropped_row(tmp_path: Path) -> None:
+    log = LOG.copy()
+    log.loc[1001, "RPM"] = 0.0
+    samples, _ = record(log.drop(index=1000), tmp_path)
+    np.testing.assert_allclose(samples["speed"][995:1006], SPEED[995:1006], atol=0.15)
+    assert samples["flags"].values[[1000, 1001]].all()
+
+
+def test_a_stuck_sensor_is_flagged_and_a_sweep_that_is_off_is_not(tmp_path: Path) -> None:
+    log = LOG.copy()
+    log.loc[1000:1299, "RPM"] = float(LOG["RPM"].iloc[1000])
+    log.loc[2000:2300, "SWEEP"] = 0.0
+    samples, notes = record(log, tmp_path)
+    assert notes == ["speed does not change for 6.0 s from 2025-03-03T06:00:20.000"]
+    assert flagged(samples, RecordFlag.STUCK) == list(range(1000, 1300))
+
+
+def test_slow_channels_are_interpolated_between_their_own_values(tmp_path: Path) -> None:
+    log = LOG.copy()
+    for column in ("HOLE", "BIT"):
+        log[column] = log[column].where(log.index % 50 == 0)
+    samples, notes = record(log, tmp_path)
+    assert notes == []
+    np.testing.assert_allclose(samples["hole_depth"][:2951], LOG["HOLE"][:2951] * 0.3048, atol=1e-6)
+
+
+def test_empty_cells_of_a_fast_channel_are_counted(tmp_path: Path) -> None:
+    log = LOG.copy()
+    log.loc[[100, 101], "RPM"] = np.nan
+    samples, notes = record(log, tmp_path)
+    assert notes == ["2 rows hold no speed"]
+    assert flagged(samples, RecordFlag.INTERPOLATED) == [100, 101]
+
+
+def test_a_needed_column_without_values_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="column 'RPM' holds no values"):
+        record(LOG.assign(RPM=np.nan), tmp_path)
+    samples, _ = record(LOG.assign(FLOW=np.nan), tmp_path)
+    assert np.isnan(samples["flow"]).all()
+
+
+def test_the_stated_rate_is_checked(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="stamps tell 50 samples per second, the rig description 100"):
+        record(LOG, tmp_path, sample_rate=100.0)
+    slow = LOG.assign(Time=START + (LOG["Time"] - START) * 1.001)
+    samples, notes = record(slow, tmp_path, sample_rate=50.0)
+    assert ["-999 parts in a million" in note for note in notes] == [True]
+    assert samples.sizes["time"] == len(LOG)
+
+
+def test_stamps_of_whole_seconds_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="coarser than its samples"):
+        record(LOG.assign(Time=LOG["Time"].dt.floor("s")), tmp_path)
+
+
+def test_millisecond_stamps_of_sixty_hertz_are_regular(tmp_path: Path) -> None:
+    at = np.arange(len(LOG)) / 60
+    samples, notes = record(LOG.assign(Time=(START + pd.to_timedelta(at, unit="s")).floor("ms")), tmp_path)
+    assert notes == []
+    assert samples.sizes["time"] == len(LOG)
+    since = (samples["time"].values - samples["time"].values[0]).astype(np.int64) * 1e-9
+    np.testing.assert_allclose(since, at, atol=2e-9)
+
+
+def test_a_log_of_few_rows_or_values_tells_how_many(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="holds only 8 rows of the 10 needed"):
+        record(LOG.iloc[:8], tmp_path)
+    with pytest.raises(LogError, match="column 'RPM' holds only 3 values of the 10 needed"):
+        record(LOG.assign(RPM=LOG["RPM"].where(LOG.index < 3)), tmp_path)
+
+
+def test_a_log_in_descending_time_is_told_from_coarse_stamps(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"time stamps go backwards.*in the order of time"):
+        record(LOG.iloc[::-1], tmp_path)
