@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from skrf import Network
 
 from drillid.arrays import Complex, Floats
 from drillid.errors import LogError
@@ -26,7 +27,6 @@ HIGHEST_HZ = 3e9
 REFERENCE_OHM = 50.0
 LENGTH = 0.05
 """m, nominal; only delay and impedance are seen in the reflection."""
-_HERTZ = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
 
 PLAIN: Mapping[str, tuple[float, float, float]] = {
     "impedance_ohm": (50.0, 20.0, 100.0),
@@ -73,27 +73,24 @@ class DielectricLoss(DampingLaw):
 
 
 def read_touchstone(path: Path) -> tuple[Floats, Complex]:
-    """Frequency (Hz) and reflection of a one-port file in real and imaginary parts against 50 Ω.
+    """Frequency (Hz) and reflection of a one-port file against 50 Ω.
 
     Raises
     ------
     LogError
-        If the option line asks for another format, or a row has not three figures.
+        If the file is not understood, or its reference is another impedance.
     """
-    options: list[str] = []
-    rows: list[list[str]] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        words = line.split("!")[0].split()
-        if words and words[0].startswith("#"):
-            options = "".join(line[1:]).upper().split()
-        elif words:
-            rows.append(words)
-    if len(options) != 5 or options[0] not in _HERTZ or options[1:] != ["S", "RI", "R", "50.0"]:
-        raise LogError(str(path), f"its options {options} are not understood", "Give S in RI against 50 Ω")
-    if any(len(row) != 3 for row in rows):
-        raise LogError(str(path), "a row has not three figures", "Give a one-port file")
-    frequency, real, imaginary = np.array(rows, dtype=float).T
-    return frequency * _HERTZ[options[0]], real + 1j * imaginary
+    network = Network()
+    try:
+        # Network(path) would try to unpickle the file first
+        network.read_touchstone(path)
+    except ValueError as error:
+        raise LogError(str(path), f"is not understood: {error}", "Give a one-port Touchstone file") from None
+    if network.f.size == 0 or network.nports != 1:
+        raise LogError(str(path), "holds no reflection of one port", "Give a one-port Touchstone file")
+    if np.any(network.z0 != REFERENCE_OHM):
+        raise LogError(str(path), "has another reference impedance", f"Give a file against {REFERENCE_OHM:g} Ω")
+    return network.f, network.s[:, 0, 0]
 
 
 def line_section(figures: Mapping[str, float]) -> Section:

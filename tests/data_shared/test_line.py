@@ -44,9 +44,25 @@ def test_the_line_is_passive_and_ideal_ends_without_loss_reflect_all() -> None:
     assert line_section(lossless).characteristic_admittance == pytest.approx(1 / 50)
 
 
-@pytest.mark.parametrize("text", ["# GHZ S MA R 50.0\n1 0 0\n", "# GHZ S RI R 50.0\n1 0 0 0\n", "1 0 0\n"])
-def test_files_that_are_not_understood_are_refused(text: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("# GHZ S RI R 75.0\n1 0 0\n", "impedance"),
+        ("# GHZ S RI R 50.0\n1 0 0 0\n", "not understood"),
+        ("# GHZ S RI R 50.0\n1 0 zero\n", "not understood"),
+        ("# GHZ S RI R 50.0\n", "no reflection"),
+    ],
+)
+def test_files_that_are_not_understood_are_refused(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "odd.s1p"
     path.write_text(text)
-    with pytest.raises(LogError):
+    with pytest.raises(LogError, match=said):
         read_touchstone(path)
+
+
+def test_units_and_formats_are_those_of_the_option_line(tmp_path: Path) -> None:
+    path = tmp_path / "polar.s1p"
+    path.write_text("! polar\n# MHZ S MA R 50\n1 0.5 90\n2 1 180\n")
+    frequency, reflected = read_touchstone(path)
+    np.testing.assert_allclose(frequency, [1e6, 2e6])
+    np.testing.assert_allclose(reflected, [0.5j, -1], atol=1e-12)
