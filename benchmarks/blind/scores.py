@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from scipy.stats import binomtest
 
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN
 
@@ -88,11 +89,9 @@ def _share(column: pd.Series) -> float:
 
 def upper_limit(count: int, cases: int) -> float:
     """Upper limit of a share by Clopper and Pearson (1934), Biometrika 26, 404–413, one-sided."""
-    from scipy.special import betaincinv
-
-    if cases == 0 or count >= cases:
+    if cases == 0:
         return 1.0
-    return float(betaincinv(count + 1, cases - count, _CONFIDENCE))
+    return float(binomtest(count, cases, alternative="less").proportion_ci(_CONFIDENCE, method="exact").high)
 
 
 def claims(table: pd.DataFrame) -> pd.DataFrame:
