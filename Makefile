@@ -91,7 +91,7 @@ docs: $(READY)
 	$(BIN)/python scripts/write_documents.py
 
 tutorial: $(READY)
-	$(BIN)/python scripts/write_tutorial.py $(TUTORIAL)
+	$(BIN)/python -m scripts.write_tutorial $(TUTORIAL)
 
 # uv.lock names hosts, so only its export is kept
 lock: $(READY)

@@ -26,7 +26,7 @@ from drillid.control.tuning import controlled_by, first_sample, sampled_systems,
 from drillid.datasets.store import WellFolders
 from drillid.excitation.design import Situation, lines_within
 from drillid.excitation.torques import coloured_noise, coloured_noise_density, exponential_sweeps
-from drillid.figures.style import FLAGGED, INK, MUTED, PAPERS, STYLE, frequency_axis
+from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, STYLE, frequency_axis
 from drillid.fits import stage as fits
 from drillid.mobility import stage as mobility
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
@@ -117,7 +117,7 @@ for elements in (1, 10, 100, 1000):
 figure, (above, below) = plt.subplots(2, 1, figsize=(7.5, 5.5), sharex=True, num="Command mobility of Table 1")
 for name, system in systems.items():
     response = command_mobility(system, s)
-    look = {"color": FLAGGED, "linewidth": 2} if name == "stacked" else {"color": INK if name == "A" else PAPERS}
+    look = {"color": FLAGGED, "linewidth": 2} if name == "stacked" else {"color": INK if name == "A" else DATA_SHEET}
     label = name if name in ("A", "stacked") else "B to F" if name == "B" else "_"
     above.plot(frequency, np.abs(response) * 1e3 * RPM, label=label, **look)
     below.plot(frequency, np.degrees(np.unwrap(np.angle(response))), **look)
@@ -225,7 +225,7 @@ with TemporaryDirectory() as results:
     well, folders = Well("T01", rig, (raw,)), WellFolders(Path(results), "T01")
     for stage in (records, windows, spectra, mobility, fits):
         for problem in stage.process(well, folders, Settings()):
-            print(f"{stage.__name__.split('.')[-1]}: {problem.where}: {problem.what}")
+            print(f"{stage.__name__.split('.')[1]}: {problem.where}: {problem.what}")
     measured, fitted = (folders.read(*one).load().isel(window=0) for one in (("mobility",) * 2, ("fits",) * 2))
 print(f"{measured.frequency.size} frequencies, {int((measured.gate == 0).sum())} of them pass the coherence gate")
 
@@ -256,7 +256,9 @@ used = (measured.gate == 0).to_numpy()
 points = measured.frequency.to_numpy()[used], np.abs(measured.command_mobility.to_numpy()[used]) * 1e3 * RPM
 spread = np.sqrt(measured.command_mobility_variance.to_numpy()[used] / 2) * 1e3 * RPM
 figure, axis = plt.subplots(figsize=(7.5, 4.0), num="Measured and fitted mobility")
-axis.errorbar(*points, spread, fmt=".", color=PAPERS, markersize=3, elinewidth=0.6, label="measured, ± one deviation")
+axis.errorbar(
+    *points, spread, fmt=".", color=DATA_SHEET, markersize=3, elinewidth=0.6, label="measured, ± one deviation"
+)
 axis.plot(frequency, np.abs(command_mobility(truth, s)) * 1e3 * RPM, color=FLAGGED, label="true")
 axis.plot(frequency, np.abs(command_mobility(identified, s)) * 1e3 * RPM, color=INK, linestyle="--", label="fitted")
 axis.set(ylabel="Speed per torque [rpm/(kN m)]", yscale="log", title="Ten minutes of simulated drilling")

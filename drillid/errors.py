@@ -6,7 +6,7 @@ class DrillidError(Exception):
 
     Parameters
     ----------
-    where : file, sheet row, column, well or time stretch the message is about
+    where : file, sheet row, column, well or interval of time the message is about
     what : what is wrong there
     remedy : what the user can do about it
     """

@@ -70,11 +70,11 @@ def mixture_half_width(weights: Floats, means: Floats, deviations: Floats) -> Fl
     reach = float(ndtri(0.975))
     lowest, highest = np.min(means - 9 * deviations, axis=0), np.max(means + 9 * deviations, axis=0)
     edges = []
-    for chance in (0.025, 0.975):
+    for p_value in (0.025, 0.975):
         low, high = lowest.copy(), highest.copy()
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2
-            below = weights @ ndtr((middle - means) / np.maximum(deviations, _TINY)) < chance
+            below = weights @ ndtr((middle - means) / np.maximum(deviations, _TINY)) < p_value
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         edges.append((low + high) / 2)
     return np.asarray((edges[1] - edges[0]) / (2 * reach), dtype=float)

@@ -1,57 +1,61 @@
-"""TODO."""
+"""Run docs/tutorial.py and write its page with figures; say where it differs from the page that is kept in docs.
+
+A script is in the percent format of Jupytext: `# %% [markdown]` begins a cell of text, `# %%` one of code. The code
+runs as one program, without a kernel; a warning counts as an error.
+"""
 
 import contextlib
 import io
 import re
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from decimal import Decimal
+from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import jupytext
+import matplotlib
+import typer
+from matplotlib import pyplot
+from nbformat import NotebookNode
 
 from drillid.errors import SettingsError
 
-_MARK = re.compile(r"^# %%(?: \[(\w+)\])?$")
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+_MARK = "# %%"
 _DPI = 110
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+_RELATIVE_TOLERANCE = 0.02
+"""What another processor's rounding may make of a number at the end of a fit."""
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One cell of a script."""
+def cells(script: str) -> list[NotebookNode]:
+    """Cells of a script's text, with the number of lines above each as `metadata.line`.
 
-    text: bool
-    first_line: int
-    """Number of its first line in the script, from 0."""
-    lines: tuple[str, ...]
-
-    @property
-    def content(self) -> str:
-        """Text without its comment signs, or code."""
-        lines = [re.sub(r"^# ?", "", line) for line in self.lines] if self.text else self.lines
-        return "\n".join(lines).strip("\n")
-
-
-def cells(script: str) -> list[Cell]:
-    """Cells of a script's text; what is above the first mark is left to editors.
+    What is above the first mark is left to editors.
 
     Raises
     ------
     SettingsError
-        If a mark is of an unknown kind or a cell of text holds code.
+        If a cell is neither text nor code, or one of text has lines that are no comments.
     """
-    lines = script.splitlines()
-    starts = [number for number, line in enumerate(lines) if line.startswith("# %%")]
-    found = []
-    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
-        mark = _MARK.match(lines[start])
-        cell = Cell(mark is not None and mark[1] == "markdown", start + 1, tuple(lines[start + 1 : end]))
-        bare = cell.text and any(line and not line.startswith("#") for line in cell.lines)
-        if mark is None or mark[1] not in (None, "markdown") or bare:
+    mark = re.search(rf"^{_MARK}", script, re.MULTILINE)
+    place = mark.start() if mark else len(script)
+    found: list[NotebookNode] = jupytext.reads(script[place:], fmt="py:percent").cells if mark else []
+    for cell in found:
+        place = script.index(_MARK, place)
+        text = "\n".join(f"# {line}".rstrip() for line in cell.source.splitlines())
+        start = script.find({"markdown": text, "code": cell.source}.get(cell.cell_type, _MARK), place + len(_MARK))
+        if start < 0 or cell.cell_type == "raw":
             raise SettingsError(
-                f"script, line {start + 1}", "is no cell of text or code", "Begin it with '# %% [markdown]' or '# %%'"
+                f"script, line {script.count(chr(10), 0, place) + 1}",
+                "is no cell of text or code",
+                "Begin it with '# %% [markdown]' or '# %%', and every line of text with '#'",
             )
-        found.append(cell)
+        cell.metadata["line"] = script.count("\n", 0, start)
+        place = start
     return found
 
 
@@ -69,26 +73,26 @@ def write_page(script: Path, folder: Path) -> Path:
     figures.mkdir(parents=True, exist_ok=True)
     for old in figures.glob("*.png"):
         old.unlink()
-    page = folder / f"{script.stem}.md"
     namespace: dict[str, Any] = {"__name__": "__main__", "__file__": str(script)}
     with _drawing_without_a_screen(), warnings.catch_warnings():
         warnings.simplefilter("error")
         parts = [_shown(cell, script, namespace, figures) for cell in cells(script.read_text())]
     note = f"<!-- Written by `make tutorial` from {script.name}; edit that instead. -->"
+    page = folder / f"{script.stem}.md"
     page.write_text("\n\n".join([note, *filter(None, parts)]) + "\n")
     return page
 
 
-def _shown(cell: Cell, script: Path, namespace: dict[str, Any], figures: Path) -> str:
+def _shown(cell: NotebookNode, script: Path, namespace: dict[str, Any], figures: Path) -> str:
     """A cell as the page shows it; code is run."""
-    if cell.text or not cell.content:
-        return cell.content
-    # blank lines above keep the script's line numbers in a traceback
-    source = "\n" * cell.first_line + "\n".join(cell.lines)
+    source: str = cell.source
+    if cell.cell_type == "markdown" or not source:
+        return source
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        exec(compile(source, str(script), "exec"), namespace)
-    blocks = [f"```python\n{cell.content}\n```"]
+        # blank lines above keep the script's line numbers in a traceback
+        exec(compile("\n" * cell.metadata["line"] + source, str(script), "exec"), namespace)
+    blocks = [f"```python\n{source}\n```"]
     if printed.getvalue():
         blocks.append(f"```text\n{printed.getvalue().rstrip()}\n```")
     return "\n\n".join([*blocks, *_saved(figures)])
@@ -96,8 +100,6 @@ def _shown(cell: Cell, script: Path, namespace: dict[str, Any], figures: Path) -
 
 def _saved(figures: Path) -> Iterator[str]:
     """Write all open figures and give the lines that show them."""
-    from matplotlib import pyplot
-
     for number in pyplot.get_fignums():
         figure = pyplot.figure(number)
         label = str(figure.get_label()) or f"Figure {number}"
@@ -110,20 +112,12 @@ def _saved(figures: Path) -> Iterator[str]:
 @contextlib.contextmanager
 def _drawing_without_a_screen() -> Iterator[None]:
     """Figures in memory, with pyplot's settings as they were afterwards."""
-    import matplotlib
-    from matplotlib import pyplot
-
     pyplot.switch_backend("agg")
     with matplotlib.rc_context():
         try:
             yield
         finally:
             pyplot.close("all")
-
-
-_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-_WITHIN = 0.02
-"""Relative difference that another processor's rounding may make at the end of a fit."""
 
 
 def differences(page: str, other: str) -> list[tuple[str, str]]:
@@ -133,18 +127,39 @@ def differences(page: str, other: str) -> list[tuple[str, str]]:
     ----------
     page, other : whole texts
     """
-    pairs = zip_longest(page.splitlines(), other.splitlines(), fillvalue="")
-    return [pair for pair in pairs if not _same(*pair)]
+    lines = page.splitlines(), other.splitlines()
+    words = [[" ".join(_NUMBER.sub("#", line).split()) for line in each] for each in lines]
+    found = []
+    for kind, first, last, other_first, other_last in SequenceMatcher(None, *words, autojunk=False).get_opcodes():
+        pairs = zip_longest(lines[0][first:last], lines[1][other_first:other_last], fillvalue="")
+        found += [pair for pair in pairs if kind != "equal" or not _same_numbers(*pair)]
+    return found
 
 
-def _same(line: str, other: str) -> bool:
-    if _NUMBER.sub("", line).split() != _NUMBER.sub("", other).split():
-        return False
-    pairs = list(zip_longest(_NUMBER.findall(line), _NUMBER.findall(other), fillvalue="nan"))
-    return all(abs(float(one) - float(two)) <= _WITHIN * abs(float(one)) + 2 * _last_digit(one) for one, two in pairs)
+def _same_numbers(line: str, other: str) -> bool:
+    pairs = zip(_NUMBER.findall(line), _NUMBER.findall(other), strict=True)
+    return all(abs(float(one) - float(two)) <= _tolerance(one) for one, two in pairs)
 
 
-def _last_digit(number: str) -> float:
-    """What one step of a number's last digit amounts to."""
-    plain, _, exponent = number.partition("e")
-    return float(10.0 ** (int(exponent or 0) - len(plain.partition(".")[2])))
+def _tolerance(number: str) -> float:
+    """Two steps of a number's last digit, and a share of its size."""
+    return _RELATIVE_TOLERANCE * abs(float(number)) + 2 * float(Decimal((0, (1,), Decimal(number).as_tuple().exponent)))
+
+
+def main(
+    folder: Annotated[Path, typer.Argument(help="Where tutorial.md and its figures are written.")] = DOCS,
+) -> None:
+    """Run the tutorial and write its page; fail where that differs from the page kept in docs.
+
+    A page that is written over the kept one may differ: that is what it is written again for.
+    """
+    kept = (DOCS / "tutorial.md").read_text()
+    changed = differences(kept, write_page(DOCS / "tutorial.py", folder).read_text())
+    for before, after in changed:
+        typer.echo(f"< {before}\n> {after}")
+    if changed and folder.resolve() != DOCS:
+        raise typer.Exit(1)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -98,7 +98,7 @@ RIG = Rig.checked(
     },
     "small rig",
 )
-"""The papers of the shallow truth: controller and collars."""
+"""The data sheets of the shallow truth: controller and collars."""
 
 
 def drilled(truth: Truth, seconds: float, seed: int, sweep_period: float = 120.0) -> dict[str, Floats]:

@@ -20,7 +20,7 @@ from drillid.mobility import stage as mobility
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import Controller, polar_moment
 from drillid.physics.responses import command_mobility, laplace
-from drillid.windows.segments import STRETCH_COLUMNS
+from drillid.windows.segments import SEGMENT_COLUMNS
 
 RIG: dict[str, Any] = {
     "name": "Rig <of the test>",
@@ -142,7 +142,7 @@ def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, setting
         (name, state, "2025-05-01T09:00:00", "2025-05-01T09:05:00", 1090, 1091, 300, 0, "too short: 300 s of 600 s")
     ]
     rows += [(name, "connection", "2025-05-01T09:05:00", "2025-05-01T09:08:00", 1091, 1091, 180, 0, "connection")]
-    pd.DataFrame(rows, columns=list(STRETCH_COLUMNS)).to_csv(folders.stage("windows") / "stretches.csv", index=False)
+    pd.DataFrame(rows, columns=list(SEGMENT_COLUMNS)).to_csv(folders.stage("windows") / "segments.csv", index=False)
     if count:
         folders.write("spectra", "spectra", spectra_of(windows, well.rig, np.random.default_rng(20250501)))
         for stage in (mobility, fits, discrepancy, depth):

@@ -22,23 +22,23 @@ _TEXT = """# The discovery engine's proof
 
 Written by `make blind` (`python -m benchmarks.blind --cases {cases} --document`); do not edit.
 
-Each case is drawn from a seed: a rig, a string of 1000 to 5000 m, 1 to 24 windows of 600 s, papers that are right
+Each case is drawn from a seed: a rig, a string of 1000 to 5000 m, 1 to 24 windows of 600 s, data sheets that are right
 within their tolerances as normal variables, and in about half of the cases a hidden cause, in a tenth of these a pair
 of causes, and in a quarter a cause that the engine's catalogue does not hold. The causes take turns, but for a
 twentieth that are zones of local damping, for enough of them to be located. The data come from the non-linear
 time-domain simulator (`drillid.simulation.simulate`) with coloured bit noise whose level wanders, a sampled speed
-control, noise and rounding of the recorded speed. The engine is given the logs and the papers and
+control, noise and rounding of the recorded speed. The engine is given the logs and the data sheets and
 nothing else; the lines of its calibration come from other seeds.
 
 ## The ideal test
 
 A likelihood ratio that knows the cause, its shape and all but the nuisance figures has the noncentrality λ: the least
-squared distance, with the noise and the papers' tolerances as units, between the rig with the cause and any rig without
-it. It is computed from the equipment that is simulated, not from the engine's model. A cause is *detectable* with the
-power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates: about {candidates} are
-effectively distinct (Li and Ji 2005). `power_ratio` and "twice the size" refer to the latter: at half the size, and
-at the size itself, the ideal test over the family has 50 % power or more. Sizes are drawn so that √λ is even in its
-logarithm over 1 … 30, or over 10 … 30 where the catalogue lacks the cause, as far as physical sizes allow.
+squared distance, with the noise and the data sheets' tolerances as units, between the rig with the cause and any rig
+without it. It is computed from the equipment that is simulated, not from the engine's model. A cause is *detectable*
+with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates: about
+{candidates} are effectively distinct (Li and Ji 2005). `power_ratio` and "twice the size" refer to the latter: at half
+the size, and at the size itself, the ideal test over the family has 50 % power or more. Sizes are drawn so that √λ is
+even in its logarithm over 1 … 30, or over 10 … 30 where the catalogue lacks the cause, as far as physical sizes allow.
 {without_ideal} cases hide what is not linear (limits, play, steps, regimes); they have no such test and are left out of
 `power_ratio`. Of limits and play it is known what they leave in the records, as the same rig is simulated under the
 same noise without them: a limit that is never reached leaves nothing, nor does a play that never opens. They show where

@@ -39,7 +39,7 @@ Engine = Callable[[Case], Answer]
 
 def discovery(case: Case) -> Answer:
     """The engine's answer, kept in a file named after its code and the case."""
-    told = [str(case.papers), case.removed, case.command_logged, case.path.name]
+    told = [str(case.data_sheet), case.removed, case.command_logged, case.path.name]
     path = FOLDER.parent / "answers" / f"{digest([_ENGINE, *told])}.json"
     if path.is_file():
         return _read(path)
@@ -54,12 +54,12 @@ def _asked(case: Case, catalogue: list[Cause]) -> Answer:
         found = examine(kept_evidence(case), catalogue=catalogue, error_rate=ERROR_RATE, seed=case.seed)
     except DrillidError as error:
         return Answer((), float("nan"), str(error))
-    return Answer(found.verdicts, found.after.chance if found.extensions else float("nan"))
+    return Answer(found.verdicts, found.after.p_value if found.extensions else float("nan"))
 
 
 def kept_evidence(case: Case) -> Evidence:
     """Evidence about a case, kept in a file named after the code that gathers it."""
-    told = [str(case.papers), case.command_logged, case.path.name]
+    told = [str(case.data_sheet), case.command_logged, case.path.name]
     path = FOLDER.parent / "evidence" / f"{digest([_GATHERING, told, SETTINGS.model_dump()])}.pickle"
     if path.is_file():
         found: Evidence = pickle.loads(path.read_bytes())
@@ -88,7 +88,7 @@ def at_random(case: Case) -> Answer:
     depths = [stretch.hole_depth for stretch in case.stretches]
     name = "none" if generator.random() < 0.5 else str(generator.choice([*CATALOGUE, "unknown"]))
     family = CATALOGUE[name].family if name in CATALOGUE else ""
-    chance = float(generator.random())
+    p_value = float(generator.random())
     low = float(generator.uniform(-1, 1))
-    verdict = Verdict(name, family, chance, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1)
+    verdict = Verdict(name, family, p_value, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1)
     return Answer((verdict,), float("nan"))

@@ -16,7 +16,7 @@ from benchmarks.discoveries.motor_fit import DATA, PERIOD, RATE, motor_mobility,
 from benchmarks.discoveries.response import Candidate, Fit, Problem, Response, extended, fit
 from benchmarks.discoveries.weigh import Weighed, held_out_gain, look
 from drillid.arrays import Floats
-from drillid.discrepancy.catalogue import Setup
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import string_admittance
 from drillid.physics.sensor import Recording
@@ -55,7 +55,7 @@ HELD_OUT = "every other line, of the even periods"
 
 
 @dataclass(frozen=True)
-class MotorSetup(Setup):
+class MotorSetup(WindowModel):
     """A motor that drives a load through a coupling, the string of the drilling system."""
 
     drag: Any = 0.0
@@ -70,7 +70,7 @@ class MotorSetup(Setup):
 
 
 @dataclass(frozen=True)
-class RecordSetup(Setup):
+class RecordSetup(WindowModel):
     """A speed record beside the angle's derivative."""
 
     def mobility(self, s: Any) -> Any:

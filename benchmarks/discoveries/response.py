@@ -13,12 +13,12 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.catalogue import Circumstances, Setup
+from drillid.discrepancy.catalogue import OperatingPoint, WindowModel
 from drillid.discrepancy.catalogue.cause import WIDE
 from drillid.physics.dual_numbers import Dual, derivatives
 from drillid.physics.responses import laplace
 
-Base = Callable[[Sequence[Any]], Setup]
+Base = Callable[[Sequence[Any]], WindowModel]
 """Base model from its figures."""
 
 _PRIOR_LOGARITHM = 3.0
@@ -28,7 +28,7 @@ _NEIGHBOURS = 21
 """Lines over which the jumps from line to line are averaged."""
 _JUMP_VARIANCE = 1.5
 """Variance of a value less the mean of its two neighbours, per variance of a value."""
-_NOWHERE = Circumstances(1.0, 0.0, 1.0)
+_NOWHERE = OperatingPoint(1.0, 0.0, 1.0)
 PORTS = ("record", "top", "bit")
 
 
@@ -64,7 +64,7 @@ class Disturbance(Protocol):
     def basis(self) -> Complex:
         """(coefficient, F) of the value, for coefficients of standard normal prior."""
 
-    def mobility(self, setup: Setup, value: Any, s: Complex) -> Any:
+    def mobility(self, window_model: WindowModel, value: Any, s: Complex) -> Any:
         """The disturbed response."""
 
 
@@ -87,13 +87,15 @@ class Problem:
         Figures are logarithms relative to the start, then sizes per usual size.
         """
         count = self.start.size
-        setup = self.base([first * np.exp(one) for first, one in zip(self.start, figures[:count], strict=True)])
+        window_model = self.base([first * np.exp(one) for first, one in zip(self.start, figures[:count], strict=True)])
         for candidate, size in zip(self.given, figures[count:], strict=True):
             cause = CATALOGUE[candidate.cause]
-            setup = cause.extend(setup, size * candidate.typical, candidate.shape, _NOWHERE)
-        return setup.mobility(s) if self.disturbance is None else self.disturbance.mobility(setup, value, s)
+            window_model = cause.extend(window_model, size * candidate.typical, candidate.shape, _NOWHERE)
+        return (
+            window_model.mobility(s) if self.disturbance is None else self.disturbance.mobility(window_model, value, s)
+        )
 
-    def setup(self, figures: Floats) -> Setup:
+    def window_model(self, figures: Floats) -> WindowModel:
         """The base without its causes."""
         return self.base(list(self.start * np.exp(figures[: self.start.size])))
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.discoveries.response import Fit, fit
 from drillid.arrays import Complex
-from drillid.discrepancy.catalogue import Setup
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.inference import unknown
 from drillid.physics.responses import laplace
 from drillid.physics.top_drive import drive
@@ -31,16 +31,16 @@ class Smooth:
     basis: Complex
     """(coefficient, F), with the amplitude."""
 
-    def mobility(self, setup: Setup, value: Any, s: Complex) -> Any:
+    def mobility(self, window_model: WindowModel, value: Any, s: Complex) -> Any:
         """The disturbed response."""
         if self.port == "record":
-            return setup.mobility(s) * (1 + value)
-        system = setup.system
+            return window_model.mobility(s) * (1 + value)
+        system = window_model.system
         if self.port == "bit":
             bit = replace(system.bit, damping=system.bit.damping + value)
-            return replace(setup, system=replace(system, bit=bit)).mobility(s)
-        mobility = setup.mobility(s)
-        command = setup.recording.transfer(s) * drive(system.top_drive, s)
+            return replace(window_model, system=replace(system, bit=bit)).mobility(s)
+        mobility = window_model.mobility(s)
+        command = window_model.recording.transfer(s) * drive(system.top_drive, s)
         return mobility / (1 + value * mobility / command)
 
 
@@ -59,7 +59,7 @@ def average(ports: Mapping[str, float]) -> float:
 def _evidence(base: Fit, port: str) -> float:
     from scipy.special import logsumexp
 
-    measured, inertia = base.problem.measured, base.problem.setup(base.figures).system.top_drive.inertia
+    measured, inertia = base.problem.measured, base.problem.window_model(base.figures).system.top_drive.inertia
     real = unknown.smooth_functions(measured.frequency, unknown.FUNCTIONS)
     scale = 1.0 if port == "record" else float(inertia) * float(np.median(np.abs(laplace(measured.frequency))))
     both = np.concatenate([real, 1j * real]) * scale

@@ -20,7 +20,7 @@ from benchmarks.identification.windows import (
     simulated_windows,
 )
 from drillid.arrays import Booleans, Floats
-from drillid.discrepancy.stage import normality_probability, whitened_residuals, whiteness_probability
+from drillid.discrepancy.stage import normality_p_value, whitened_residuals, whiteness_p_value
 from drillid.fits.window_fit import Fit, Measured, Prior, fit, measured_rows
 from drillid.physics.eight_parameters import command_mobility_with_derivatives
 from drillid.physics.parameters import PARAMETERS
@@ -55,8 +55,8 @@ class Residuals:
             mobility, _ = command_mobility_with_derivatives(truth, known, laplace(data.frequency))
             chi2.append(np.mean(np.abs((data.mobility - mobility) * data.weight) ** 2) / 2)
             whitened = whitened_residuals(data, truth, known)
-            normal.append(normality_probability(whitened) < LEVEL)
-            white.append(whiteness_probability(whitened) < LEVEL)
+            normal.append(normality_p_value(whitened) < LEVEL)
+            white.append(whiteness_p_value(whitened) < LEVEL)
         most = float(binom.ppf(0.999, len(windows), LEVEL)) / len(windows)
         return Residuals(float(np.mean(chi2)), float(np.mean(normal)), float(np.mean(white)), most)
 
@@ -69,7 +69,7 @@ class Residuals:
 
 
 def fits_of(measured: Sequence[Measured], windows: Sequence[SimulatedWindow]) -> list[Fit]:
-    """Fits from a cold start without the rig's papers."""
+    """Fits from a cold start without the rig's data sheets."""
     pairs = zip(measured, windows, strict=True)
     return [fit(data, window.truth.known, Prior.silent(), SETTINGS.fits) for data, window in pairs]
 
@@ -83,7 +83,7 @@ class Spread:
     estimate costs, is the spread over the bound.
 
     plain : root mean square of errors over the Cramér–Rao bound
-    over_bound : the same freed of chance, as above
+    over_bound : the same freed of p-value, as above
     identifiable : where the bound means something, as `Noise.identifiable`
     covered : share of windows whose 95 % interval holds the truth
     """

@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from benchmarks.identification.bound import Noise
-from benchmarks.identification.peers import WAYS, Way, classical_spectra, problem_of, solved, start_from_papers
+from benchmarks.identification.peers import WAYS, Way, classical_spectra, problem_of, solved, start_from_data_sheet
 from benchmarks.identification.windows import SETTINGS, SimulatedWindow, measured_windows
 from drillid.arrays import Floats
 from drillid.figures.captions import QUANTITIES
@@ -91,7 +91,7 @@ class Speed:
             begin = time.process_time()
             optima(likelihood(data, known, silent), data, known, silent, starts)
             cold.append(1e3 * (time.process_time() - begin))
-            point = start_from_papers(window.truth)
+            point = start_from_data_sheet(window.truth)
             begin = time.process_time()
             prepared = likelihood(data, known, silent)
             minimise(point, prepared, True, low, high, free, _ITERATIONS, _SETTLED, gradient, hessian)

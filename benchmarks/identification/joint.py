@@ -85,7 +85,7 @@ def repeats() -> list[list[SimulatedWindow]]:
 
 
 def joint_fits(rows: Sequence[Sequence[SimulatedWindow]]) -> list[JointFit]:
-    """The joint fit of each repeat, without the rig's papers, begun from fits of every fifth window alone."""
+    """The joint fit of each repeat, without the rig's data sheets, begun from fits of every fifth window alone."""
     known = [stand.truth.known for stand in stands()]
     depth = np.array([stand.bit_depth for stand in stands()])
     found = []

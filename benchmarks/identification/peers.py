@@ -1,7 +1,7 @@
 """The same simulated windows identified with scipy, lmfit and python-control: accuracy, optimum and time.
 
-The peers get what `drillid` does without: a start close to the truth, as the rig's papers would give it, and only the
-optimum is asked of them, not intervals. Their model is the plain formula in numpy. Where they fit the spectra of
+The peers get what `drillid` does without: a start close to the truth, as the rig's data sheets would give it, and only
+the optimum is asked of them, not intervals. Their model is the plain formula in numpy. Where they fit the spectra of
 `drillid`, they minimise the very cost that it minimises, so that the optimum is the same one.
 """
 
@@ -105,7 +105,7 @@ def scaled_of(values: Floats) -> Floats:
     return np.asarray(scaled)
 
 
-def start_from_papers(truth: Truth) -> Floats:
+def start_from_data_sheet(truth: Truth) -> Floats:
     """Scaled start: length, pipe, drive and top drive off by a few per cent, usual damping and assembly."""
     values = truth.parameters * np.array([1, 1, 1.005, 1.05, 1.1, 1.05, 1, 1])
     values[[KAPPA, DELTA, DAMPING_BHA]] = SCALES[[KAPPA, DELTA, DAMPING_BHA]]
@@ -171,7 +171,7 @@ class Way:
     classical : spectra by scipy.signal instead of `drillid`'s
     solve : from problem and start to parameters; None for `drillid`'s own fit, which needs no start
     model : of the problem
-    informed : starts from the papers instead of from nothing
+    informed : starts from the data sheets instead of from nothing
     """
 
     name: str
@@ -210,5 +210,5 @@ def solved(way: Way, measured: Measured, window: SimulatedWindow) -> Floats:
     """Parameters (8,) in SI."""
     if way.solve is None:
         return fit(measured, window.truth.known, Prior.silent(), SETTINGS.fits).value
-    start = start_from_papers(window.truth) if way.informed else start_from_nothing()
+    start = start_from_data_sheet(window.truth) if way.informed else start_from_nothing()
     return way.solve(problem_of(way, measured, window), start)

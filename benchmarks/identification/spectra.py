@@ -13,7 +13,7 @@ from scipy.special import ndtri, stdtr
 
 from benchmarks.identification.windows import SETTINGS, SimulatedWindow, grid, simulated_windows, spectra_of
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.stage import normality_probability, whiteness_probability
+from drillid.discrepancy.stage import normality_p_value, whiteness_p_value
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.physics.responses import command_mobility, laplace
 from drillid.spectra.cross_spectra import Spectra, welch_spectra
@@ -100,7 +100,7 @@ def main() -> None:
     ratio, white = whitened_errors(simulated_windows(count))
     rows = [row[np.isfinite(row)] for row in white]
     print(f"chi-squared per degree of freedom, true model     {np.nanmean(ratio):6.3f}   ({count} windows)")
-    for name, test in (("normality", normality_probability), ("whiteness", whiteness_probability)):
+    for name, test in (("normality", normality_p_value), ("whiteness", whiteness_p_value)):
         refused = np.mean([test(row) < 0.01 for row in rows])
         print(f"windows refused at 1 % by the test of {name:10s}  {100 * refused:6.1f} %")
 

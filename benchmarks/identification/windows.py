@@ -33,7 +33,7 @@ BIT_NOISE = (100.0, 225.0, 350.0, 475.0, 600.0)
 SWEEP = 500.0
 """N m, of each of the three sweeps."""
 SETTINGS = Settings.checked({"fits": {"use_knowledge": False}}, "benchmark")
-"""Default settings, but without the rig's papers."""
+"""Default settings, but without the rig's data sheets."""
 
 _WINDOWS_PER_RUN = 5
 _SAMPLES = round(WINDOW_S * RATE)

@@ -67,7 +67,7 @@ class Clock(Strict):
 
 
 class Known(Strict):
-    """Tolerance of a figure from the rig's papers; the half-width of about two thirds confidence."""
+    """Tolerance of a figure from the rig's data sheets; the half-width of about two thirds confidence."""
 
     relative: Fraction = Field(default=0.05, gt=0)
     """Standard uncertainty as a share of the value."""

@@ -11,7 +11,7 @@ class RecordsSettings(Strict):
     """Raw log → regular SI time series with quality flags."""
 
     interpolate_up_to_s: float = Field(default=0.1, ge=0)
-    """Longest stretch of missing rows that is filled by interpolation, in s; longer ones are gaps."""
+    """Longest run of missing rows that is filled by interpolation, in s; longer ones are gaps."""
     spike_error_rate: float = Field(default=1e-6, gt=0, lt=1)
     """Share of good samples that may be taken for spikes."""
     stuck_s: float = Field(default=2.0, gt=0)
@@ -71,7 +71,7 @@ class FitsSettings(Strict):
     """Fits of the damped transmission line."""
 
     use_knowledge: bool = True
-    """Take the rig's papers, with their tolerances, as prior knowledge."""
+    """Take the rig's data sheets, with their tolerances, as prior knowledge."""
     starts: int = Field(default=16, ge=1)
     """Starting points of each fit; the best are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)

@@ -18,14 +18,14 @@ def _parameters(row: str) -> dict[str, Variable]:
         "interval_upper": Variable(dims, "float64", "", "upper end of the 95 % interval"),
         "status": Variable(dims, "int8", "", "what the window tells of the parameter", Knowledge),
         "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
-        "prior": Variable(dims, "float64", "", "value from the rig's papers; NaN where not given"),
-        "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's papers"),
+        "prior": Variable(dims, "float64", "", "value from the rig's data sheets; NaN where not given"),
+        "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's data sheets"),
         "correlation": Variable(
             (row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"
         ),
         "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
-        "fit_probability": Variable((row,), "float64", "1", "chance of so large a chi-squared with the right model"),
+        "fit_p_value": Variable((row,), "float64", "1", "p-value of chi-squared under the fitted model"),
         "mismatch": Variable(
             (row,), "float64", "1", "factor by which residuals exceed the noise; errors are without it"
         ),
@@ -60,7 +60,7 @@ JOINT_FITS = DatasetSchema(
         **each(
             ("window",),
             weight=("1", "share of the window's information that was used"),
-            agreement=("1", "chance that a window of the same string is so far from the common fit"),
+            agreement=("1", "p-value of the window's distance from the common fit"),
         ),
         "shared_value": Variable(("shared",), "float64", "", "shared value, SI"),
         "shared_error": Variable(("shared",), "float64", "", "standard error of the shared value"),

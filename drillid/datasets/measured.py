@@ -167,9 +167,7 @@ STACKS = DatasetSchema(
         "hole_depth": Variable(("stack",), "float64", "m", "mean measured depth of the hole"),
         "first_window": Variable(("stack",), "int32", "", "first window of the stack"),
         "last_window": Variable(("stack",), "int32", "", "last window of the stack"),
-        "agreement_probability": Variable(
-            ("stack",), "float64", "1", "chance of such disagreement between equal windows"
-        ),
+        "agreement_p_value": Variable(("stack",), "float64", "1", "p-value of the windows' disagreement"),
         "windows": Variable(("stack",), "int32", "", "number of windows in the stack"),
         **AT_FREQUENCIES,
         **_mobility("stack"),

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from drillid.arrays import Floats
-from drillid.discrepancy.catalogue import Setup
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import EstimationError
 from drillid.fits.datasheet import known_equipment
 from drillid.physics.eight_parameters import drilling_system
@@ -30,7 +30,7 @@ def identified_responses(
     bit_depth: Floats,
     frequency: Floats,
     settings: DepthSettings,
-    extended: Mapping[int, Setup] | None = None,
+    extended: Mapping[int, WindowModel] | None = None,
 ) -> xr.Dataset:
     """Command mobility, bit mobility and bit-speed steps of every fitted model, stiff and as controlled.
 
@@ -46,16 +46,18 @@ def identified_responses(
     s = laplace(frequency)
     rows = []
     for row, (values, depth) in enumerate(zip(parameters, bit_depth, strict=True)):
-        setup = (extended or {}).get(row)
-        if setup is None:
-            setup = Setup(drilling_system(values, known_equipment(rig, controller, float(depth))), Recording())
+        window_model = (extended or {}).get(row)
+        if window_model is None:
+            window_model = WindowModel(
+                drilling_system(values, known_equipment(rig, controller, float(depth))), Recording()
+            )
         # complex arithmetic on the NaN of a fit without result would warn of what is meant
         with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):
-            lag, steps = _steps(setup.system, settings)
+            lag, steps = _steps(window_model.system, settings)
             responses = {
-                "command_mobility_fitted": setup.mobility(s),
-                "bit_mobility_stiff": bit_mobility(setup.system, s, stiff=True),
-                "bit_mobility_controlled": bit_mobility(setup.system, s),
+                "command_mobility_fitted": window_model.mobility(s),
+                "bit_mobility_stiff": bit_mobility(window_model.system, s, stiff=True),
+                "bit_mobility_controlled": bit_mobility(window_model.system, s),
             }
         rows.append(
             xr.Dataset(

@@ -13,7 +13,7 @@ from drillid.arrays import Floats
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
 from drillid.depth.responses import identified_responses
-from drillid.discrepancy.products.extended_model import identified_setups
+from drillid.discrepancy.products.extended_model import identified_window_models
 from drillid.fits.datasheet import stored_controller
 from drillid.physics.parameters import PARAMETERS
 from drillid.windows.channels import sample_rate
@@ -78,7 +78,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         windows["bit_depth"].values,
         mobility["frequency"].values,
         settings.depth,
-        identified_setups(folders.read("discrepancy", "examination").load()),
+        identified_window_models(folders.read("discrepancy", "examination").load()),
     )
     taken_over = {
         **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},

@@ -1,9 +1,9 @@
 """The discovery engine: what the model leaves unexplained, its cause, the extended model, the gain."""
 
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.detectors.detection import Sign
-from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
-from drillid.discrepancy.stage import normality_probability, process, whitened_residuals, whiteness_probability
+from drillid.discrepancy.detectors.detection import Detection
+from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
+from drillid.discrepancy.stage import normality_p_value, process, whitened_residuals, whiteness_p_value
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.intervals import EVIDENCE, flag, intervals, run_pulls, runs
@@ -12,19 +12,19 @@ from drillid.discrepancy.verdicts.verdict import Verdict
 __all__ = [
     "CATALOGUE",
     "EVIDENCE",
-    "Conditions",
+    "Detection",
     "Evidence",
     "Examination",
     "Knowledge",
-    "Sign",
+    "OperatingPoints",
     "Verdict",
     "examine",
     "flag",
     "intervals",
-    "normality_probability",
+    "normality_p_value",
     "process",
     "run_pulls",
     "runs",
     "whitened_residuals",
-    "whiteness_probability",
+    "whiteness_p_value",
 ]

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drillid.arrays import Booleans, Complex, Floats, Indices
-from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.detectors.detection import Detection
 from drillid.errors import EstimationError
 from drillid.physics.eight_parameters import KnownEquipment
 from drillid.physics.equipment import Controller
 
 
 @dataclass(frozen=True, eq=False)
-class Conditions:
+class OperatingPoints:
     """How each window was drilled, arrays of shape (window,)."""
 
     hole_depth: Floats
@@ -29,7 +29,7 @@ class Conditions:
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """What the rig's papers say, each with its standard uncertainty; infinite where they are silent."""
+    """What the rig's data sheets say, each with its standard uncertainty; infinite where they are silent."""
 
     controller: Controller
     controller_relative: float = 0.02
@@ -80,7 +80,7 @@ class Evidence:
     """(W, F) complex degrees of freedom of the variance."""
     used: Booleans
     """(W, F) what passed the coherence gate."""
-    conditions: Conditions
+    operating_points: OperatingPoints
     knowledge: Knowledge
     fitted: Floats
     """(W, 8) a fit of the eight parameters to each window on its own, in the order of the schema."""
@@ -90,11 +90,11 @@ class Evidence:
     """(W, F) of the complex value, independent in every window."""
     control_rounding: Floats | None = None
     """(W, F) the same of an error that is one in all windows, by the steps of the recorded sweep."""
-    signs: tuple[Sign, ...] = field(default=())
-    """Signs in the windows' records, at most one a cause and window."""
+    detections: tuple[Detection, ...] = field(default=())
+    """Detections in the windows' records, at most one a cause and window."""
 
     def __post_init__(self) -> None:
-        shape = (self.conditions.bit_depth.size, self.frequency.size)
+        shape = (self.operating_points.bit_depth.size, self.frequency.size)
         for name in ("mobility", "variance", "degrees_of_freedom", "used"):
             if getattr(self, name).shape != shape:
                 raise EstimationError(
@@ -111,21 +111,25 @@ class Evidence:
         return int(self.mobility.shape[0])
 
     def subset(self, rows: Indices) -> "Evidence":
-        """Some of the windows, with their signs renumbered."""
+        """Some of the windows, with their detections renumbered."""
         places = {int(row): place for place, row in enumerate(rows)}
-        conditions = Conditions(*(values[rows] for values in vars(self.conditions).values()))
-        signs = tuple(replace(sign, window=places[sign.window]) for sign in self.signs if sign.window in places)
+        operating_points = OperatingPoints(*(values[rows] for values in vars(self.operating_points).values()))
+        detections = tuple(
+            replace(detection, window=places[detection.window])
+            for detection in self.detections
+            if detection.window in places
+        )
         return Evidence(
             self.frequency,
             self.mobility[rows],
             self.variance[rows],
             self.degrees_of_freedom[rows],
             self.used[rows],
-            conditions,
+            operating_points,
             self.knowledge,
             self.fitted[rows],
             None if self.control is None else self.control[rows],
             None if self.control_variance is None else self.control_variance[rows],
             None if self.control_rounding is None else self.control_rounding[rows],
-            signs,
+            detections,
         )

@@ -1,4 +1,4 @@
-"""Evidence about a set of windows, from what the stages have made of a well and its rig's papers."""
+"""Evidence about a set of windows, from what the stages have made of a well and its rig's data sheets."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import xarray as xr
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
-from drillid.discrepancy.detectors.detect import read_signs
-from drillid.discrepancy.detectors.detection import Sign
+from drillid.discrepancy.detectors.detect import read_detections
+from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
-from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
+from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
 from drillid.errors import EstimationError
 from drillid.fits.datasheet import knowledge, known_equipment, speed_controller
 from drillid.fits.window_fit import Prior, fit, measured_rows
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 _CLOCK_ERROR = 0.002
 """s, between channels of one log whose rows were put on one grid."""
-_PAPERS = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
-"""Figures that papers tell as such, and their places among the eight parameters."""
+_DATA_SHEET = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
+"""Figures that data sheets tell as such, and their places among the eight parameters."""
 
 
 def gather_well(
@@ -45,12 +45,12 @@ def gather_well(
 ) -> Evidence:
     """Evidence from the datasets of a well's stages; every dataset holds the same windows.
 
-    Signs are read where a window has a fit. The windows must share one bottom-hole assembly.
+    Detections are read where a window has a fit. The windows must share one bottom-hole assembly.
     """
     depth = windows["bit_depth"].values
     controller = speed_controller(rig, spectra)
     known = rig_knowledge(rig, controller, float(np.nanmedian(depth)))
-    conditions = Conditions(
+    operating_points = OperatingPoints(
         *(
             windows[name].values.astype(float)
             for name in ("hole_depth", "bit_depth", "speed", "torque", "weight_on_bit")
@@ -64,17 +64,17 @@ def gather_well(
         finite = all(np.isfinite(values).all() for values in (fitted[row], sweep, speed))
         period = float(spectra["sweep_period"][row])
         kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], known.equipment) if finite else None)
-    return assembled(mobility, conditions, known, fitted, all_signs(kept))
+    return assembled(mobility, operating_points, known, fitted, all_detections(kept))
 
 
 def rig_knowledge(rig: Rig, controller: Controller, bit_depth: float) -> Knowledge:
-    """What the papers of a rig say with the bit at `bit_depth` (m); `controller` is theirs, or read from the log."""
-    papers, collars = knowledge(rig, bit_depth), rig.collars_at(bit_depth)
+    """What a rig's data sheets say with the bit at `bit_depth` (m); `controller` is theirs, or read from the log."""
+    data_sheet, collars = knowledge(rig, bit_depth), rig.collars_at(bit_depth)
     known = known_equipment(rig, controller, bit_depth)
     told = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
-    for name, place in _PAPERS.items():
-        if np.isfinite(papers.value[place]):
-            told[name], told[f"{name}_error"] = float(papers.value[place]), float(papers.error[place])
+    for name, place in _DATA_SHEET.items():
+        if np.isfinite(data_sheet.value[place]):
+            told[name], told[f"{name}_error"] = float(data_sheet.value[place]), float(data_sheet.error[place])
     if collars:
         told["collar_relative"] = collars.relative
     if rig.pipe:
@@ -84,9 +84,9 @@ def rig_knowledge(rig: Rig, controller: Controller, bit_depth: float) -> Knowled
 
 
 def prior(known: Knowledge, bit_depth: float) -> Prior:
-    """What a fit of one window takes from the papers, with the bit at `bit_depth` (m)."""
+    """What a fit of one window takes from the data sheets, with the bit at `bit_depth` (m)."""
     length = bit_depth - known.collar_length
-    told = {place: (getattr(known, name), getattr(known, f"{name}_error")) for name, place in _PAPERS.items()}
+    told = {place: (getattr(known, name), getattr(known, f"{name}_error")) for name, place in _DATA_SHEET.items()}
     told[LENGTH] = (length, known.length_relative * length)
     value, error = np.full((2, len(PARAMETERS)), np.nan)
     for place, (figure, deviation) in told.items():
@@ -95,14 +95,18 @@ def prior(known: Knowledge, bit_depth: float) -> Prior:
     return Prior(value, error)
 
 
-def all_signs(records: Sequence[WindowRecord | None]) -> tuple[Sign, ...]:
-    """Signs of all windows that have a fit; None stands for one without."""
-    read = (read_signs(record, window) for window, record in enumerate(records) if record is not None)
-    return tuple(sign for signs in read for sign in signs)
+def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:
+    """Detections of all windows that have a fit; None stands for one without."""
+    read = (read_detections(record, window) for window, record in enumerate(records) if record is not None)
+    return tuple(detection for detections in read for detection in detections)
 
 
 def assembled(
-    mobility: xr.Dataset, conditions: Conditions, known: Knowledge, fitted: Floats, signs: tuple[Sign, ...]
+    mobility: xr.Dataset,
+    operating_points: OperatingPoints,
+    known: Knowledge,
+    fitted: Floats,
+    detections: tuple[Detection, ...],
 ) -> Evidence:
     """Evidence from mobilities (window, frequency) and the eight parameters of each window, (window, 8)."""
     control = mobility["control_response"].values
@@ -113,13 +117,13 @@ def assembled(
         variance=mobility["command_mobility_variance"].values,
         degrees_of_freedom=mobility["degrees_of_freedom"].values,
         used=mobility["gate"].values == Gate.USED,
-        conditions=conditions,
+        operating_points=operating_points,
         knowledge=known,
         fitted=fitted,
         control=control if logged else None,
         control_variance=mobility["control_response_variance"].values if logged else None,
         control_rounding=mobility["control_response_rounding"].values if logged else None,
-        signs=signs,
+        detections=detections,
     )
 
 
@@ -136,14 +140,14 @@ class Series:
 
 
 def gather(
-    windows: Sequence[Series], rate: float, conditions: Conditions, knowledge: Knowledge, settings: Settings
+    windows: Sequence[Series], rate: float, operating_points: OperatingPoints, knowledge: Knowledge, settings: Settings
 ) -> Evidence:
-    """Evidence from time series: spectra, gate, a fit and the signs of each window.
+    """Evidence from time series: spectra, gate, a fit and the detections of each window.
 
     Parameters
     ----------
     rate : Hz
-    conditions : how each of the windows was drilled
+    operating_points : how each of the windows was drilled
     settings : of spectra, mobility and fits
 
     Raises
@@ -151,9 +155,11 @@ def gather(
     EstimationError
         If there are not as many conditions as windows, or no frequency passes the gate.
     """
-    if len(windows) != conditions.bit_depth.size or not windows:
+    if len(windows) != operating_points.bit_depth.size or not windows:
         raise EstimationError(
-            "evidence", f"{len(windows)} windows and {conditions.bit_depth.size} conditions", "Give one for each window"
+            "evidence",
+            f"{len(windows)} windows and {operating_points.bit_depth.size} conditions",
+            "Give one for each window",
         )
     periods = np.array([sweep_period(one.sweep, rate, settings.spectra.frequency_minimum_hz) for one in windows])
     spectra = _spectra(windows, rate, periods, settings)
@@ -162,7 +168,7 @@ def gather(
     fitted = np.stack(
         [
             fit(measured, known, prior(knowledge, float(depth)), settings.fits).value
-            for measured, depth in zip(measured_rows(mobility), conditions.bit_depth, strict=True)
+            for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)
         ]
     )
     rows = zip(windows, periods, fitted, strict=True)
@@ -170,7 +176,7 @@ def gather(
         WindowRecord(*_channels(one), rate, float(period), own, known) if np.isfinite(own).all() else None
         for one, period, own in rows
     ]
-    return assembled(mobility, conditions, knowledge, fitted, all_signs(records))
+    return assembled(mobility, operating_points, knowledge, fitted, all_detections(records))
 
 
 def _channels(window: Series) -> tuple[Floats, Floats, Floats]:

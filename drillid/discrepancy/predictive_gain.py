@@ -8,7 +8,7 @@ from drillid.statistics import ONE_SIDED
 
 
 @dataclass(frozen=True)
-class Gain:
+class PredictiveGain:
     """Difference of the log scores of held-out data, per window, with its 90 % interval.
 
     The question is one-sided, whether there is a gain: so its lower end holds in 95 % of sets. A log-likelihood ratio
@@ -39,9 +39,9 @@ class Gain:
         """Of the interval, in the root of a gain, per that root."""
         return ONE_SIDED * self.error / (2 * self.value) if self.value > 0 else np.inf
 
-    def joined(self, other: "Gain") -> "Gain":
+    def joined(self, other: "PredictiveGain") -> "PredictiveGain":
         """With the gain of the same cause on other data of the same windows."""
-        return Gain(self.value + other.value, float(np.hypot(self.error, other.error)), self.windows)
+        return PredictiveGain(self.value + other.value, float(np.hypot(self.error, other.error)), self.windows)
 
 
-NO_GAIN = Gain(0.0, 0.0, 0)
+NO_PREDICTIVE_GAIN = PredictiveGain(0.0, 0.0, 0)

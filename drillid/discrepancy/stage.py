@@ -47,14 +47,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         track: run_pulls(*parameters[name], run)
         for track, name in (("damping_pull", "damping_bha"), ("inertia_pull", "inertia_bha"))
     }
-    chances = [chance for _, chance in pulls.values()]
+    p_values = [p_value for _, p_value in pulls.values()]
     dataset = _residual_tests(data).assign(
         {name: ("window", pull) for name, (pull, _) in pulls.items()}
-        | {"flagged": ("window", flag(chances, error_rate))}
+        | {"flagged": ("window", flag(p_values, error_rate))}
     )
     table = intervals(data.windows, dataset, run)
     sets = examine_well(data, error_rate)
-    changes = [_change(row, data, dataset, run, parameters, chances) for row in table.to_dict("records")]
+    changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
     folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
@@ -65,24 +65,24 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
 
 def _residual_tests(data: WellData) -> xr.Dataset:
-    """Whitened residuals of every window's own fit, and the chances of their tests."""
+    """Whitened residuals of every window's own fit, and the p-values of their tests."""
     fits, mobility = data.fits, data.mobility
     controller = stored_controller(fits)
     residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
-    chances = np.full((2, residual.shape[0]), np.nan)
+    p_values = np.full((2, residual.shape[0]), np.nan)
     for row, measured in enumerate(measured_rows(mobility)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
             known = known_equipment(data.rig, controller, float(data.windows["bit_depth"][row]))
             white = whitened_residuals(measured, parameters, known)
             residual[row, mobility["gate"].values[row] == Gate.USED] = white
-            chances[:, row] = normality_probability(white), whiteness_probability(white)
+            p_values[:, row] = normality_p_value(white), whiteness_p_value(white)
     return xr.Dataset(
         {
             "whitened_residual": (("window", "frequency"), residual),
-            "chi2_probability": ("window", fits["fit_probability"].values),
-            "normality_probability": ("window", chances[0]),
-            "whiteness_probability": ("window", chances[1]),
+            "chi2_p_value": ("window", fits["fit_p_value"].values),
+            "normality_p_value": ("window", p_values[0]),
+            "whiteness_p_value": ("window", p_values[1]),
         },
         {name: mobility[name] for name in (*WINDOW_COORDINATES, "frequency")},
     )
@@ -94,15 +94,15 @@ def _change(
     dataset: xr.Dataset,
     run: Integers,
     parameters: Mapping[str, tuple[Floats, Floats]],
-    chances: Sequence[Floats],
+    p_values: Sequence[Floats],
 ) -> Verdict:
     """The verdict on one flagged interval."""
     flagged, windows = dataset["flagged"].values, data.windows
     inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
     usual = ~flagged & np.isin(run, run[inside]) & np.isfinite(parameters["damping_bha"][0])
-    tested = sum(int(np.isfinite(chance).sum()) for chance in chances)
-    chance = min(tested * float(np.nanmin([each[inside] for each in chances])), 1.0)
-    return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], chance, row["evidence"])
+    tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
+    p_value = min(tested * float(np.nanmin([each[inside] for each in p_values])), 1.0)
+    return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])
 
 
 def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
@@ -114,14 +114,14 @@ def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
 def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
     """A row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
     names = {
-        "normality_probability": "are not Gaussian",
-        "whiteness_probability": "depend on their neighbours in frequency",
+        "normality_p_value": "are not Gaussian",
+        "whiteness_p_value": "depend on their neighbours in frequency",
     }
     bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
     return [
         Problem(
             window_place(dataset, row),
-            f"the whitened residuals {meaning} (chance {float(dataset[name][row]):.2g})",
+            f"the whitened residuals {meaning} (p-value {float(dataset[name][row]):.2g})",
             "The noise or the model is not as assumed there; read its errors with care",
         )
         for name, meaning in names.items()
@@ -137,14 +137,14 @@ def whitened_residuals(measured: Measured, parameters: Floats, known: KnownEquip
     return to_normal(ratio.real, freedom) + 1j * to_normal(ratio.imag, freedom)
 
 
-def normality_probability(residual: Complex) -> float:
+def normality_p_value(residual: Complex) -> float:
     """Chance of such residuals if standard normal (Kolmogorov–Smirnov over both components)."""
     from scipy.stats import kstest
 
     return float(kstest(np.concatenate([residual.real, residual.imag]), "norm").pvalue)
 
 
-def whiteness_probability(residual: Complex) -> float:
+def whiteness_p_value(residual: Complex) -> float:
     """Chance of such correlation between neighbouring frequencies if there is none (Ljung and Box 1978, complex)."""
     from scipy.special import chdtrc
 

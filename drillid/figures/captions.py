@@ -46,7 +46,7 @@ RPM_PER_KILONEWTON_METRE = 1e3 * 30 / 3.141592653589793
 """Takes rad/s per N m to rpm per kN m."""
 
 _IMAGE = (
-    "Depth runs downwards; the dark bars on the left are the stretches that windows measured, "
+    "Depth runs downwards; the dark bars on the left are the segments that windows measured, "
     "and up to one stand beside them is filled in."
 )
 
@@ -63,7 +63,7 @@ FIGURES = {
     "parameters": FigureText(
         "Parameters against depth",
         "Green: value and 95 % band from all windows together, with drive and pipe shared; red lines: depths where the "
-        "parameter jumps. Dark: every window on its own, with 95 % bars. Blue: the rig's papers with twice their "
+        "parameter jumps. Dark: every window on its own, with 95 % bars. Blue: the rig's data sheets with twice their "
         "tolerance. Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, "
         "so only one side is known. Hollow grey: fit not accepted.",
     ),
@@ -82,8 +82,8 @@ FIGURES = {
     "evidence": FigureText(
         "Evidence for every cause",
         "Log Bayes factor of each cause of the catalogue, and of something unknown: a disturbance at a port, or "
-        "papers that do not fit; for every set of windows. Above zero the data speak for it, and 5 is strong; beyond "
-        "10 the axis is logarithmic. Bars end at −10.",
+        "data sheets that do not fit; for every set of windows. Above zero the data speak for it, and 5 is strong; "
+        "beyond 10 the axis is logarithmic. Bars end at −10.",
     ),
     "distinguishability": FigureText(
         "Which causes these data can tell apart",

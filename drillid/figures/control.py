@@ -11,7 +11,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drillid.figures.style import FLAGGED, INK, MUTED, PAPERS, STYLE, frequency_axis, save
+from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, STYLE, frequency_axis, save
 from drillid.physics.responses import bit_mobility, laplace
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from drillid.physics.equipment import DrillingSystem
 
 
-_COLOURS = (INK, FLAGGED, "#4f8f6b", PAPERS, MUTED)
+_COLOURS = (INK, FLAGGED, "#4f8f6b", DATA_SHEET, MUTED)
 _RPM = 30 / np.pi
 
 

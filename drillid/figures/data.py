@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 STAND_M = 30.0
-"""m; up to so long a stretch without windows is filled from the windows beside it."""
+"""m; up to so long a segment without windows is filled from the windows beside it."""
 _LEAST_HEIGHT_M = 0.5
 """m; height at which a window without progress is drawn."""
 _SUCCESSIVE = 6
@@ -118,7 +118,7 @@ def successive_windows(results: WellResults) -> Successive:
 
 @dataclass(frozen=True)
 class DepthCells:
-    """Windows in order of depth as cells of an image; stretches without windows longer than a stand stay empty.
+    """Windows in order of depth as cells of an image; intervals without windows longer than a stand stay empty.
 
     order : row of the window in each cell, −1 for an empty cell, shape (cell,)
     edges : depths between the cells, shape (cell + 1,), m

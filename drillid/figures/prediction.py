@@ -11,11 +11,11 @@ from drillid.datasets.codes import Gate
 from drillid.figures.data import WellResults
 from drillid.figures.style import (
     COLOUR_BAR,
+    DATA_SHEET,
     FLAGGED,
     INK,
     LEFT_OUT,
     MUTED,
-    PAPERS,
     SIGNED,
     depth_axis,
     depth_image,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _BASE, _EXTENDED = FLAGGED, INK
 _LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
-_STRETCH = 0.25
+_SEGMENT = 0.25
 """Share of the sweep's period that is drawn in time, from the middle on."""
 
 
@@ -89,7 +89,7 @@ def _mean_squares(axis: Axes, results: WellResults) -> None:
 
 
 def held_out(results: WellResults) -> Figure:
-    """A held-out window over frequency and over a stretch of its sweep's period, as both models predict it."""
+    """A held-out window over frequency and over a segment of its sweep's period, as both models predict it."""
     figure = new_figure(results, "held_out", 10.5, 7.6)
     amplitude, phase, time = figure.subplots(3, 1, height_ratios=[1.7, 1.1, 1.5])
     phase.sharex(amplitude)
@@ -105,7 +105,7 @@ def held_out(results: WellResults) -> Figure:
     used = window["gate"].values == Gate.USED
     measured = np.where(used, window["command_mobility"].values, np.nan)
     size, margin = np.abs(measured), TWO_SIDED * np.sqrt(window["command_mobility_variance"].values / 2)
-    bars: dict[str, Any] = {"color": PAPERS, "alpha": 0.45, "linewidth": 1.2}
+    bars: dict[str, Any] = {"color": DATA_SHEET, "alpha": 0.45, "linewidth": 1.2}
     amplitude.vlines(frequency, np.maximum(size - margin, size * 0.02), size + margin, **bars)
     amplitude.plot(frequency, size, ".", color=MUTED, markersize=3, label="measured, with 95 % bands")
     phase.plot(frequency, degrees(measured), ".", color=MUTED, markersize=3)
@@ -135,21 +135,21 @@ def _predictions(one: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]
 
 
 def _in_time(axis: Axes, one: xr.Dataset) -> None:
-    """The stretch of the period in which the sweep moves the top drive most."""
+    """The part of the period in which the sweep moves the top drive most."""
     axis.set_xlabel("Time in the sweep [s]")
     axis.set_ylabel("Top-drive speed\nless its mean [rad/s]")
     time, speed = one["period_time"].values, one["period_speed"].values
     if not np.isfinite(time).all():
         nothing(axis, "the sweep does not repeat itself")
         return
-    length = int(_STRETCH * time.size)
+    length = int(_SEGMENT * time.size)
     power = np.convolve(speed**2, np.ones(length), "valid")
     first = int(np.argmax(power))
     chosen = slice(first, first + length)
     margin = TWO_SIDED * float(one["period_error"])
     if np.isfinite(margin):
         axis.fill_between(
-            time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=PAPERS, alpha=0.35, linewidth=0
+            time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=DATA_SHEET, alpha=0.35, linewidth=0
         )
     axis.plot(time[chosen], speed[chosen], color=MUTED, linewidth=1.0, label="measured, mean of the periods")
     for name, label, colour, width in _predictions(one, "period"):
@@ -178,7 +178,7 @@ def reflectogram(results: WellResults) -> Figure:
         axis.plot(distance, after, color=_EXTENDED, label="extended model")
     rows = results.examination["window_set"].values == number
     ends = results.windows["bit_depth"].values[rows]
-    axis.axvspan(float(ends.min()), float(ends.max()), color=PAPERS, alpha=0.3, linewidth=0, label="bit")
+    axis.axvspan(float(ends.min()), float(ends.max()), color=DATA_SHEET, alpha=0.3, linewidth=0, label="bit")
     axis.set_xlim(0, distance[-1])
     axis.set_title(set_title(results.examination, number))
     axis.legend(loc="upper right", ncols=2)

@@ -47,8 +47,8 @@ STYLE: Any = {
     "lines.linewidth": 1.2,
     "figure.facecolor": "white",
 }
-INK, MUTED, FLAGGED, PAPERS, REFUSED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
-"""Colours of values, secondary marks, flagged intervals, the rig's papers, and fits not accepted."""
+INK, MUTED, FLAGGED, DATA_SHEET, REFUSED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
+"""Colours of values, secondary marks, flagged intervals, the rig's data sheets, and fits not accepted."""
 JOINT, CHANGE = "#00806b", "#c2416c"
 """Colours of tracks from all windows together, and of depths where one jumps."""
 LEFT_OUT = "#d5d9dc"
@@ -96,7 +96,7 @@ def depth_axis(
     shaded: bool = False,
     line: str = MUTED,
 ) -> None:
-    """Depth downwards over all windows, with the measured stretches as bars at the left edge and the well's marks.
+    """Depth downwards over all windows, with the measured intervals as bars at the left edge and the well's marks.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import numpy as np
 from drillid.arrays import Booleans, Floats
 from drillid.figures.captions import LENGTH_LESS_DEPTH, QUANTITIES
 from drillid.figures.data import DepthCells, WellResults, drilled_length
-from drillid.figures.style import CHANGE, FLAGGED, INK, JOINT, MUTED, PAPERS, REFUSED, ROOM, depth_axis, new_figure
+from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REFUSED, ROOM, depth_axis, new_figure
 from drillid.physics.parameters import BOUNDS, PARAMETERS
 from drillid.statistics import TWO_SIDED
 
@@ -22,12 +22,12 @@ _SHARE_SHOWN = (2.0, 98.0)
 """Percentiles of the windows' values, or of the ends of their bars, that an axis must hold."""
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
 """From what changes with the hole to what stays with the rig."""
-_SMALLEST_CHANCE = 1e-6
+_SMALLEST_P_VALUE = 1e-6
 """Chances below are drawn here."""
 
 
 def parameters(results: WellResults) -> Figure:
-    """All eight parameters with their errors, the rig's papers, sections, runs and flagged intervals."""
+    """All eight parameters with their errors, the rig's data sheets, sections, runs and flagged intervals."""
     figure = new_figure(results, "parameters", 11, 9.2)
     axes = figure.subplots(2, 4, sharey=True)
     cells = DepthCells.of(results.windows)
@@ -50,11 +50,11 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     at_high = fits["at_bound"].values & ~at_low
     low = np.where(at_low, value, np.maximum(value - margin, least * quantity.factor))
     high = np.where(at_high, value, np.minimum(value + margin, most * quantity.factor))
-    papers = (fits["prior"].values - shift) * quantity.factor
+    data_sheet = (fits["prior"].values - shift) * quantity.factor
     band = joint_band(results, name, shift, quantity.factor)
-    axis.set_xlim(*_limits(low, high, value, accepted, papers, band))
+    axis.set_xlim(*_limits(low, high, value, accepted, data_sheet, band))
     order = cells.order[cells.order >= 0]
-    _draw_papers(axis, cells, papers[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
+    _draw_data_sheet(axis, cells, data_sheet[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REFUSED)):
         axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
@@ -82,19 +82,19 @@ def _points(
             axis.plot(np.full(beyond.sum(), end), depth[beyond], color=colour, **arrows)
 
 
-def _draw_papers(axis: Axes, cells: DepthCells, prior: Floats, margin: Floats) -> None:
-    """The papers' value with its 95 % band from the first edge to the last; rows in order of depth."""
+def _draw_data_sheet(axis: Axes, cells: DepthCells, prior: Floats, margin: Floats) -> None:
+    """The data sheets' value with its 95 % band from the first edge to the last; rows in order of depth."""
     known = np.isfinite(prior)
     if not known.any():
         return
     depth = np.concatenate([cells.edges[:1], cells.measured.mean(axis=1)[known], cells.edges[-1:]])
     value, half = (np.pad(each[known], 1, mode="edge") for each in (prior, margin))
-    axis.fill_betweenx(depth, value - half, value + half, color=PAPERS, alpha=0.25, linewidth=0)
-    axis.plot(value, depth, color=PAPERS, linewidth=1.6)
+    axis.fill_betweenx(depth, value - half, value + half, color=DATA_SHEET, alpha=0.25, linewidth=0)
+    axis.plot(value, depth, color=DATA_SHEET, linewidth=1.6)
 
 
 def _limits(
-    low: Floats, high: Floats, value: Floats, accepted: Booleans, papers: Floats, band: Floats
+    low: Floats, high: Floats, value: Floats, accepted: Booleans, data_sheet: Floats, band: Floats
 ) -> tuple[float, float]:
     """Limits for the joint fit's band and the accepted windows' values; without a band, for the windows' bars."""
     member = accepted & np.isfinite(low) & np.isfinite(high)
@@ -110,7 +110,7 @@ def _limits(
         if member.any()
         else []
     )
-    ends += [*papers[np.isfinite(papers)], *(band.ravel() if joined else [])]
+    ends += [*data_sheet[np.isfinite(data_sheet)], *(band.ravel() if joined else [])]
     if not ends:
         return 0.0, 1.0
     room = 0.06 * (max(ends) - min(ends)) or 0.05 * abs(max(ends)) or 1.0
@@ -118,7 +118,7 @@ def _limits(
 
 
 def anomaly(results: WellResults) -> Figure:
-    """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and chances of the residual tests."""
+    """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and p-values of the residual tests."""
     figure = new_figure(results, "anomaly", 11, 5.8)
     axes = figure.subplots(1, 4, sharey=True)
     depth, found = results.windows["hole_depth"].values, results.discrepancy
@@ -129,10 +129,10 @@ def anomaly(results: WellResults) -> Figure:
         _pull_track(axis, depth, found[name].values, found["flagged"].values, results.restless_level())
         axis.set_xlabel(f"{title} less its run's level\n[standard deviations]")
     chi2 = results.fits["chi2_per_dof"].values
-    axes[2].axvline(1, color=PAPERS, linewidth=1.6)
+    axes[2].axvline(1, color=DATA_SHEET, linewidth=1.6)
     axes[2].plot(chi2, depth, "o", color=INK, markersize=3.8)
     axes[2].set_xlabel("χ² per degree of freedom\n[–]")
-    _chance_track(axes[3], results)
+    _p_value_track(axes[3], results)
     for axis in axes:
         depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[-1], room=ROOM, shaded=True)
     return figure
@@ -151,18 +151,18 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Booleans, limi
         axis.text(0.5, 0.5, "too few accepted\nwindows for a level", transform=axis.transAxes, **note)
 
 
-def _chance_track(axis: Axes, results: WellResults) -> None:
+def _p_value_track(axis: Axes, results: WellResults) -> None:
     found, depth = results.discrepancy, results.windows["hole_depth"].values
     tests = (
-        ("chi2_probability", "size", "o"),
-        ("normality_probability", "normality", "s"),
-        ("whiteness_probability", "whiteness", "^"),
+        ("chi2_p_value", "size", "o"),
+        ("normality_p_value", "normality", "s"),
+        ("whiteness_p_value", "whiteness", "^"),
     )
-    for (name, label, marker), colour in zip(tests, (INK, PAPERS, "#5a9367"), strict=True):
-        chance = np.maximum(found[name].values, _SMALLEST_CHANCE)
-        axis.plot(chance, depth, marker, color=colour, markersize=3.6, label=label)
+    for (name, label, marker), colour in zip(tests, (INK, DATA_SHEET, "#5a9367"), strict=True):
+        p_value = np.maximum(found[name].values, _SMALLEST_P_VALUE)
+        axis.plot(p_value, depth, marker, color=colour, markersize=3.6, label=label)
     axis.set_xscale("log")
-    axis.set_xlim(_SMALLEST_CHANCE / 2, 2)
+    axis.set_xlim(_SMALLEST_P_VALUE / 2, 2)
     axis.axvline(results.error_rate / (3 * depth.size), color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
     axis.set_xlabel("Chance of such residuals\nwith the right model [–]")
     axis.legend(loc="upper left", fontsize=7.5, handletextpad=0.1)

@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
-from drillid.figures.style import COLOUR_BAR, FLAGGED, INK, LEFT_OUT, MUTED, PAPERS, ROOM, depth_axis, new_figure
+from drillid.figures.style import COLOUR_BAR, DATA_SHEET, FLAGGED, INK, LEFT_OUT, MUTED, ROOM, depth_axis, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,13 +38,13 @@ def nothing(axis: Axes, words: str) -> None:
 
 
 def shown_set(examination: xr.Dataset) -> int | None:
-    """The set that a figure of one set shows: with a cause in its model, the least chance, the most windows."""
+    """The set that a figure of one set shows: with a cause in its model, the least p-value, the most windows."""
     if not examination.sizes["set"]:
         return None
     sets = examination["set"].values
     extended = np.isin(sets, examination["extension_set"].values)
     windows = np.array([np.count_nonzero(examination["window_set"].values == number) for number in sets])
-    return int(np.lexsort((-windows, examination["chance_before"].values, ~extended))[0])
+    return int(np.lexsort((-windows, examination["p_value_before"].values, ~extended))[0])
 
 
 def set_title(examination: xr.Dataset, number: int) -> str:
@@ -117,21 +117,21 @@ def evidence(results: WellResults) -> Figure:
 
 
 def _evidence_bars(axis: Axes, one: xr.Dataset) -> None:
-    """Linear evidence and that of signs beside each other; a dash where a cause has none."""
+    """Linear evidence and that of detections beside each other; a dash where a cause has none."""
     names = [str(name) for name in one["cause"].values] + [f"unknown: {port}" for port in one["port"].values]
     place = np.arange(len(names))[::-1]
     linear = np.concatenate([one["log_evidence"].values, one["unknown_evidence"].values])
-    signs = np.concatenate([one["sign_log_evidence"].values, np.full(one.sizes["port"], np.nan)])
+    detections = np.concatenate([one["detection_log_evidence"].values, np.full(one.sizes["port"], np.nan)])
     for values, shift, colour, label in (
         (linear, 0.19, INK, "linear responses"),
-        (signs, -0.19, FLAGGED, "signs in the records"),
+        (detections, -0.19, FLAGGED, "detections in the records"),
     ):
         known = np.isfinite(values)
         length = np.maximum(values[known], _LEAST_SHOWN)
         axis.barh(place[known] + shift, length, height=0.36, color=colour, label=label)
     axis.axvline(0, color=MUTED, linewidth=0.9)
     axis.set_xscale("symlog", linthresh=_LINEAR_ABOVE)
-    largest = float(np.nanmax(np.concatenate([linear, signs, [1.0]])))
+    largest = float(np.nanmax(np.concatenate([linear, detections, [1.0]])))
     ticks = [tick for tick in (-10, -5, 0, 5, 10, 100, 1000, 10_000, 100_000) if tick <= max(10, 2 * largest)]
     axis.set_xticks(ticks, [f"{tick:,}".replace(",", "\u202f").replace("-", "−") for tick in ticks])
     axis.set_xlim(_LEAST_SHOWN - 1, max(11.0, 1.6 * largest))
@@ -178,7 +178,7 @@ def _smallest_sizes(axis: Axes, ratio: Floats, names: list[str]) -> None:
     drawn = np.clip(ratio, 1e-3, 1e3)
     axis.hlines(place, 1e-3, drawn, INK, linewidth=0.9, alpha=0.5)
     axis.plot(drawn, place, "o", color=INK, markersize=4.5)
-    axis.axvline(1, color=PAPERS, linewidth=1.6)
+    axis.axvline(1, color=DATA_SHEET, linewidth=1.6)
     axis.set_xscale("log")
     axis.set_xlim(1e-3, 1.5e3)
     axis.set_yticks(place, names, size=7.5)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from drillid.config.rig import Rig
 
 _CONTRADICTION = 4.0
-"""Standard deviations between log and papers that tolerances do not explain."""
+"""Standard deviations between log and data sheets that tolerances do not explain."""
 
 
 def known_equipment(rig: Rig, controller: Controller, bit_depth: float) -> KnownEquipment:
@@ -32,7 +32,7 @@ def known_equipment(rig: Rig, controller: Controller, bit_depth: float) -> Known
 
 
 def knowledge(rig: Rig, bit_depth: float) -> Prior:
-    """What the rig's papers say about the parameters with the bit at `bit_depth` (m)."""
+    """What the rig's data sheets say about the parameters with the bit at `bit_depth` (m)."""
     prior = Prior.silent()
     if rig.drive_delay:
         prior.value[DELAY], prior.error[DELAY] = rig.drive_delay.value, rig.drive_delay.tolerance
@@ -49,7 +49,7 @@ def knowledge(rig: Rig, bit_depth: float) -> Prior:
 
 
 def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
-    """The controller on the rig's papers or, where they are silent, P and I read from the logged torque command.
+    """The controller on the rig's data sheets or, where they are silent, P and I read from the logged torque command.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
 
 
 def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
-    """A row where the logged torque command shows other gains than the papers, beyond their tolerance."""
+    """A row where the logged torque command shows other gains than the data sheets, beyond their tolerance."""
     if rig.controller is None:
         return []
     told = np.array([rig.controller.proportional, rig.controller.integral])
@@ -108,7 +108,7 @@ def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
         Problem(
             f"rig {rig.name}, controller",
             f"the logged command answers the speed with P {found[0]:.4g} N m s/rad and I {found[1]:.4g} N m/rad, "
-            f"the papers say {told[0]:.4g} and {told[1]:.4g}",
+            f"the data sheets say {told[0]:.4g} and {told[1]:.4g}",
             "Check sign and unit of the sweep, then the gains in the rig description, then for filters in the control",
         )
     ]

@@ -248,7 +248,7 @@ def starting_points(
     """The best `count` trials whose lengths differ, best first, shape (start, 8) in SI.
 
     Only trials that are better than those a little longer and shorter count, as their neighbours
-    lead to the same optimum. A length on the rig's papers is a start of its own, at the end.
+    lead to the same optimum. A length on the rig's data sheets is a start of its own, at the end.
     """
     s = laplace(frequency)
     inverse = 1 / mobility - control(known.controller, s)

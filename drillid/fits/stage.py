@@ -36,8 +36,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **gains)
     known = [known_equipment(well.rig, controller, depth) for depth in bit_depth]
-    papers = knowledge(well.rig, float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
-    joint, contradictions = joint_dataset(rows, known, bit_depth, papers, fits, settings.fits)
+    data_sheet = knowledge(well.rig, float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
+    joint, contradictions = joint_dataset(rows, known, bit_depth, data_sheet, fits, settings.fits)
     folders.write("fits", "joint", joint)
     stack_depth = stacks["hole_depth"].values
     stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
@@ -85,7 +85,7 @@ def _fit_rows(
         "chi2_per_dof": [result.chi2_per_dof for result in fits],
         "residual_dof": [result.residual_dof for result in fits],
         "mismatch": [result.mismatch for result in fits],
-        "fit_probability": [result.probability for result in fits],
+        "fit_p_value": [result.probability for result in fits],
         "accepted": np.array([result.accepted for result in fits], dtype=bool),
         "reason": np.array([result.reason for result in fits], dtype=object),
     }

@@ -60,7 +60,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Prior:
-    """What the rig's papers say: value and standard uncertainty, shape (8,); NaN where they are silent."""
+    """What the rig's data sheets say: value and standard uncertainty, shape (8,); NaN where they are silent."""
 
     value: Floats
     error: Floats
@@ -120,7 +120,7 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
     """Most likely parameters from many starting points that need no advance information.
 
     Errors over their estimated deviations follow Student's t with the variance's own degrees of
-    freedom; the rig's papers pull as Gaussian priors. Derivatives are exact.
+    freedom; the rig's data sheets pull as Gaussian priors. Derivatives are exact.
     """
     if measured.frequency.size < _LEAST_FREQUENCIES:
         return Fit.refused(
@@ -144,7 +144,7 @@ def fit_many(
 def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
     """What the compiled likelihood reads.
 
-    Besides the rig's papers, internal damping has a prior of its own: its logarithm is that of
+    Besides the rig's data sheets, internal damping has a prior of its own: its logarithm is that of
     the usual size within a factor of three, which spans the paper's table 1. Without it, noise
     is fitted by resonances too sharp for any string.
     """
@@ -241,11 +241,11 @@ def _judge(
     lost = (value.size - np.count_nonzero(at_bound | np.isfinite(prior.value))) / 2
     dof = 2 * (measured.frequency.size - lost)
     ratio = expected_ratio(measured.degrees_of_freedom)
-    chance = sum_of_ratios_probability(
+    p_value = sum_of_ratios_probability(
         float(np.mean(ratio)) * total / 2, measured.degrees_of_freedom, measured.sharing, fitted=lost
     )
-    mismatch = float(np.sqrt(max(total / dof, 1.0))) if chance < _MISMATCH_RATE else 1.0
-    reason = _why_refused(value, error, chance, settings)
+    mismatch = float(np.sqrt(max(total / dof, 1.0))) if p_value < _MISMATCH_RATE else 1.0
+    reason = _why_refused(value, error, p_value, settings)
     correlation = covariance / np.outer(deviation, deviation)
     return Fit(
         value,
@@ -257,22 +257,22 @@ def _judge(
         at_bound,
         total / dof,
         dof,
-        chance,
+        p_value,
         mismatch,
         not reason,
         reason,
     )
 
 
-def _why_refused(value: Floats, error: Floats, chance: float, settings: FitsSettings) -> str:
+def _why_refused(value: Floats, error: Floats, p_value: float, settings: FitsSettings) -> str:
     if not np.all(np.isfinite(error)):
         return "the data do not determine the parameters"
     for index in (LENGTH, POLAR_MOMENT, INERTIA_TD):
         name, unit = list(PARAMETERS)[index], list(PARAMETERS.values())[index][0]
         if min(value[index] - BOUNDS[0, index], BOUNDS[1, index] - value[index]) < error[index]:
             return f"{name} ended at the edge of what is searched, {value[index]:.4g} {unit}"
-    if chance < settings.error_rate:
-        return f"the residuals are larger than the noise allows (chance {chance:.1g})"
+    if p_value < settings.error_rate:
+        return f"the residuals are larger than the noise allows (p-value {p_value:.1g})"
     return ""
 
 

@@ -42,7 +42,7 @@ _MOBILITY = (("mobility", "mobility"), ("mobility", "stacks"))
 _FITS = (("fits", "fits"), ("fits", "stack_fits"))
 _JOINT = ("fits", "joint")
 _DISCREPANCY = (("discrepancy", "discrepancy"), ("discrepancy", "examination"))
-_PAPERS = ("name", "controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
+_DATA_SHEET = ("name", "controller", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
 _ENGINE = ("spectra", "mobility", "fits", "discrepancy")
 
 STAGES: dict[str, Stage] = {
@@ -52,19 +52,19 @@ STAGES: dict[str, Stage] = {
         Stage("windows", (_RECORDS,), ("windows",), ()),
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
-        Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _PAPERS),
-        Stage("discrepancy", (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), _ENGINE, _PAPERS),
+        Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _DATA_SHEET),
+        Stage("discrepancy", (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), _ENGINE, _DATA_SHEET),
         Stage(
             "depth",
             (_RECORDS, _WINDOWS, ("windows", "states"), _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY),
             (*_ENGINE, "depth"),
-            _PAPERS,
+            _DATA_SHEET,
         ),
         Stage(
             "figures",
             (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY, ("depth", "depth")),
             (*_ENGINE, "figures"),
-            _PAPERS,
+            _DATA_SHEET,
         ),
     )
 }

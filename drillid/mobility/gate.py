@@ -69,12 +69,12 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     return xr.Dataset({"coherence_minimum": (dims, least), "coherence_maximum": (dims, largest), "gate": (dims, gates)})
 
 
-def _largest_ratio(noncentrality: Floats, freedom: float, chance: float) -> Floats:
+def _largest_ratio(noncentrality: Floats, freedom: float, p_value: float) -> Floats:
     """Upper quantile of the non-central F(2, 2ν), by Patnaik's central approximation (1949)."""
     from scipy.special import fdtri
 
     matched = (2 + noncentrality) ** 2 / (2 + 2 * noncentrality)
-    return np.asarray((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - chance))
+    return np.asarray((2 + noncentrality) / 2 * fdtri(matched, 2 * max(freedom, 1e-3), 1 - p_value))
 
 
 def _best_neighbours(ratio: Floats) -> float:

@@ -29,17 +29,17 @@ def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.
     gates, depth = mobility["gate"].values, mobility["hole_depth"].values
     rows = [row for row in _without_overlap(mobility) if (gates[row] == Gate.USED).any()]
     while len(rows) > 1:
-        members, chance = rows[:1], 1.0
+        members, p_value = rows[:1], 1.0
         for row in rows[1 : settings.stack_windows]:
             if abs(depth[row] - depth[members[0]]) > settings.stack_depth_share * depth[row]:
                 break
-            agreement = agreement_probability(mobility.isel(window=[*members, row]))
+            agreement = agreement_p_value(mobility.isel(window=[*members, row]))
             if not agreement >= bound:
                 problems.append(_disagreement(mobility, members, row, agreement))
                 break
-            members, chance = [*members, row], agreement
+            members, p_value = [*members, row], agreement
         if len(members) > 1:
-            stacks.append(_stack(mobility.isel(window=members), len(stacks), chance))
+            stacks.append(_stack(mobility.isel(window=members), len(stacks), p_value))
         rows = rows[len(members) :]
     if not stacks:
         return _no_stacks(mobility), problems
@@ -55,7 +55,7 @@ def _without_overlap(mobility: xr.Dataset) -> list[int]:
     return chosen
 
 
-def agreement_probability(windows: xr.Dataset) -> float:
+def agreement_p_value(windows: xr.Dataset) -> float:
     """Chance of so much disagreement between windows (window, frequency) with one common mobility.
 
     Welch's test of equal means with estimated variances (1951) at each frequency, summed over them.
@@ -84,7 +84,7 @@ def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
     return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 
-def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
+def _stack(windows: xr.Dataset, number: int, p_value: float) -> xr.Dataset:
     """Mean weighted by the estimated variances, whose own errors its variance counts (Meier 1953)."""
     used = windows["gate"] == Gate.USED
     weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
@@ -106,7 +106,7 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
             "coherence_minimum": windows["coherence_minimum"].mean("window"),
             "coherence_maximum": windows["coherence_maximum"].mean("window"),
             "gate": xr.where(some, np.int8(Gate.USED), windows["gate"].max("window")),
-            "agreement_probability": chance,
+            "agreement_p_value": p_value,
             "windows": windows.sizes["window"],
         }
     )
@@ -117,16 +117,16 @@ def _stack(windows: xr.Dataset, number: int, chance: float) -> xr.Dataset:
     )
 
 
-def _disagreement(mobility: xr.Dataset, members: list[int], row: int, chance: float) -> Problem:
+def _disagreement(mobility: xr.Dataset, members: list[int], row: int, p_value: float) -> Problem:
     names = [str(int(mobility["window"][member])) for member in members]
     others = f"windows {names[0]} to {names[-1]}" if len(names) > 1 else f"window {names[0]}"
     where = window_place(mobility, row)
-    if np.isnan(chance):
+    if np.isnan(p_value):
         what = f"shares no frequency that passes the gate with {others}; they are not stacked"
         return Problem(where, what, "Look at the coherence of these windows")
     return Problem(
         where,
-        f"does not agree with {others} (chance {chance:.2g}), so they are not stacked",
+        f"does not agree with {others} (p-value {p_value:.2g}), so they are not stacked",
         "None needed: the string changed between them; see the parameters against depth",
     )
 

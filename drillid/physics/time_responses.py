@@ -90,7 +90,7 @@ def bit_step_response(system: DrillingSystem, duration: float, interval: float, 
     """Bit speed after a unit torque step at the bit.
 
     The step into bit and lowest section without reflections is known in closed form and taken
-    out first, so that the remainder's spectrum falls fast. The error is below 1e-6 of the largest
+    out first, so that the residual record's spectrum falls fast. The error is below 1e-6 of the largest
     value (against 30-digit inversion, usual rigs). Unstable systems: see `inverse_laplace`.
 
     Parameters

@@ -11,7 +11,7 @@ _WIDEST_SPIKE = 3
 _NEIGHBOURS = 2
 """Good samples on either side from which a spike's true value is judged."""
 _LOCAL_S = 2.0
-"""Stretch over which a signal's roughness is taken as the same, s."""
+"""Interval over which a signal's roughness is taken as the same, s."""
 _MEDIAN_DEGREES = 0.18
 """Degrees of freedom that a sample adds to a scale from a median: 37 % efficiency, half for neighbours being alike."""
 _LEFT_ROUGH = 0.1
@@ -110,7 +110,7 @@ def stuck(signal: Floats, others_move: Booleans, rate: float, longest_s: float) 
     return found
 
 
-def lattice_step(values: Floats) -> float | None:
+def quantisation_step(values: Floats) -> float | None:
     """Step of which nearly all values are whole multiples, from a common origin; None where there is none."""
     found, counts = np.unique(values, return_counts=True)
     often = found[counts >= _REPEATED]

@@ -1,4 +1,6 @@
-"""The figures of a well that its report tells: how much was identified, what stands out, agreement with the papers."""
+"""The figures of a well that its report tells: how much was identified, what stands out, agreement with the data
+sheets.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +26,9 @@ if TYPE_CHECKING:
 
 
 _LEAST_SHARE_FROM_DATA = 0.01
-"""Share of an estimate's information that must come from the data for a comparison with the papers."""
+"""Share of an estimate's information that must come from the data for a comparison with the data sheets."""
 _AGREES, _DIFFERS = 2.0, 3.0
-"""Standard deviations from the papers up to which a value agrees, and above which it disagrees."""
+"""Standard deviations from the data sheets up to which a value agrees, and above which it disagrees."""
 _EVIDENT = 2.0
 """Pull from which a parameter counts among what rose in an interval."""
 _ROWS_APART = 3
@@ -83,10 +85,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A parameter from all accepted windows beside the rig's papers, SI; `found` is None where the data do not tell."""
+    """A parameter from all accepted windows beside the rig's data sheets, SI; `found` is None where the data do not
+    tell.
+    """
 
     parameter: str
-    papers: Estimate
+    data_sheet: Estimate
     found: Estimate | None
 
     @property
@@ -94,7 +98,7 @@ class Comparison:
         """Difference in standard deviations of both."""
         if self.found is None:
             return float("nan")
-        return (self.found.value - self.papers.value) / float(np.hypot(self.found.error, self.papers.error))
+        return (self.found.value - self.data_sheet.value) / float(np.hypot(self.found.error, self.data_sheet.error))
 
     @property
     def verdict(self) -> str:
@@ -105,7 +109,7 @@ class Comparison:
 
     @property
     def off(self) -> bool:
-        """The data tell something else than the papers, or may do so."""
+        """The data tell something else than the data sheets, or may do so."""
         return self.verdict in ("doubtful", "disagrees")
 
 
@@ -221,10 +225,10 @@ def weighted_mean(value: Floats, error: Floats) -> Estimate:
 
 
 def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:
-    """What the data alone say about a parameter, beside the papers; both as means over the windows.
+    """What the data alone say about a parameter, beside the data sheets; both as means over the windows.
 
-    Every fit had the papers as prior knowledge, so that their share is taken out of each
-    window's estimate first: the information of independent sources adds. The papers are
+    Every fit had the data sheets as prior knowledge, so that their share is taken out of each
+    window's estimate first: the information of independent sources adds. The data sheets are
     wrong by the same share in all windows, so that their error does not average out.
     """
     fit = fits.sel(parameter=name)
@@ -232,14 +236,14 @@ def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:
         fit[each].values[member] for each in ("value", "standard_error", "prior", "prior_error")
     )
     told = fit["prior"].values, fit["prior_error"].values
-    papers = Estimate(*(float(np.nanmean(each)) for each in ((prior, prior_error) if prior.size else told)))
+    data_sheet = Estimate(*(float(np.nanmean(each)) for each in ((prior, prior_error) if prior.size else told)))
     information = 1 / error**2 - 1 / prior_error**2
     informed = information > _LEAST_SHARE_FROM_DATA / error**2
     if not informed.any():
-        return Comparison(name, papers, None)
+        return Comparison(name, data_sheet, None)
     own = information[informed]
     difference = weighted_mean((value - prior)[informed] / error[informed] ** 2 / own, own**-0.5)
-    return Comparison(name, papers, Estimate(papers.value + difference.value, difference.error))
+    return Comparison(name, data_sheet, Estimate(data_sheet.value + difference.value, difference.error))
 
 
 def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Integers, quiet: Booleans) -> Run:
@@ -279,28 +283,28 @@ class Drilled:
     newest: pd.Timestamp | None
 
 
-def drilled(stretches: pd.DataFrame) -> Drilled:
-    """Sum over the stretches of a well."""
-    drilling = stretches[stretches["state"] == "drilling"]
-    newest = pd.Timestamp(stretches["end"].max()) if len(stretches) else None
+def drilled(segments: pd.DataFrame) -> Drilled:
+    """Sum over the segments of a well."""
+    drilling = segments[segments["state"] == "drilling"]
+    newest = pd.Timestamp(segments["end"].max()) if len(segments) else None
     return Drilled(
         float(drilling["from_m"].min()),
         float(drilling["to_m"].max()),
         float(drilling["duration_s"].sum() / 3600),
-        float(stretches["duration_s"].sum() / 3600),
+        float(segments["duration_s"].sum() / 3600),
         newest,
     )
 
 
-def without_windows(stretches: pd.DataFrame) -> pd.DataFrame:
-    """Time that became no window: columns state, reason, stretches, minutes; longest first.
+def without_windows(segments: pd.DataFrame) -> pd.DataFrame:
+    """Time that became no window: columns state, reason, segments, minutes; longest first.
 
     Reasons that differ in their numbers alone count together.
     """
-    empty = stretches[stretches["windows"] == 0]
+    empty = segments[segments["windows"] == 0]
     reason = kinds(empty["reason"].fillna("").astype(str))
     grouped = empty.assign(reason=reason).groupby(["state", "reason"])["duration_s"]
-    table = grouped.agg(stretches="size", minutes="sum").reset_index()
+    table = grouped.agg(segments="size", minutes="sum").reset_index()
     return table.assign(minutes=table["minutes"] / 60).sort_values("minutes", ascending=False, ignore_index=True)
 
 
@@ -330,8 +334,8 @@ def joined(problems: pd.DataFrame) -> pd.DataFrame:
     return texts.assign(what=what, rows=rows.where(many, 1))[kept]
 
 
-def read_stretches(folders: WellFolders) -> pd.DataFrame:
-    """The well's stretches; none where it failed before."""
-    path = folders.stage("windows") / "stretches.csv"
+def read_segments(folders: WellFolders) -> pd.DataFrame:
+    """The well's segments; none where it failed before."""
+    path = folders.stage("windows") / "segments.csv"
     columns = ["well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason"]
     return pd.read_csv(path) if path.exists() else pd.DataFrame(columns=columns)

@@ -28,7 +28,7 @@ from drillid.report.content import (
     drilled,
     identified,
     joined,
-    read_stretches,
+    read_segments,
     without_windows,
 )
 from drillid.report.verdicts import SetWords, Told, read_told
@@ -44,9 +44,12 @@ _LEAST_RATIO, _WHOLE_RATIO = 1.05, 3.0
 _WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results"}
 """Settings that do not change what the report says."""
 _VERDICTS = {
-    "agrees": ("agrees with the rig's papers", "agree with the rig's papers"),
-    "doubtful": ("lies 2 to 3 standard deviations off the papers", "lie 2 to 3 standard deviations off the papers"),
-    "disagrees": ("disagrees with the papers", "disagree with the papers"),
+    "agrees": ("agrees with the rig's data sheets", "agree with the rig's data sheets"),
+    "doubtful": (
+        "lies 2 to 3 standard deviations off the data sheets",
+        "lie 2 to 3 standard deviations off the data sheets",
+    ),
+    "disagrees": ("disagrees with the data sheets", "disagree with the data sheets"),
     "the data do not tell": ("cannot be told from these data", "cannot be told from these data"),
 }
 """Verdicts on one and on several parameters."""
@@ -92,8 +95,8 @@ class WellReport:
         return [each for each in self.verdicts if each.named]
 
     @property
-    def off_papers(self) -> list[Comparison]:
-        """Parameters that do not agree with the rig's papers."""
+    def off_data_sheet(self) -> list[Comparison]:
+        """Parameters that do not agree with the rig's data sheets."""
         return [each for each in self.found.comparisons if each.off] if self.found else []
 
     @property
@@ -123,7 +126,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> Non
 
 def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, *, illustrated: bool) -> WellReport:
     """Gather a well; with `illustrated` all its figures, else parameters and verdicts where something stands out."""
-    stretches = read_stretches(folders)
+    segments = read_segments(folders)
     found = identified(folders, listing.load().rig) if _has_results(folders) else None
     verdicts, sets = read_told(folders) if found else ((), ())
     stands_out = bool(found and found.intervals) or any(each.named for each in verdicts)
@@ -131,9 +134,9 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, 
     return WellReport(
         listing.name,
         listing.description,
-        drilled(stretches),
+        drilled(segments),
         found,
-        without_windows(stretches),
+        without_windows(segments),
         problems[problems["well"] == listing.name],
         tuple(pictures(folders.stage("figures"), chosen)),
         verdicts,
@@ -177,8 +180,8 @@ def render(settings: Settings, reports: Sequence[WellReport]) -> str:
         "number": number,
         "share": share,
         "explanation": explanation,
-        "papers": papers_text,
-        "verdict": papers_verdict,
+        "data_sheet": data_sheet_text,
+        "verdict": data_sheet_verdict,
         "joined": joined,
         "depths": depths,
     }
@@ -270,23 +273,22 @@ def explanation(interval: Interval) -> str:
     return EXPLANATIONS.get(frozenset(rise.parameter for rise in interval.rises), "")
 
 
-def papers_text(comparisons: Sequence[Comparison]) -> str:
-    """Agreement of top drive and pipe with the rig's papers in one sentence."""
+def data_sheet_text(comparisons: Sequence[Comparison]) -> str:
+    """Agreement of top drive and pipe with the rig's data sheets in one sentence."""
     if not comparisons:
-        return "The rig's papers give nothing to compare with."
+        return "The rig's data sheets give nothing to compare with."
     groups: dict[str, list[str]] = {}
     for each in comparisons:
         text = QUANTITIES[each.parameter].name.lower()
         if each.off and each.found is not None:
-            text += (
-                f" ({estimate_text(each.found, each.parameter)} against {estimate_text(each.papers, each.parameter)})"
-            )
+            found, stated = (estimate_text(one, each.parameter) for one in (each.found, each.data_sheet))
+            text += f" ({found} against {stated})"
         groups.setdefault(each.verdict, []).append(text)
     sentence = "; ".join(f"{_listed(names)} {_VERDICTS[verdict][len(names) > 1]}" for verdict, names in groups.items())
     return f"{sentence[0].upper()}{sentence[1:]}."
 
 
-def papers_verdict(comparisons: Sequence[Comparison]) -> str:
+def data_sheet_verdict(comparisons: Sequence[Comparison]) -> str:
     """The same for a cell of a table."""
     off = [f"{QUANTITIES[each.parameter].name.lower()} {each.verdict}" for each in comparisons if each.off]
     if off:

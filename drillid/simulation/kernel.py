@@ -27,7 +27,7 @@ def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
 
 
 @compiled
-def _stretch(machine: Machine, state: State, step: float) -> bool:
+def _twist(machine: Machine, state: State, step: float) -> bool:
     """Torques of all springs half a step later; tells whether the gear's teeth have met or parted."""
     grid, gear = machine.grid, machine.gear
     for i in range(state.torque.size):
@@ -180,7 +180,7 @@ def march(
             _command(machine, inputs, state, step, n, past + n)
             jitter = inputs.jitter[n % inputs.jitter.size]
             drive = drive_torque(machine.drive, step, state.command, past + n, jitter, state.memory)
-        if _stretch(machine, state, step):
+        if _twist(machine, state, step):
             factorise(grid, state.held, half_step, factors[0], factors[1])
         set_levels(machine.friction, rock, inputs.weight[n], state, levels)
         if rock.blades:

@@ -88,17 +88,17 @@ def distortion_levels(
     response = np.sqrt([np.sum(np.abs(line[band]) ** 2) / 2 for band in bands])
     noise = np.array([np.sum((spectra.speed_noise / spectra.averages)[band]) / 2 for band in bands])
     powers, detected = np.empty((2, len(bands))), np.empty((2, len(bands)), dtype=bool)
-    chance = error_rate / detected.size
+    p_value = error_rate / detected.size
     for number, band in enumerate(bands):
         for order in (2, 3):
-            excess, found = _arrival(spectra, frequencies, band, period, rate * np.log(order), chance)
+            excess, found = _arrival(spectra, frequencies, band, period, rate * np.log(order), p_value)
             powers[order - 2, number], detected[order - 2, number] = excess * noise[number], found
     levels = np.sqrt(np.maximum(powers, 0))
     return DistortionLevels(edges, response, np.sqrt(noise), levels[0], levels[1], detected[0], detected[1])
 
 
 def _arrival(
-    spectra: Spectra, frequencies: Floats, band: Booleans, period: float, early: float, chance: float
+    spectra: Spectra, frequencies: Floats, band: Booleans, period: float, early: float, p_value: float
 ) -> tuple[float, bool]:
     """Power that arrives so much early (s) over the band's whole noise, less what noise itself brings; if detected."""
     from scipy.special import fdtri
@@ -119,7 +119,7 @@ def _arrival(
     freedom = 2 * _WIDTH * np.sum(noise) ** 2 / np.sum(noise**2)
     known = spectra.degrees_of_freedom / np.maximum(spectra.averages - 1, 1)
     noise_freedom = 2 * count / float(np.mean(known)) * float(np.mean(spectra.degrees_of_freedom))
-    return (ratio - 1) * _WIDTH, bool(ratio > fdtri(freedom, noise_freedom, 1 - chance))
+    return (ratio - 1) * _WIDTH, bool(ratio > fdtri(freedom, noise_freedom, 1 - p_value))
 
 
 def two_octave_bands(frequencies: Floats) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from drillid.arrays import Booleans, Complex, Floats, Integers
-from drillid.records.quality import lattice_step
+from drillid.records.quality import quantisation_step
 from drillid.spectra.cross_spectra import Spectra
 from drillid.spectra.noise import Weights, autoregressive_level, bands, burst_weights, high_pass
 
@@ -123,7 +123,7 @@ def _spectra(
     needed = max(int(_BEYOND * harmonics[-1]), harmonics[-1] + offsets[-1])
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
     spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
-    step = lattice_step(channels[0][:samples]) or 0.0
+    step = quantisation_step(channels[0][:samples]) or 0.0
     # of each period alike, so that it neither falls with their number nor shows between them
     rounding = 4 * periods / samples * step**2 / 12
     return _Lines(periods, samples / rate, harmonics, offsets, last, rounding), spectra

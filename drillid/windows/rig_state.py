@@ -16,7 +16,7 @@ NEEDED = ("speed", "torque_sweep", "hole_depth")
 _SMOOTHING_S = 2.0
 """Running medians over this time; they leave a change of state where it is."""
 _SWEEP_S = 5.0
-"""A sweep shows in any stretch of this length, s."""
+"""A sweep shows in any segment of this length, s."""
 _SWEEP_SHARE = 0.05
 """Share of the sweep's usual range below which it counts as off."""
 _MOVING = 0.02

@@ -1,4 +1,4 @@
-"""Stretches of one rig state, cut and joined, each with the reason why it makes no window."""
+"""Segments of one rig state, cut and joined, each with the reason why it makes no window."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from drillid.arrays import Floats, Integers
 from drillid.datasets.codes import RecordFlag, RigState
 from drillid.windows.rig_state import NEEDED
 
-STRETCH_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason")
-"""Columns of stretches.csv: one row for every stretch of the recorded time."""
+SEGMENT_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason")
+"""Columns of segments.csv: one row for every segment of the recorded time."""
 
 _REGULAR = 1.1
 """Intervals between samples above which time is missing."""
@@ -28,7 +28,7 @@ _REASONS = {
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Segment:
     """Samples `first` to `stop` (exclusive) of the records: one state, no missing time.
 
     start, end : times of the first sample and of one interval after the last, ns since 1970 UTC
@@ -53,7 +53,7 @@ class Stretch:
         return (self.end - self.start) * 1e-9
 
 
-def stretches(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: int) -> list[Stretch]:
+def segments(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: int) -> list[Segment]:
     """Cut one log where state, time or the flags of stuck sensors break.
 
     Parameters
@@ -71,7 +71,7 @@ def stretches(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: i
     edges = [0, *breaks.tolist(), time.size]
     interval = round(1e9 / rate)
     return [
-        Stretch(
+        Segment(
             RigState(int(states[first])),
             bool(stuck[first]),
             bool(gap[first]),
@@ -86,21 +86,21 @@ def stretches(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: i
     ]
 
 
-def joined(found: list[Stretch], rate: float) -> list[Stretch]:
-    """Stretches of one kind made one where no time is missing between them, as where a log goes on in the next."""
-    result: list[Stretch] = []
-    for stretch in found:
+def joined(found: list[Segment], rate: float) -> list[Segment]:
+    """Segments of one kind made one where no time is missing between them, as where a log goes on in the next."""
+    result: list[Segment] = []
+    for segment in found:
         last = result[-1] if result else None
-        same = last is not None and (last.state, last.stuck, last.gap) == (stretch.state, stretch.stuck, stretch.gap)
-        if last is not None and same and abs(stretch.start - last.end) * 1e-9 * rate < _REGULAR - 1:
-            result[-1] = replace(last, stop=stretch.stop, end=stretch.end, to_m=stretch.to_m)
+        same = last is not None and (last.state, last.stuck, last.gap) == (segment.state, segment.stuck, segment.gap)
+        if last is not None and same and abs(segment.start - last.end) * 1e-9 * rate < _REGULAR - 1:
+            result[-1] = replace(last, stop=segment.stop, end=segment.end, to_m=segment.to_m)
         else:
-            result.append(stretch)
+            result.append(segment)
     return result
 
 
 def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
-    """Cut a stretch so that the set point varies by no more than `largest` in each part; bounds of the parts."""
+    """Cut a segment so that the set point varies by no more than `largest` in each part; bounds of the parts."""
     parts, first = [], 0
     while first < set_point.size:
         rest = set_point[first:]
@@ -114,7 +114,7 @@ def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
 def window_starts(samples: int, length: int, overlap: float) -> Integers:
     """First samples of as many windows as fit.
 
-    The last window ends with the stretch; what is left over lies at its start, where the rotation settles.
+    The last window ends with the segment; what is left over lies at its start, where the rotation settles.
     """
     if samples < length:
         return np.zeros(0, dtype=np.int64)
@@ -123,13 +123,13 @@ def window_starts(samples: int, length: int, overlap: float) -> Integers:
     return samples - length - hop * np.arange(count - 1, -1, -1, dtype=np.int64)
 
 
-def cut(stretch: Stretch, part: xr.Dataset, first: int, stop: int, rate: float, windows: int, reason: str) -> Stretch:
-    """Samples `first` to `stop` of a stretch, whose records are `part`, as a stretch of their own."""
+def cut(segment: Segment, part: xr.Dataset, first: int, stop: int, rate: float, windows: int, reason: str) -> Segment:
+    """Samples `first` to `stop` of a segment, whose records are `part`, as a segment of their own."""
     time, depth = part["time"].values.astype("datetime64[ns]").astype(np.int64), part["hole_depth"].values
     return replace(
-        stretch,
-        first=stretch.first + first,
-        stop=stretch.first + stop,
+        segment,
+        first=segment.first + first,
+        stop=segment.first + stop,
         start=int(time[first]),
         end=int(time[stop - 1]) + round(1e9 / rate),
         from_m=float(depth[first]),
@@ -139,21 +139,21 @@ def cut(stretch: Stretch, part: xr.Dataset, first: int, stop: int, rate: float, 
     )
 
 
-def reason_of(stretch: Stretch) -> str:
-    """Why a stretch that holds no window holds none."""
-    if stretch.state is RigState.DRILLING:
+def reason_of(segment: Segment) -> str:
+    """Why a segment that holds no window holds none."""
+    if segment.state is RigState.DRILLING:
         return "a sensor is stuck"
-    if stretch.state is RigState.UNKNOWN:
+    if segment.state is RigState.UNKNOWN:
         return (
-            f"gap of {stretch.duration:.1f} s"
-            if stretch.gap
-            else f"no {', '.join(NEEDED)} for {stretch.duration:.1f} s"
+            f"gap of {segment.duration:.1f} s"
+            if segment.gap
+            else f"no {', '.join(NEEDED)} for {segment.duration:.1f} s"
         )
-    return _REASONS[stretch.state]
+    return _REASONS[segment.state]
 
 
-def stretches_table(well: str, rows: list[Stretch]) -> pd.DataFrame:
-    """Stretches in order of time, in the columns of stretches.csv."""
+def segments_table(well: str, rows: list[Segment]) -> pd.DataFrame:
+    """Segments in order of time, in the columns of segments.csv."""
     table = [
         (
             well,
@@ -167,4 +167,4 @@ def stretches_table(well: str, rows: list[Stretch]) -> pd.DataFrame:
         )
         for row in sorted(rows, key=lambda row: row.first)
     ]
-    return pd.DataFrame(table, columns=list(STRETCH_COLUMNS))
+    return pd.DataFrame(table, columns=list(SEGMENT_COLUMNS))

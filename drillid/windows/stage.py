@@ -1,4 +1,4 @@
-"""Records → state of the rig, stretches, and windows of steady drilling with the sweep on."""
+"""Records → state of the rig, segments, and windows of steady drilling with the sweep on."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from drillid.datasets.store import Problem, WellFolders
 from drillid.windows.channels import log_bounds, sample_rate
 from drillid.windows.rig_state import NEEDED, rig_states, without_holes
 from drillid.windows.segments import (
-    Stretch,
+    Segment,
     cut,
     joined,
     reason_of,
+    segments,
+    segments_table,
     steady_parts,
-    stretches,
-    stretches_table,
     window_starts,
 )
 
@@ -40,46 +40,46 @@ _STEADY_S = 60.0
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Write states, windows and stretches of a well."""
+    """Write states, windows and segments of a well."""
     records = folders.read("records", "records")
     rate = sample_rate(records)
-    found: list[Stretch] = []
+    found: list[Segment] = []
     with folders.appending("windows", "states") as append:
         for first, stop in log_bounds(records):
             part = records[[*_STATE_CHANNELS, "flags"]].isel(time=slice(first, stop)).load()
             channels = {name: part[name].values for name in _STATE_CHANNELS}
             states = rig_states(channels, part["flags"].values, rate, settings.windows)
             append(xr.Dataset({"rig_state": ("time", states)}, coords={"time": part["time"]}))
-            found += stretches(part, states, rate, first)
-    rows: list[Stretch] = []
+            found += segments(part, states, rate, first)
+    rows: list[Segment] = []
     windows: list[dict[str, Any]] = []
-    for stretch in joined(found, rate):
-        if stretch.state is RigState.DRILLING and not stretch.stuck:
-            for part_row, starts in _windows_of(stretch, records, rate, settings.windows):
+    for segment in joined(found, rate):
+        if segment.state is RigState.DRILLING and not segment.stuck:
+            for part_row, starts in _windows_of(segment, records, rate, settings.windows):
                 rows.append(part_row)
                 windows += [_window(records, start, rate, settings.windows) for start in starts]
         else:
-            rows.append(replace(stretch, reason=reason_of(stretch)))
+            rows.append(replace(segment, reason=reason_of(segment)))
     folders.write("windows", "windows", _windows_dataset(windows))
-    stretches_table(well.name, rows).to_csv(folders.stage("windows") / "stretches.csv", index=False)
+    segments_table(well.name, rows).to_csv(folders.stage("windows") / "segments.csv", index=False)
     if windows:
         return []
     return [
         Problem(
             f"well {well.name}",
             "no window of steady drilling with the sweep on was found",
-            "See its stretches.csv for the reasons",
+            "See its segments.csv for the reasons",
         )
     ]
 
 
 def _windows_of(
-    stretch: Stretch, records: xr.Dataset, rate: float, settings: WindowsSettings
-) -> Iterator[tuple[Stretch, list[int]]]:
-    """Rows of one stretch of drilling, each with the first samples of its windows."""
+    segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings
+) -> Iterator[tuple[Segment, list[int]]]:
+    """Rows of one segment of drilling, each with the first samples of its windows."""
     part = (
         records[["speed_set", "speed", "hole_depth", "flags", "time"]]
-        .isel(time=slice(stretch.first, stretch.stop))
+        .isel(time=slice(segment.first, segment.stop))
         .load()
     )
     set_point = part["speed_set"].values.astype(float)
@@ -102,11 +102,11 @@ def _windows_of(
         edges = [0, *(np.flatnonzero(np.diff(label)) + 1).tolist(), high - low]
         for first, stop in ((low + first, low + stop) for first, stop in itertools.pairwise(edges)):
             kind = int(label[first - low])
-            inside = [stretch.first + start for start in good if kind == _USED and first <= start < stop]
+            inside = [segment.first + start for start in good if kind == _USED and first <= start < stop]
             reason = _leftover_reason(kind, (stop - first) / rate, float(np.mean(touched[first:stop])), settings)
             if kind == _LEFT_OVER and len(parts) > 1:
                 reason += "; the set point of the speed changed"
-            yield cut(stretch, part, first, stop, rate, len(inside), reason), inside
+            yield cut(segment, part, first, stop, rate, len(inside), reason), inside
 
 
 def _leftover_reason(label: int, seconds: float, share: float, settings: WindowsSettings) -> str:

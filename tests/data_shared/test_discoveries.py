@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 
 from benchmarks.discoveries import motor_fit as motor
 from benchmarks.discoveries.field import Misses, log_odds
@@ -13,6 +15,9 @@ from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
 from benchmarks.field.log import FieldLog, read_field_log
+from drillid.arrays import Complex
+from drillid.units import RPM
+from tests.drawn import check_visible, kept_figures, line
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +96,32 @@ def test_intervals_hold_their_value_and_the_inertia_is_told(rows: tuple[Discover
 def test_the_figures_are_drawn(
     examined: MotorExamined, log: FieldLog, found: dict[str, Misses], tmp_path: Path
 ) -> None:
-    draw_motor(examined, tmp_path / "motor.png")
-    draw_field(log, found, tmp_path / "field.png")
-    assert all((tmp_path / name).stat().st_size > 20_000 for name in ("motor.png", "field.png"))
+    with kept_figures() as figures:
+        draw_motor(examined, tmp_path / "motor.png")
+        draw_field(log, found, tmp_path / "field.png")
+    size, evidence, misfit, record = figures[0].axes
+    assert [axis.get_ylabel() for axis in (size, misfit, record)] == [
+        "mobility, rad/s per A",
+        "misfit per response, even periods",
+        "amplitude",
+    ]
+    assert misfit.get_xlabel() == record.get_xlabel() == "frequency, Hz"
+    np.testing.assert_allclose(line(size, "by the angle")[1], np.abs(examined.angle[1].value))
+    np.testing.assert_allclose(
+        line(record, "recorded speed per derivative of the angle")[1], np.abs(ratio_of(examined))
+    )
+    assert [label.get_text() for label in evidence.get_yticklabels()] == [*examined.by_speed.evidence, "unknown"]
+    torque, bit, bars = figures[1].axes
+    np.testing.assert_allclose(line(torque, "measured")[1], log.torque / 1e3)
+    np.testing.assert_allclose(line(bit, "measured")[1], (log.bit_slowest + log.bit_fastest) / 2 / RPM)
+    assert [torque.get_ylabel(), bit.get_ylabel()] == ["torque, kN m", "bit speed, rpm"]
+    heights = [bar.get_height() for bar in bars.patches if isinstance(bar, Rectangle)]
+    assert len(heights) == 4 * len(found)
+    assert heights[:: len(found)] == pytest.approx([1.0] * 4)  # viscous drag by itself
+    for figure in figures:
+        check_visible(figure)
+
+
+def ratio_of(examined: MotorExamined) -> Complex:
+    """Recorded speed per derivative of the angle, even periods."""
+    return examined.ratio[1].value

@@ -12,6 +12,7 @@ from benchmarks.field import start_up as field
 from benchmarks.field.log import FieldLog, read_field_log, score
 from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_scores, run, scored, table, write
 from drillid.simulation.start_up import STATISTICS_DELAY, TIME_STEP
+from tests.drawn import check_visible, kept_figures, line
 
 
 @pytest.fixture(scope="module")
@@ -64,13 +65,21 @@ def test_the_authors_bit_speed_is_closer_too_with_the_statistics_stamped_at_thei
 
 def test_the_table_and_the_files_say_the_same(log: FieldLog, tmp_path: Path) -> None:
     friction = list(LADDER.values())[-1][0]
-    write(log, friction, tmp_path)
+    with kept_figures() as figures:
+        write(log, friction, tmp_path)
     content = json.loads((tmp_path / "field.json").read_text())
     torque, bit, _ = jittered_scores(friction, log)[JITTER.index(1.0)]
     assert content["torque_rms_knm"] == pytest.approx(torque)
     assert content["bit_rms_rpm"] == pytest.approx(bit)
     assert replace(friction, **content["parameters"]) == friction
-    assert (tmp_path / "field.png").stat().st_size > 10_000
+    drawn_torque, drawn_speed = figures[0].axes
+    made = run(friction, log)
+    np.testing.assert_allclose(line(drawn_torque, "measured")[1], log.torque / 1e3)
+    np.testing.assert_allclose(line(drawn_torque, "simulated")[1], made.torque / 1e3)
+    assert drawn_torque.get_ylabel() == "drive torque, kN m"
+    assert drawn_speed.get_ylabel().startswith("bit speed, rpm")
+    assert drawn_speed.get_xlabel() == "time, s"
+    check_visible(figures[0])
     assert f"{torque:7.2f}" in table(log)
 
 

@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.discoveries.motor_fit import DATA, MotorFit, MotorMobility, draw, fit_motor, halves
+from benchmarks.discoveries.motor_fit import CANDIDATES, DATA, MotorFit, MotorMobility, draw, fit_motor, halves
+from drillid.physics.responses import laplace
+from tests.drawn import check_visible, kept_figures, line
 
 NAMES = ("two inertias, delay", "+ loss factor of the coupling", "+ first-order lag", "+ lag, second lag")
 
@@ -57,5 +59,18 @@ def test_what_is_left_is_far_above_the_spread_and_is_said_to_be(fits: dict[str, 
 def test_the_figure_is_drawn(
     measured: tuple[MotorMobility, MotorMobility], fits: dict[str, MotorFit], tmp_path: Path
 ) -> None:
-    draw(measured[1], list(fits.values()), tmp_path / "motor.png")
-    assert (tmp_path / "motor.png").stat().st_size > 10_000
+    with kept_figures() as figures:
+        draw(measured[1], list(fits.values()), tmp_path / "motor.png")
+    size, phase, misfit = figures[0].axes
+    labels = [axis.get_ylabel() for axis in (size, phase, misfit)]
+    assert labels == ["mobility, rad/s per A", "phase, °", "relative misfit"]
+    assert misfit.get_xlabel() == "frequency, Hz"
+    frequency, drawn = line(size, "measured, even periods")
+    np.testing.assert_allclose(frequency, measured[1].frequency)
+    np.testing.assert_allclose(drawn, np.abs(measured[1].mobility))
+    for name, fit, drawn_misfit in zip(fits, fits.values(), misfit.lines[1:], strict=True):
+        modelled = CANDIDATES[name][0](fit.figures, laplace(measured[1].frequency))
+        np.testing.assert_allclose(line(size, name)[1], np.abs(modelled))
+        rms = np.sqrt(np.mean(np.square(np.asarray(drawn_misfit.get_ydata(), dtype=float))))
+        assert rms == pytest.approx(fit.relative, rel=1e-6)
+    check_visible(figures[0])

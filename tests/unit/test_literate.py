@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+import typer
 
 from drillid.errors import SettingsError
+from scripts import write_tutorial
 from scripts.write_tutorial import cells, differences, write_page
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +77,7 @@ def test_the_tutorial_shows_every_cell_of_its_script() -> None:
     """Its numbers are compared where it is built; here only that no cell was edited without `make tutorial`."""
     page = (ROOT / "docs/tutorial.md").read_text()
     for cell in cells((ROOT / "docs/tutorial.py").read_text()):
-        assert cell.content in page, f"cell after line {cell.first_line}: run `make tutorial`"
+        assert cell.source in page, f"cell after line {cell.metadata['line']}: run `make tutorial`"
     for line in page.splitlines():
         if line.startswith("!["):
             assert (ROOT / "docs" / line.rpartition("(")[2].rstrip(")")).is_file(), line
@@ -95,3 +97,34 @@ def test_the_tutorial_shows_every_cell_of_its_script() -> None:
 )
 def test_pages_differ_by_more_than_their_last_digits(line: str, other: str, same: bool) -> None:
     assert (differences(f"first\n{line}\n", f"first\n{other}\n") == []) == same
+
+
+def test_a_line_too_many_is_the_only_difference() -> None:
+    assert differences("first\nsecond 1.5\nthird\n", "first\nmore\nsecond 1.6\nthird\n") == [("", "more")]
+
+
+@pytest.fixture
+def docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "docs"
+    folder.mkdir()
+    (folder / "tutorial.py").write_text(SCRIPT)
+    write_page(folder / "tutorial.py", folder)
+    monkeypatch.setattr(write_tutorial, "DOCS", folder)
+    return folder
+
+
+def test_the_command_fails_where_the_page_is_not_the_one_kept(docs: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    write_tutorial.main(elsewhere)
+    kept = docs / "tutorial.md"
+    kept.write_text(kept.read_text().replace("3 = sum", "9 = sum"))
+    with pytest.raises(typer.Exit):
+        write_tutorial.main(elsewhere)
+
+
+def test_a_page_that_is_written_over_may_differ(docs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept = docs / "tutorial.md"
+    kept.write_text(kept.read_text().replace("3 = sum", "9 = sum"))
+    write_tutorial.main(docs)
+    assert capsys.readouterr().out == "< 9 = sum\n> 3 = sum\n"
+    assert "3 = sum" in kept.read_text()

@@ -8,11 +8,18 @@ import numpy as np
 
 from benchmarks.blind.generator import effects_bit, effects_sensor, effects_string, effects_top
 from benchmarks.blind.generator.effect import Context, Effect
-from benchmarks.blind.generator.rigs import TIME_STEP, Equipment, Stretch, draw_equipment, draw_papers, draw_stretches
+from benchmarks.blind.generator.rigs import (
+    TIME_STEP,
+    Equipment,
+    Segment,
+    draw_data_sheet,
+    draw_equipment,
+    draw_stretches,
+)
 from benchmarks.blind.generator.world import World, base_world
 from drillid.arrays import Floats
 from drillid.config.settings import Settings
-from drillid.discrepancy.evidence import Conditions, Evidence, Knowledge
+from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.fleet.provenance import digest, source_hash
@@ -59,8 +66,8 @@ class Case:
 
     seed: int
     equipment: Equipment
-    stretches: tuple[Stretch, ...]
-    papers: Knowledge
+    stretches: tuple[Segment, ...]
+    data_sheet: Knowledge
     hidden: tuple[Hidden, ...]
     removed: bool
     """Whether the hidden cause is taken out of the engine's catalogue."""
@@ -117,8 +124,8 @@ def plain_case(seed: int, windows: int | None = None) -> tuple[Case, np.random.G
     generator = np.random.default_rng([_SEAL, seed])
     equipment = draw_equipment(generator)
     stretches = draw_stretches(generator, equipment, windows)
-    papers = draw_papers(generator, equipment)
-    return Case(seed, equipment, stretches, papers, (), False, bool(generator.random() < 0.7)), generator
+    data_sheet = draw_data_sheet(generator, equipment)
+    return Case(seed, equipment, stretches, data_sheet, (), False, bool(generator.random() < 0.7)), generator
 
 
 def simulate_case(case: Case) -> Records:
@@ -194,15 +201,15 @@ def bit_noise(generator: np.random.Generator, steps: int, equipment: Equipment, 
 
 
 def evidence_of(case: Case) -> Evidence:
-    """What the engine is shown of a case: logs, how it was drilled by the logs, and the papers."""
+    """What the engine is shown of a case: logs, how it was drilled by the logs, and the data sheets."""
     records = simulate_case(case)
     windows = [Series(*channels) for channels in zip(records.sweep, records.speed, records.command, strict=True)]
     stretches = case.stretches
-    conditions = Conditions(
+    operating_points = OperatingPoints(
         hole_depth=np.array([one.hole_depth for one in stretches]),
         bit_depth=np.array([one.pipe_length for one in stretches]) + float(case.equipment.collars.length),
         speed=records.speed.mean(axis=1),
         torque=records.command.mean(axis=1),
         weight_on_bit=np.full(len(stretches), case.equipment.weight_on_bit),
     )
-    return gather(windows, RATE, conditions, case.papers, SETTINGS)
+    return gather(windows, RATE, operating_points, case.data_sheet, SETTINGS)

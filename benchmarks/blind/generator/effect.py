@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks.blind.generator.rigs import Equipment, Stretch
+from benchmarks.blind.generator.rigs import Equipment, Segment
 from benchmarks.blind.generator.world import World
 
 
@@ -12,7 +12,7 @@ class Context:
     """What an effect may know beside the window's world."""
 
     equipment: Equipment
-    first: Stretch
+    first: Segment
     """First window of the set."""
     shape: float
     """Which of the cause's shapes, 0 to 1, drawn for the whole set."""

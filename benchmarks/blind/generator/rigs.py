@@ -1,4 +1,4 @@
-"""Rigs, strings and the way they drill, drawn at random, and papers that are right within their tolerances."""
+"""Rigs, strings and the way they drill, drawn at random, and data sheets that are right within their tolerances."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ TIME_STEP = 0.005
 CLOCK_ERROR = 0.002
 """s, standard uncertainty between the clocks of speed and torque."""
 WINDOW_COUNTS = (1, 2, 4, 8, 12, 24)
-_COUNT_CHANCES = (0.30, 0.25, 0.20, 0.12, 0.08, 0.05)
+_COUNT_P_VALUES = (0.30, 0.25, 0.20, 0.12, 0.08, 0.05)
 _REFERENCE = polar_moment(0.1397, 0.1214)
 LOCAL_STEPS = np.array([0.15, 0.10, 0.15])
 """Deviation of a window's κ, δ and damping at the bit from the set's, relative."""
@@ -29,7 +29,7 @@ _LARGEST_PHASE = 0.5
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Segment:
     """One window of drilling, and what differs in it."""
 
     hole_depth: float
@@ -117,10 +117,10 @@ def draw_equipment(generator: np.random.Generator) -> Equipment:
 
 def draw_stretches(
     generator: np.random.Generator, equipment: Equipment, count: int | None = None
-) -> tuple[Stretch, ...]:
+) -> tuple[Segment, ...]:
     """Successive windows of drilling ahead, two a stand; κ, δ and the bit's damping wander a little."""
     if count is None:
-        count = int(generator.choice(WINDOW_COUNTS, p=_COUNT_CHANCES))
+        count = int(generator.choice(WINDOW_COUNTS, p=_COUNT_P_VALUES))
     base = np.array([equipment.pipe.kappa, equipment.pipe.delta, equipment.bit.damping])
     deviation = generator.standard_normal(3)
     speed = float(generator.uniform(7.0, 18.0))
@@ -135,12 +135,12 @@ def draw_stretches(
         depth = length + float(equipment.collars.length) + STAND / 2 * (number % 2)
         turning = speed * float(generator.uniform(0.85, 1.15))
         level = noise * float(np.exp(0.15 * generator.standard_normal()))
-        stretches.append(Stretch(depth, length, kappa, delta, damping, turning, level))
+        stretches.append(Segment(depth, length, kappa, delta, damping, turning, level))
     return tuple(stretches)
 
 
-def draw_papers(generator: np.random.Generator, equipment: Equipment) -> Knowledge:
-    """What the rig's papers say: true within tolerances, as normal variables."""
+def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> Knowledge:
+    """What the rig's data sheets say: true within tolerances, as normal variables."""
     delay_error = float(generator.uniform(0.003, 0.005))
     inertia_relative, moment_relative, collar_relative, gain_relative = 0.02, 0.05, 0.1, 0.02
     by = generator.standard_normal(6)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.generator.rigs import Equipment, Stretch
+from benchmarks.blind.generator.rigs import Equipment, Segment
 from drillid.arrays import Floats
 from drillid.physics.equipment import Bit, DrillingSystem, Section
 from drillid.physics.nonlinear import NonlinearRig
@@ -91,7 +91,7 @@ class World:
         return Recording(recorder.scale, offset, 0.0, recorder.filter_frequency, recorder.filter_order)
 
 
-def base_world(equipment: Equipment, stretch: Stretch, figures: Floats | None = None) -> World:
+def base_world(equipment: Equipment, stretch: Segment, figures: Floats | None = None) -> World:
     """A window without hidden causes; `figures` of shape (11,) move the nuisances off the truth."""
     by = np.zeros(len(NUISANCES)) if figures is None else figures
     kappa, delta = stretch.kappa + 100.0 * by[0], stretch.delta * np.exp(by[1])

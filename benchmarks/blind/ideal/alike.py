@@ -109,9 +109,9 @@ def _least(
     # a large cause bends linear reckoning: on its way a rival may be as far off as none at all
     whole = (hidden, *beside)
     far = max(((_CLOSE if continuous else _HOPELESS) * near) ** 2, alone)
-    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, hopeless=far)
+    squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, rejected=far)
     if squared >= near**2:
-        other, end = ideal.closest(whole, (*rivals, *beside), hopeless=far)
+        other, end = ideal.closest(whole, (*rivals, *beside), rejected=far)
         squared, reached = min((squared, reached), (other, end), key=lambda entry: entry[0])
     if not continuous or not near**2 <= squared < far:
         return float(np.sqrt(squared))
@@ -124,7 +124,7 @@ def _at_best_shape(ideal: Ideal, whole: tuple[Hidden, ...], reached: tuple[Hidde
 
     def distance(shape: float) -> float:
         shaped = (replace(rival, shape=shape), *reached[1:])
-        return float(np.sqrt(ideal.closest(whole, shaped, grown=False, hopeless=far)[0]))
+        return float(np.sqrt(ideal.closest(whole, shaped, grown=False, rejected=far)[0]))
 
     step = ideal.shape_step(rival.name)
     around = (max(rival.shape - step, 0.0), min(rival.shape + step, 1.0))

@@ -117,14 +117,14 @@ class Ideal:
         rivals: tuple[Hidden, ...] = (),
         *,
         grown: bool = True,
-        hopeless: float = np.inf,
+        rejected: float = np.inf,
     ) -> tuple[float, tuple[Hidden, ...]]:
         """Squared distance at the best nuisances and the best sizes of rival causes, which Gauss and Newton find.
 
         Parameters
         ----------
         grown : whether they follow the cause as it grows, since at its whole size they may start too far off
-        hopeless : squared distance beyond which nobody asks how far; where no less is in sight it is left at that
+        rejected : squared distance beyond which nobody asks how far; where no less is in sight it is left at that
 
         Returns
         -------
@@ -138,21 +138,21 @@ class Ideal:
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(one, size=share * one.size) for one in hidden)
             target = [theory.response(number, wanted) for number in range(theory.windows)]
-            least, point = self._settled(theory, target, self._within(point.scaled(share / before)), hopeless)
+            least, point = self._settled(theory, target, self._within(point.scaled(share / before)), rejected)
             before = share
-            if least > hopeless:
+            if least > rejected:
                 break
         return least, point.rivals
 
     @np.errstate(all="ignore")  # beyond what the theory can follow costs are infinite
     def _settled(
-        self, theory: Theory, target: list[Floats], point: "_Point", hopeless: float
+        self, theory: Theory, target: list[Floats], point: "_Point", rejected: float
     ) -> tuple[float, "_Point"]:
         """Least squared distance from a target and where it is reached."""
         least = self._cost(theory, target, point)
         for _ in range(_ROUNDS):
             step, in_sight = self._step(theory, target, point)
-            if in_sight > hopeless:
+            if in_sight > rejected:
                 break
             costs = []
             for share in _SHRINKS:
@@ -286,8 +286,8 @@ class Ideal:
         if not tones:
             return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
         # the power of a line is χ² of two degrees of freedom
-        chance = ndtr(-self.threshold(family=family)) / (tones if family else 1.0)
-        return float(1 - chndtr(-2 * np.log(chance), 2, noncentrality))
+        p_value = ndtr(-self.threshold(family=family)) / (tones if family else 1.0)
+        return float(1 - chndtr(-2 * np.log(p_value), 2, noncentrality))
 
     @staticmethod
     def power_unaware(noncentrality: float) -> float:

@@ -35,8 +35,8 @@ class Priors:
 
 
 def priors(case: Case) -> Priors:
-    """As the papers and the draw of the windows have them."""
-    known, first = case.papers, case.stretches[0]
+    """As the data sheets and the draw of the windows have them."""
+    known, first = case.data_sheet, case.stretches[0]
     lump = np.hypot(1.0, case.equipment.collars.inertia * known.collar_relative / 50.0)
     shared = [1.5, np.log(3.0), known.length_relative, known.polar_moment_error / known.polar_moment]
     shared += [known.delay_error / 0.01, known.inertia_td_error / known.inertia_td, 2.0, lump]

@@ -1,7 +1,7 @@
 """The catalogue: every cause is one small class in the file of its part of the rig."""
 
 from drillid.discrepancy.catalogue import bit, sensor, string, time, top_drive
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 
 CATALOGUE: dict[str, Cause] = {
     cause.name: cause
@@ -14,4 +14,4 @@ CATALOGUE: dict[str, Cause] = {
 }
 """All causes by name."""
 
-__all__ = ["CATALOGUE", "Cause", "Circumstances", "Setup", "Size"]
+__all__ = ["CATALOGUE", "Cause", "OperatingPoint", "Size", "WindowModel"]

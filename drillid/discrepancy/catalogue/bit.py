@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 from drillid.physics.equipment import Motor, RegenerativeCutting
 
 _HOUSING_SHARE = 0.5
@@ -21,13 +21,15 @@ class DistributedBha(Cause):
     separated_by = "the full tally"
     size = Size("further length", "m", 50.0, 0.0, 400.0)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Collars longer by the size, pipe shorter by as much."""
-        pipe, *below = setup.system.string
+        pipe, *below = window_model.system.string
         if not below:
             below = [replace(pipe, length=0.0, polar_moment=3 * pipe.polar_moment)]
         longer = replace(below[0], length=below[0].length + size)
-        return setup.with_string(replace(pipe, length=pipe.length - size), longer, *below[1:])
+        return window_model.with_string(replace(pipe, length=pipe.length - size), longer, *below[1:])
 
 
 class MotorCompliance(Cause):
@@ -39,12 +41,14 @@ class MotorCompliance(Cause):
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
     size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """A spring between housing and bit."""
-        lump = setup.system.bit.inertia
-        bit = replace(setup.system.bit, inertia=lump * (1 - _HOUSING_SHARE))
+        lump = window_model.system.bit.inertia
+        bit = replace(window_model.system.bit, inertia=lump * (1 - _HOUSING_SHARE))
         motor = Motor(1 / (size + _LEAST_COMPLIANCE), inertia=lump * _HOUSING_SHARE)
-        return replace(setup, system=replace(setup.system, bit=bit, motor=motor))
+        return replace(window_model, system=replace(window_model.system, bit=bit, motor=motor))
 
 
 class RegenerativeCut(Cause):
@@ -58,11 +62,13 @@ class RegenerativeCut(Cause):
     shapes = (4.0, 6.0, 8.0)
     shape_meaning = "blades"
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """The cutting law at the window's speed."""
-        law = RegenerativeCutting(size, circumstances.speed, shape)
-        bit = replace(setup.system.bit, cutting=(*setup.system.bit.cutting, law))
-        return replace(setup, system=replace(setup.system, bit=bit))
+        law = RegenerativeCutting(size, operating_point.speed, shape)
+        bit = replace(window_model.system.bit, cutting=(*window_model.system.bit.cutting, law))
+        return replace(window_model, system=replace(window_model.system, bit=bit))
 
 
 class StribeckCut(Cause):
@@ -74,11 +80,13 @@ class StribeckCut(Cause):
     separated_by = "windows at different speeds and weights"
     size = Size("negative damping", "N m s/rad", 100.0, 0.0, 5e3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Bit damping less by the size, more at low speed."""
-        slope = size * (10.0 / circumstances.speed) ** 2
-        bit = replace(setup.system.bit, damping=setup.system.bit.damping - slope)
-        return replace(setup, system=replace(setup.system, bit=bit))
+        slope = size * (10.0 / operating_point.speed) ** 2
+        bit = replace(window_model.system.bit, damping=window_model.system.bit.damping - slope)
+        return replace(window_model, system=replace(window_model.system, bit=bit))
 
 
 class StuckSlipRegimes(Cause):

@@ -1,4 +1,4 @@
-"""What a cause is: a small class that changes the linear model of a window, or is told by a sign in its record."""
+"""What a cause is: a small class that changes the linear model of a window, or is told by a detection in its record."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ ACTIONS = {
     "delay_jitter": "Have the link between controller and drive checked; leave more margin in the speed control.",
     "torque_limit": "Raise the torque limit if the string allows it, or expect more stick-slip at this limit.",
     "torque_rate_limit": "Have the drive's ramp limit raised, or do not count on the control at high frequency.",
-    "controller_gain": "Compare the gains in the drive's settings with the rig's papers and correct the wrong one.",
-    "speed_filter": "Look for a filter on the speed in the drive's settings and write it into the rig's papers.",
-    "torque_filter": "Look for a filter on the torque in the drive's settings and write it into the rig's papers.",
+    "controller_gain": "Compare the gains in the drive's settings with the data sheet and correct the wrong one.",
+    "speed_filter": "Look for a filter on the speed in the drive's settings and write it into the rig's data sheets.",
+    "torque_filter": "Look for a filter on the torque in the drive's settings and write it into the rig's data sheets.",
     "gear_backlash": "Have the gear of the top drive looked at; keep the mean torque well above zero.",
     "speed_scale": "Have the speed sensor's calibration checked against a count of revolutions.",
     "sign_or_unit": "Correct sign or unit of the channel in the rig description, then run again.",
     "clock_offset": "Have the recorder's clocks set by one source; until then shift the speed by the offset.",
-    "recorder_filter": "Ask for the record before its filter, or write the filter into the rig's papers.",
+    "recorder_filter": "Ask for the record before its filter, or write the filter into the rig's data sheets.",
     "clock_drift": "Have the recorder's clocks disciplined by one source.",
     "quantisation": "Ask for the speed in finer steps; nothing on the rig is wrong.",
     "aliased_tone": "Have a filter put before the recorder's sampling; look for what vibrates.",
@@ -35,7 +35,7 @@ ACTIONS = {
     "mud_drag": "Expect more torque at higher speed; check the mud's viscosity.",
     "hysteretic_damping": "Nothing to mend: use the extended model where damping matters.",
     "coulomb_contact": "Turn faster or add lubricant: the wall feeds stick-slip at this speed.",
-    "wave_speed": "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's papers.",
+    "wave_speed": "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheets.",
     "distributed_bha": "Compare the bottom-hole assembly with the tally.",
     "motor_compliance": "Enter the motor's stiffness in the rig description.",
     "regenerative_cutting": "Change speed or weight: the bit's blades feed vibration at this speed.",
@@ -51,7 +51,7 @@ ACTIONS = {
 
 
 @dataclass(frozen=True)
-class Setup:
+class WindowModel:
     """One window as the base model sees it: the drilling system, and how the speed is recorded."""
 
     system: DrillingSystem
@@ -73,30 +73,30 @@ class Setup:
         bit = self.system.bit
         return replace(self.system, bit=replace(bit, damping=bit.damping + more))
 
-    def with_course(self, added: Sequence[Any]) -> Setup:
+    def with_course(self, added: Sequence[Any]) -> WindowModel:
         """The same with damping added at the bit, N m s/rad in each of several parts of the window."""
         mean = sum(added) / len(added)
         course = self.course * (len(added) // len(self.course))
         moved = tuple(before + more - mean for before, more in zip(course, added, strict=True))
         return replace(self, system=self._with_bit_damping(mean), course=moved)
 
-    def with_top_drive(self, **figures: Any) -> Setup:
+    def with_top_drive(self, **figures: Any) -> WindowModel:
         """The same with other figures of the top drive."""
         top_drive: TopDrive = replace(self.system.top_drive, **figures)
         return replace(self, system=replace(self.system, top_drive=top_drive))
 
-    def with_controller(self, **figures: Any) -> Setup:
+    def with_controller(self, **figures: Any) -> WindowModel:
         """The same with other figures of the speed control."""
         controller: Controller = replace(self.system.top_drive.controller, **figures)
         return self.with_top_drive(controller=controller)
 
-    def with_string(self, *sections: Section) -> Setup:
+    def with_string(self, *sections: Section) -> WindowModel:
         """The same with another string."""
         return replace(self, system=replace(self.system, string=sections))
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class OperatingPoint:
     """What a cause may know of each window; figures of shape (window, 1)."""
 
     speed: Any
@@ -163,16 +163,18 @@ class Cause:
     is_place: ClassVar[bool] = False
     """Whether the shape is a place along the pipe, as a share from the top."""
     regime: ClassVar[bool] = False
-    """Whether the linear responses too go wrong where only a sign tells the cause."""
+    """Whether the linear responses too go wrong where only a detection tells the cause."""
     moves: ClassVar[bool] = False
     """Whether it changes the response while a window lasts, which its sign tells, and that response's mean too."""
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """The window's model with the cause at a size; size 0 changes nothing.
 
-        Causes that only a sign tells leave the linear model as it is.
+        Causes that only a detection tells leave the linear model as it is.
         """
-        return setup
+        return window_model
 
     @property
     def is_linear(self) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 
 _LEAST_LAG = 1e-9
 """s; stands for none, of which the corner would be infinite."""
@@ -20,26 +20,33 @@ class SpeedScale(Cause):
     separated_by = "the logged torque command together with the top drive's inertia, or a count of revolutions"
     size = Size("factor less one", "1", 0.05, -0.4, 0.4)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Recorded speed times one plus the size."""
-        return replace(setup, recording=replace(setup.recording, scale=setup.recording.scale * (1 + size)))
+        return replace(
+            window_model, recording=replace(window_model.recording, scale=window_model.recording.scale * (1 + size))
+        )
 
 
 class SignOrUnit(Cause):
     """A channel with the wrong sign or in another unit than stated; the shape is the factor."""
 
     name, family, port = "sign_or_unit", "sensor", "sensor"
-    meaning = "a channel has the wrong sign, or is in another unit than the papers say"
+    meaning = "a channel has the wrong sign, or is in another unit than the data sheets say"
     separated_by = "one look at the channel beside another of its kind"
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
-    # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
+    # detection; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
     shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
     shape_meaning = "factor of recorded mobility"
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Recorded speed times the factor at size 1."""
         return replace(
-            setup, recording=replace(setup.recording, scale=setup.recording.scale * (1 + size * (shape - 1)))
+            window_model,
+            recording=replace(window_model.recording, scale=window_model.recording.scale * (1 + size * (shape - 1))),
         )
 
 
@@ -52,9 +59,14 @@ class ClockOffset(Cause):
     separated_by = "the logged torque command, or a tighter figure of the drive's delay"
     size = Size("offset", "s", 0.05, -1.0, 1.0)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """The speed's record later by the size."""
-        return replace(setup, recording=replace(setup.recording, clock_offset=setup.recording.clock_offset + size))
+        return replace(
+            window_model,
+            recording=replace(window_model.recording, clock_offset=window_model.recording.clock_offset + size),
+        )
 
 
 class RecorderFilter(Cause):
@@ -68,10 +80,14 @@ class RecorderFilter(Cause):
     shapes = (1.0, 2.0)
     shape_meaning = "order"
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """A Butterworth low pass."""
         corner = 1 / (2 * np.pi * (size + _LEAST_LAG))
-        return replace(setup, recording=replace(setup.recording, filter_frequency=corner, filter_order=int(shape)))
+        return replace(
+            window_model, recording=replace(window_model.recording, filter_frequency=corner, filter_order=int(shape))
+        )
 
 
 class ClockDrift(Cause):

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 
 _ZONE_SHARE = 0.05
 """Length of a zone of local damping, as a share of the pipe's."""
 
 
-def _with_law(setup: Setup, law: DampingLaw) -> Setup:
-    sections = (replace(section, laws=(*section.laws, law)) for section in setup.system.string)
-    return setup.with_string(*sections)
+def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
+    sections = (replace(section, laws=(*section.laws, law)) for section in window_model.system.string)
+    return window_model.with_string(*sections)
 
 
 class ExtraSection(Cause):
@@ -23,16 +23,18 @@ class ExtraSection(Cause):
     name, family, port = "extra_section", "string", "string"
     meaning = "a section of heavier pipe stands in the string that the tally does not show"
     looks_like = ("distributed_bha", "tapered_string")
-    separated_by = "the full tally, or windows over a longer stretch of depth"
+    separated_by = "the full tally, or windows over a longer interval of depth"
     size = Size("length", "m", 100.0, 0.0, 1000.0)
     shapes = (1.6, 2.5, 5.0)
     shape_meaning = "polar moment per pipe's"
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """So much of the pipe above the collars replaced by a heavier one."""
-        pipe, *below = setup.system.string
+        pipe, *below = window_model.system.string
         extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * shape)
-        return setup.with_string(replace(pipe, length=pipe.length - size), extra, *below)
+        return window_model.with_string(replace(pipe, length=pipe.length - size), extra, *below)
 
 
 class TaperedString(Cause):
@@ -47,21 +49,23 @@ class TaperedString(Cause):
     shape_meaning = "upper pipe's share of the length"
     shape_step = 0.05
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """The lower part's polar moment times one plus the size."""
-        pipe, *below = setup.system.string
+        pipe, *below = window_model.system.string
         # the lower pipe goes down with the bit: what is added while drilling is upper pipe
-        share = (1 - shape) * np.mean(circumstances.length) / circumstances.length
+        share = (1 - shape) * np.mean(operating_point.length) / operating_point.length
         upper = replace(pipe, length=pipe.length * (1 - share))
         lower = replace(pipe, length=pipe.length * share, polar_moment=pipe.polar_moment * (1 + size))
-        return setup.with_string(upper, lower, *below)
+        return window_model.with_string(upper, lower, *below)
 
 
 class LocalDampingZone(Cause):
     """Viscous damping over a twentieth of the pipe; the shape is the place of its middle along the pipe."""
 
     name, family, port = "local_damping_zone", "string", "string"
-    meaning = "a short stretch of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
+    meaning = "a short section of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
     looks_like = ("hysteretic_damping", "mud_drag")
     separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
     size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
@@ -70,16 +74,18 @@ class LocalDampingZone(Cause):
     shape_step = 0.02
     is_place = True
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Damping of the size spread over the zone."""
-        pipe, *below = setup.system.string
+        pipe, *below = window_model.system.string
         # the zone stays in the hole: pipe is added above it, so its way from the surface is the same in all windows
-        mean = np.mean(circumstances.length) / circumstances.length
+        mean = np.mean(operating_point.length) / operating_point.length
         begin, width = mean * (shape - _ZONE_SHARE / 2), mean * _ZONE_SHARE
         zone = replace(pipe, length=pipe.length * width)
         zone = replace(zone, kappa=pipe.kappa + size / (zone.length * pipe.polar_moment))
         above, rest = replace(pipe, length=pipe.length * begin), replace(pipe, length=pipe.length * (1 - begin - width))
-        return setup.with_string(above, zone, rest, *below)
+        return window_model.with_string(above, zone, rest, *below)
 
 
 class MudDrag(Cause):
@@ -91,9 +97,11 @@ class MudDrag(Cause):
     separated_by = "quieter windows, or the mud's density and viscosity"
     size = Size("coefficient", "N s^(3/2)/m⁴", 300.0, 0.0, 5e3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Drag along the whole string."""
-        return _with_law(setup, RootDrag(size))
+        return _with_law(window_model, RootDrag(size))
 
 
 class HystereticDamping(Cause):
@@ -105,9 +113,11 @@ class HystereticDamping(Cause):
     separated_by = "quieter windows, or a sweep that reaches more modes"
     size = Size("loss factor", "1", 0.02, 0.0, 0.3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """A constant loss factor along the whole string."""
-        return _with_law(setup, ConstantLossFactor(size))
+        return _with_law(window_model, ConstantLossFactor(size))
 
 
 class CoulombContact(Cause):
@@ -119,11 +129,13 @@ class CoulombContact(Cause):
     separated_by = "windows at different speeds, or a start of rotation"
     size = Size("negative damping", "N s/m⁴", 200.0, 0.0, 5e3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Wall damping less by the size, more at low speed."""
-        pipe, *below = setup.system.string
-        slope = size * (10.0 / circumstances.speed) ** 2
-        return setup.with_string(
+        pipe, *below = window_model.system.string
+        slope = size * (10.0 / operating_point.speed) ** 2
+        return window_model.with_string(
             replace(pipe, kappa=pipe.kappa - slope),
             *(replace(section, kappa=section.kappa - slope) for section in below),
         )
@@ -134,10 +146,12 @@ class WaveSpeed(Cause):
 
     name, family, port = "wave_speed", "string", "string"
     meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
-    separated_by = "windows over a longer stretch of depth"
+    separated_by = "windows over a longer interval of depth"
     size = Size("relative change of the pipe's travel time", "1", 0.05, -0.3, 0.5)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """The pipe longer by the size, as waves see it."""
-        pipe, *below = setup.system.string
-        return setup.with_string(replace(pipe, length=pipe.length * (1 + size)), *below)
+        pipe, *below = window_model.system.string
+        return window_model.with_string(replace(pipe, length=pipe.length * (1 + size)), *below)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 
 _PARTS = 5
 """Of a window, in each of which a figure that moves stands still."""
@@ -30,9 +30,11 @@ class ParameterDrift(Cause):
     moves = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Evenly more damping than at first."""
-        return setup.with_course([size * ((part + 0.5) / _PARTS) for part in range(_PARTS)])
+        return window_model.with_course([size * ((part + 0.5) / _PARTS) for part in range(_PARTS)])
 
 
 class RegimeChange(Cause):
@@ -48,6 +50,8 @@ class RegimeChange(Cause):
     shapes = tuple(part / _PARTS for part in range(1, _PARTS))
     shape_meaning = "moment of the jump, share of the window"
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """All of it from a moment on."""
-        return setup.with_course([size * (part >= round(shape * _PARTS)) for part in range(_PARTS)])
+        return window_model.with_course([size * (part >= round(shape * _PARTS)) for part in range(_PARTS)])

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from drillid.discrepancy.catalogue.cause import Cause, Circumstances, Setup, Size
+from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 
 _LEAST_VARIANCE = 1e-12
 """s²; stands for none, where the root has no derivative."""
@@ -19,9 +19,11 @@ class DriveLag(Cause):
     separated_by = "a sweep to higher frequency, or a tighter figure of the drive's delay"
     size = Size("time constant", "s", 0.03, 0.0, 0.3)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Lag of the size."""
-        return setup.with_top_drive(lag=size)
+        return window_model.with_top_drive(lag=size)
 
 
 class ActuatorGain(Cause):
@@ -32,9 +34,11 @@ class ActuatorGain(Cause):
     separated_by = "a measured string torque, or tighter figures of top drive and pipe"
     size = Size("gain less one", "1", 0.1, -0.6, 1.0)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Gain of one plus the size."""
-        return setup.with_top_drive(gain=1 + size)
+        return window_model.with_top_drive(gain=1 + size)
 
 
 class DelayJitter(Cause):
@@ -46,9 +50,11 @@ class DelayJitter(Cause):
     separated_by = "a sweep to higher frequency"
     size = Size("root mean square, squared", "s²", 4e-4, 0.0, 4e-2)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Jitter whose variance is the size."""
-        return setup.with_top_drive(delay_jitter=np.sqrt(size + _LEAST_VARIANCE))
+        return window_model.with_top_drive(delay_jitter=np.sqrt(size + _LEAST_VARIANCE))
 
 
 class TorqueLimit(Cause):
@@ -77,19 +83,23 @@ class ControllerGain(Cause):
     """Gains of the speed control other than reported."""
 
     name, family, port = "controller_gain", "control", "control"
-    meaning = "the speed control has other gains than the papers say"
+    meaning = "the speed control has other gains than the data sheets say"
     looks_like = ("speed_scale",)
     separated_by = "the logged torque command together with the top drive's inertia"
     size = Size("relative change of both gains", "1", 0.2, -0.9, 3.0)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """Both gains times one plus the size."""
-        told = setup.system.top_drive.controller
-        return setup.with_controller(proportional=told.proportional * (1 + size), integral=told.integral * (1 + size))
+        told = window_model.system.top_drive.controller
+        return window_model.with_controller(
+            proportional=told.proportional * (1 + size), integral=told.integral * (1 + size)
+        )
 
 
 class SpeedFilter(Cause):
-    """A filter on the speed that the papers do not tell."""
+    """A filter on the speed that the data sheets do not tell."""
 
     name, family, port = "speed_filter", "control", "control"
     meaning = "the control filters the speed before it uses it"
@@ -97,13 +107,15 @@ class SpeedFilter(Cause):
     separated_by = "a look into the drive's settings: no response tells this filter from one on the controller's torque"
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """A time constant longer by the size."""
-        return setup.with_controller(speed_filter=setup.system.top_drive.controller.speed_filter + size)
+        return window_model.with_controller(speed_filter=window_model.system.top_drive.controller.speed_filter + size)
 
 
 class TorqueFilter(Cause):
-    """A filter on the controller's torque that the papers do not tell."""
+    """A filter on the controller's torque that the data sheets do not tell."""
 
     name, family, port = "torque_filter", "control", "control"
     meaning = "the control filters its own torque before the sweep is added"
@@ -111,9 +123,11 @@ class TorqueFilter(Cause):
     separated_by = "a look into the drive's settings: no response tells this filter from one on the speed"
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
-    def extend(self, setup: Setup, size: Any, shape: float, circumstances: Circumstances) -> Setup:
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
         """A time constant longer by the size."""
-        return setup.with_controller(torque_filter=setup.system.top_drive.controller.torque_filter + size)
+        return window_model.with_controller(torque_filter=window_model.system.top_drive.controller.torque_filter + size)
 
 
 class GearBacklash(Cause):

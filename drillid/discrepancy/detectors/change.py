@@ -16,12 +16,12 @@ from scipy.fft import irfft, rfft
 from scipy.special import chdtrc, ndtr
 
 from drillid.arrays import Floats
-from drillid.discrepancy.detectors.residual_record import Remainder
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import (
     Candidate,
     Score,
     block_starts,
-    normal_of_chance,
+    normal_of_p_value,
     orthonormal,
     without_basis,
 )
@@ -55,7 +55,7 @@ _SETTLING_S = 10.0
 """s, over which the string takes up a jump; a sudden one would have power at all frequencies."""
 
 
-def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, Score]:
+def along_the_way(scores: dict[str, Score], residual: ResidualRecord) -> dict[str, Score]:
     """Scores of changes that are in sight, and their sizes and errors, told by the change as a whole.
 
     Of causes that move the same figure, the one whose way fits best has the best score, by what that way gains or by
@@ -67,7 +67,7 @@ def along_the_way(scores: dict[str, Score], remainder: Remainder) -> dict[str, S
         best = max((scores[cause] for cause in causes), key=lambda one: one.normal, default=None)
         if best is None or best.normal < _IN_SIGHT:
             continue
-        window = _Window(figure, remainder)
+        window = _Window(figure, residual)
         fitted = {cause: _fitted(window, scores[cause], jumps=cause == _JUMP) for cause in causes}
         nearest = min(fitted.values(), key=lambda one: one.price)
         apart = _apart(list(fitted.values()))
@@ -120,13 +120,13 @@ class _Fitted(NamedTuple):
         A free way has _KNOTS figures; what it fits better follows χ² of those that it has more.
         """
         better = max(self.cost - least, 0.0) / self.spread
-        return normal_of_chance(float(chdtrc(_KNOTS - self.figures.size, 2 * better)))
+        return normal_of_p_value(float(chdtrc(_KNOTS - self.figures.size, 2 * better)))
 
     @property
     def normal(self) -> float:
         """Standard normal value of the gain by one figure, at the best of the moments."""
         tried = CHANGES.size if self.jumps else 1
-        return normal_of_chance(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
+        return normal_of_p_value(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
 
 
 def _apart(ways: list[_Fitted]) -> float:
@@ -148,7 +148,7 @@ def _fitted(window: _Window, found: Score, *, jumps: bool) -> _Fitted:
     best = _settled(left, *(values[:count] for values in (start, lowest, highest, scale)))
     change = np.array([-1.0, 1.0])
     usual = np.linalg.pinv(best.jac.T @ best.jac)
-    variance = change @ _covariance(best.jac, best.fun, window.remainder, usual)[:2, :2] @ change
+    variance = change @ _covariance(best.jac, best.fun, window.residual, usual)[:2, :2] @ change
     spread = max(float(variance / (change @ usual[:2, :2] @ change)), 1.0)
     gain = max(window.unchanged - float(best.cost), 0.0) / spread
     return _Fitted(
@@ -177,19 +177,19 @@ def _settled(
 class _Window:
     """A window in which one figure of the model goes from one value to another."""
 
-    def __init__(self, figure: int, remainder: Remainder) -> None:
-        self.remainder, self.figure = remainder, figure
-        self.level = max(float(remainder.record.fitted[figure]), _LOWEST)
-        self.spectrum = rfft(remainder.sweep - remainder.sweep.mean()) * remainder.inside
-        others = np.delete(remainder.derivatives, figure, axis=0) * self.spectrum
-        self.others = orthonormal(remainder.weighted(irfft(others, remainder.samples)))
-        told = remainder.speed - remainder.taken
-        self.told = without_basis(remainder.weighted(told - told.mean()), self.others)
+    def __init__(self, figure: int, residual: ResidualRecord) -> None:
+        self.residual, self.figure = residual, figure
+        self.level = max(float(residual.record.fitted[figure]), _LOWEST)
+        self.spectrum = rfft(residual.sweep - residual.sweep.mean()) * residual.inside
+        others = np.delete(residual.derivatives, figure, axis=0) * self.spectrum
+        self.others = orthonormal(residual.weighted(irfft(others, residual.samples)))
+        told = residual.speed - residual.taken
+        self.told = without_basis(residual.weighted(told - told.mean()), self.others)
 
     @cached_property
     def unchanged(self) -> float:
         """Half the sum of squares that is left at the best value that does not change."""
-        return self._least(lambda figure: self._left(figure, np.ones((1, self.remainder.samples))), np.ones(1))
+        return self._least(lambda figure: self._left(figure, np.ones((1, self.residual.samples))), np.ones(1))
 
     def freely(self, way: _Fitted) -> float:
         """Half the sum of squares that is left where the figure takes any course, from a way on."""
@@ -204,7 +204,7 @@ class _Window:
 
     def left_by_jump(self, figures: Floats) -> Floats:
         """Whitened speed (samples,) that is left with the values before and after a jump, and its moment."""
-        after = jump(self.remainder, figures[2:3])[0]
+        after = jump(self.residual, figures[2:3])[0]
         return self._left(figures[:2], np.stack([1 - after, after]))
 
     def left_by_drift(self, figures: Floats) -> Floats:
@@ -213,57 +213,57 @@ class _Window:
 
     def left_freely(self, values: Floats) -> Floats:
         """Whitened speed (samples,) that is left with values at the knots (_KNOTS,), and even changes between."""
-        weights = np.maximum(1 - np.abs(self.remainder.passed - _AT_KNOTS[:, None]) * (_KNOTS - 1), 0.0)
+        weights = np.maximum(1 - np.abs(self.residual.passed - _AT_KNOTS[:, None]) * (_KNOTS - 1), 0.0)
         return self._left(values, weights)
 
     def _left(self, values: Floats, weights: Floats) -> Floats:
         """With the responses at some values (K,), which count by weights (K, samples)."""
-        remainder = self.remainder
-        points = np.tile(remainder.record.fitted, (values.size, 1))
+        residual = self.residual
+        points = np.tile(residual.record.fitted, (values.size, 1))
         points[:, self.figure] = values
-        mobility, _ = command_mobility_with_derivatives(points, remainder.record.known, remainder.s)
-        answers = irfft(mobility * self.spectrum, remainder.samples)
-        return self.told - without_basis(remainder.weighted(np.sum(weights * answers, axis=0)), self.others)
+        mobility, _ = command_mobility_with_derivatives(points, residual.record.known, residual.s)
+        answers = irfft(mobility * self.spectrum, residual.samples)
+        return self.told - without_basis(residual.weighted(np.sum(weights * answers, axis=0)), self.others)
 
 
-def _covariance(slopes: Floats, error: Floats, remainder: Remainder, inverse: Floats) -> Floats:
+def _covariance(slopes: Floats, error: Floats, residual: ResidualRecord, inverse: Floats) -> Floats:
     """Of fitted figures, by the errors of blocks of the record as they are (White 1980)."""
-    products = np.add.reduceat(slopes * error[:, None], block_starts(remainder), axis=0)
+    products = np.add.reduceat(slopes * error[:, None], block_starts(residual), axis=0)
     return np.asarray(inverse @ (products.T @ products) @ inverse, dtype=float)
 
 
-def time_candidates(remainder: Remainder) -> list[Candidate]:
+def time_candidates(residual: ResidualRecord) -> list[Candidate]:
     """Growth, drift and jump, and clocks that run apart where no command tells that better; none where the sweep does
     not repeat.
     """
-    if not remainder.periods:
+    if not residual.periods:
         return []
-    derivatives, passed = remainder.derivatives, remainder.passed
+    derivatives, passed = residual.derivatives, residual.passed
     by_length, by_damping, by_clock = (
-        remainder.swept(transfer)
-        for transfer in (derivatives[LENGTH], derivatives[DAMPING_BHA], -remainder.s * remainder.mobility)
+        residual.swept(transfer)
+        for transfer in (derivatives[LENGTH], derivatives[DAMPING_BHA], -residual.s * residual.mobility)
     )
-    duration = remainder.samples / remainder.record.rate
+    duration = residual.samples / residual.record.rate
     drift = (
-        [] if remainder.record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
+        [] if residual.record.has_command else [Candidate("clock_drift", ((passed - 0.5) * duration * by_clock)[None])]
     )
     return [
         *drift,
         Candidate("length_growth", ((passed - 0.5) * by_length)[None], one_sided=True),
         Candidate("parameter_drift", ((passed - 0.5) * by_damping)[None]),
-        Candidate("regime_change", jump(remainder, CHANGES) * by_damping),
+        Candidate("regime_change", jump(residual, CHANGES) * by_damping),
     ]
 
 
-def trend_candidate(remainder: Remainder) -> Candidate | None:
+def trend_candidate(residual: ResidualRecord) -> Candidate | None:
     """All that a response which moves evenly would show, whichever figures of the model move; None without periods."""
-    if not remainder.periods:
+    if not residual.periods:
         return None
-    moved = remainder.swept(remainder.derivatives[list(_MOVING)])
-    return Candidate("trend", (remainder.passed - 0.5) * moved, together=True)
+    moved = residual.swept(residual.derivatives[list(_MOVING)])
+    return Candidate("trend", (residual.passed - 0.5) * moved, together=True)
 
 
-def jump(remainder: Remainder, moments: Floats) -> Floats:
+def jump(residual: ResidualRecord, moments: Floats) -> Floats:
     """From 0 to 1 at each of some moments (jumps,), shares of the window; shape (jumps, samples)."""
-    since = (remainder.passed - moments[:, None]) * remainder.samples / remainder.record.rate
+    since = (residual.passed - moments[:, None]) * residual.samples / residual.record.rate
     return np.asarray(np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2, dtype=float)

@@ -20,11 +20,11 @@ class Lines:
     tried: int
     """Lines that were looked at."""
     strongest: int
-    """The line that the window's own sign is of, as a multiple of the spacing."""
+    """The line that the window's own detection is of, as a multiple of the spacing."""
     place: NDArray[np.int32]
     """(L,) those with a log ratio above STANDS_OUT, as multiples of the spacing."""
     log_ratio: NDArray[np.float32]
-    """(L,) −log of the chance of so much power in noise."""
+    """(L,) −log of the p-value of so much power in noise."""
     size: NDArray[np.float32]
     """(L,) amplitude, less what noise adds in the mean, rad/s."""
     size_error: NDArray[np.float32]
@@ -32,7 +32,7 @@ class Lines:
 
 
 @dataclass(frozen=True)
-class Sign:
+class Detection:
     """What one window's own record shows of a cause that the linear responses do not show, or show late."""
 
     cause: str
@@ -43,7 +43,7 @@ class Sign:
     size: float
     size_error: float
     log_ratio: float
-    """Log-likelihood of the data that the sign is read from, with the cause at its best size less without."""
+    """Log-likelihood of the data that the detection is read from, with the cause at its best size less without."""
     misfit: float = np.nan
     """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
     by_shape: tuple[tuple[float, float], ...] = ()

@@ -1,4 +1,4 @@
-"""Signs of a drive that does not give the torque that it is asked for: limits of torque and of its rate.
+"""Detections of a drive that does not give the torque that it is asked for: limits of torque and of its rate.
 
 The torque that such a drive leaves out is reckoned from the command for a range of limits, and is looked for in the
 speed, which it must move as the sweep does. The noise in the speed is in the command too, through the control; but
@@ -12,8 +12,8 @@ from scipy.fft import irfft, rfft
 from scipy.special import stdtr
 
 from drillid.arrays import Booleans, Complex, Floats
-from drillid.discrepancy.detectors.residual_record import Remainder
-from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_chance
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 
 _BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
 """Shares of the record's time beyond the limits that are tried."""
@@ -29,21 +29,21 @@ _NEIGHBOURS = 6
 """Blocks over which the noise's level stays much the same."""
 
 
-def drive_candidates(remainder: Remainder) -> list[Candidate]:
+def drive_candidates(residual: ResidualRecord) -> list[Candidate]:
     """Missing torque of both limits; they are unknown where the command is reckoned.
 
     Its mean is not known then, nor how it jerks between the samples of the record.
     """
-    command, rate = remainder.command, remainder.record.rate
+    command, rate = residual.command, residual.record.rate
     levels = np.quantile(np.abs(command), 1 - _BEYOND)
     cut = np.clip(command, -levels[:, None], levels[:, None]) - command
     rates = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
     slowed = rate_limited(command, rates / rate) - command
-    if not remainder.record.has_command:
+    if not residual.record.has_command:
         levels, rates = np.full(levels.size, np.nan), np.full(rates.size, np.nan)
     return [
-        Candidate("torque_limit", _moved(remainder, cut, remembers=False), levels, one_sided=True),
-        Candidate("torque_rate_limit", _moved(remainder, slowed, remembers=True), rates, one_sided=True, whole=True),
+        Candidate("torque_limit", _moved(residual, cut, remembers=False), levels, one_sided=True),
+        Candidate("torque_rate_limit", _moved(residual, slowed, remembers=True), rates, one_sided=True, whole=True),
     ]
 
 
@@ -57,13 +57,13 @@ def rate_limited(series: Floats, steps: Floats) -> Floats:
     return np.ascontiguousarray(given.T)
 
 
-def _moved(remainder: Remainder, missing: Floats, *, remembers: bool) -> Floats:
+def _moved(residual: ResidualRecord, missing: Floats, *, remembers: bool) -> Floats:
     """Speed (settings, samples) by which torque left out moves the top drive, less its linear part, rad/s."""
-    command = rfft(remainder.command - remainder.command.mean())
-    active = np.abs(missing) > _NOTHING * np.abs(remainder.command).max()
+    command = rfft(residual.command - residual.command.mean())
+    active = np.abs(missing) > _NOTHING * np.abs(residual.command).max()
     transfers = np.array([_linear_part(row, remembers=remembers) for row in active])
     spectrum = rfft(missing - missing.mean(axis=1)[:, None]) - transfers * command
-    return np.asarray(irfft(spectrum * remainder.mobility, remainder.samples), dtype=float)
+    return np.asarray(irfft(spectrum * residual.mobility, residual.samples), dtype=float)
 
 
 def _linear_part(active: Booleans, *, remembers: bool) -> Complex:
@@ -81,7 +81,7 @@ def _linear_part(active: Booleans, *, remembers: bool) -> Complex:
     return np.asarray(rfft(kernel), dtype=complex)
 
 
-def jitter_score(remainder: Remainder, left: Floats) -> Score | None:
+def jitter_score(residual: ResidualRecord, left: Floats) -> Score | None:
     """Noise that grows with the square of the command's slope; None where the sweep does not repeat.
 
     A delay off by ξ leaves out the torque ξ times the command's slope. The noise's power, weighted by where jitter
@@ -91,28 +91,28 @@ def jitter_score(remainder: Remainder, left: Floats) -> Score | None:
     ----------
     left : (samples,) rad/s, what neither the sweep nor other causes account for
     """
-    if not remainder.periods:
+    if not residual.periods:
         return None
-    rate, samples = remainder.record.rate, remainder.samples
+    rate, samples = residual.record.rate, residual.samples
     low, high = _JITTER_BAND[0], _JITTER_BAND[1] * rate
-    inside = (remainder.frequency > low) & (remainder.frequency < high)
-    shown = np.where(inside, np.abs(remainder.mobility) ** 2 * samples / remainder.noise, 0.0)
+    inside = (residual.frequency > low) & (residual.frequency < high)
+    shown = np.where(inside, np.abs(residual.mobility) ** 2 * samples / residual.noise, 0.0)
     weight = np.sqrt(shown / shown.max())
-    power = remainder.filtered(weight * np.sqrt(samples / remainder.noise) * inside, left * remainder.taper) ** 2
-    slope = remainder.filtered(remainder.s, remainder.command - remainder.command.mean())
-    repeated = slope - remainder.without_sweep(slope)
+    power = residual.filtered(weight * np.sqrt(samples / residual.noise) * inside, left * residual.taper) ** 2
+    slope = residual.filtered(residual.s, residual.command - residual.command.mean())
+    repeated = slope - residual.without_sweep(slope)
     size_block = round(_BLOCK_S * rate)
     count = samples // size_block
     blocks = [
         values[: count * size_block].reshape(count, -1).mean(axis=1)
-        for values in (power, repeated**2 * remainder.taper**2, remainder.taper**2)
+        for values in (power, repeated**2 * residual.taper**2, residual.taper**2)
     ]
     whole = blocks[2] > 1 - 1e-6
     response, driver = blocks[0][whole], blocks[1][whole]
-    gain = 2 / samples * float(np.sum(weight**2 * shown)) * _HOLD_S * rate / remainder.inflation
+    gain = 2 / samples * float(np.sum(weight**2 * shown)) * _HOLD_S * rate / residual.inflation
     slope_found, error = _regression(driver - driver.mean(), response)
     ratio = slope_found / error
-    normal = normal_of_chance(float(stdtr(response.size - 2, -ratio)))
+    normal = normal_of_p_value(float(stdtr(response.size - 2, -ratio)))
     return Score(normal, slope_found / gain, error / gain, max(normal, 0.0) ** 2 / 2)
 
 

@@ -1,4 +1,4 @@
-"""Motion along the string, and signs of friction that weakens with speed.
+"""Motion along the string, and detections of friction that weakens with speed.
 
 Speed and torque at the top drive are carried down the string by its transfer matrix (equation 5 of the paper), which
 needs no knowledge of what happens at the bit. The torque that friction would then add is moved back to the
@@ -12,8 +12,8 @@ from scipy.fft import irfft, rfft
 from scipy.special import ndtr, stdtr
 
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.detectors.residual_record import Remainder
-from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_chance
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.physics.bottom_end import bit_load
 from drillid.physics.line import chain_entries, input_admittance, speed_ratio
 from drillid.physics.top_drive import drive
@@ -44,11 +44,11 @@ _LEAST_SHARE = 0.005
 class Motion:
     """Speed and torque along the string, reckoned from the top."""
 
-    def __init__(self, remainder: Remainder) -> None:
-        self.remainder = remainder
-        self.low_pass = _passed(remainder.frequency, _LOW_PASS)
-        s, top_drive = remainder.s, remainder.system.top_drive
-        speed, command = rfft(_steady(remainder.speed)), rfft(_steady(remainder.command))
+    def __init__(self, residual: ResidualRecord) -> None:
+        self.residual = residual
+        self.low_pass = _passed(residual.frequency, _LOW_PASS)
+        s, top_drive = residual.s, residual.system.top_drive
+        speed, command = rfft(_steady(residual.speed)), rfft(_steady(residual.command))
         self.driven: Complex = np.ravel(drive(top_drive, s)) * command
         self.turned: Complex = np.ravel(top_drive.inertia * s) * speed
         self.speed: Complex = speed * self.low_pass
@@ -59,20 +59,20 @@ class Motion:
 
         Up to 6 Hz; the logged command gives its mean.
         """
-        mean = float(self.remainder.command.mean())
-        torque = (self.driven - above * self.turned) * _passed(self.remainder.frequency, _TOP_LOW_PASS)
-        return np.asarray(irfft(torque, self.remainder.samples) + mean, dtype=float)
+        mean = float(self.residual.command.mean())
+        torque = (self.driven - above * self.turned) * _passed(self.residual.frequency, _TOP_LOW_PASS)
+        return np.asarray(irfft(torque, self.residual.samples) + mean, dtype=float)
 
     def below(self, share: float) -> tuple[Floats, Complex]:
         """Speed about its mean (rad/s) at a share of the pipe's length, 1 standing for the bit, and what a torque
         there does to the speed at the top, rad/(N m s), shape (line,).
         """
-        remainder, s = self.remainder, self.remainder.s
-        pipe, *lower = remainder.system.string
+        residual, s = self.residual, self.residual.s
+        pipe, *lower = residual.system.string
         above = replace(pipe, length=pipe.length * share)
         rest = () if share == 1 else (replace(pipe, length=pipe.length * (1 - share)), *lower)
         passed = (above, *lower) if share == 1 else (above,)
-        load = bit_load(remainder.system.bit, s)
+        load = bit_load(residual.system.bit, s)
         for section in reversed(rest):
             load = input_admittance(section, load, s)
         ratio: Complex = np.ones_like(s)
@@ -86,8 +86,8 @@ class Motion:
                 np.where(kept, np.ravel(one), 0) for one in chain_entries(section, s * kept + (~kept))
             )
             speed, torque = cosh * speed - series * torque, cosh * torque - shunt * speed
-        moved: Complex = np.asarray(remainder.moved * ratio, dtype=complex)
-        return np.asarray(irfft(speed, remainder.samples), dtype=float), moved
+        moved: Complex = np.asarray(residual.moved * ratio, dtype=complex)
+        return np.asarray(irfft(speed, residual.samples), dtype=float), moved
 
 
 def _passed(frequency: Floats, band: tuple[float, float]) -> Floats:
@@ -100,12 +100,12 @@ def _steady(series: Floats) -> Floats:
     return np.asarray(series - series.mean(), dtype=float)
 
 
-def string_candidates(remainder: Remainder, motion: Motion) -> list[Candidate]:
+def string_candidates(residual: ResidualRecord, motion: Motion) -> list[Candidate]:
     """Friction at bit and wall that weakens with speed."""
-    speed = float(remainder.speed.mean())
+    speed = float(residual.speed.mean())
     # torque falls by size (10/Ω)² per speed, so that its second derivative is 200 size/Ω³
     curvature = 2 * _REFERENCE_SPEED**2 / speed**3
-    pipe = remainder.system.string[0]
+    pipe = residual.system.string[0]
     per_length = float(np.ravel(pipe.polar_moment * pipe.length)[0]) / len(_PLACES)
     wall = np.sum([_bent(motion, share) for share in _PLACES], axis=0)
     return [
@@ -117,50 +117,50 @@ def string_candidates(remainder: Remainder, motion: Motion) -> list[Candidate]:
 def _bent(motion: Motion, share: float) -> Floats:
     """Speed at the top (rad/s) by a torque against rotation of half the square of the local speed's variation."""
     speed, moved = motion.below(share)
-    return motion.remainder.filtered(-moved, _steady(speed**2 / 2))
+    return motion.residual.filtered(-moved, _steady(speed**2 / 2))
 
 
-def standing_score(remainder: Remainder, motion: Motion) -> Score | None:
+def standing_score(residual: ResidualRecord, motion: Motion) -> Score | None:
     """A bit that dwells at standstill; None where it hardly gets there. The size is its swing per mean speed."""
-    mean = float(remainder.speed.mean())
-    speed = _inner(remainder, mean + motion.below(1.0)[0])
-    found = _dwelling(remainder, speed, _STANDING * abs(mean))
+    mean = float(residual.speed.mean())
+    speed = _inner(residual, mean + motion.below(1.0)[0])
+    found = _dwelling(residual, speed, _STANDING * abs(mean))
     if found is None:
         return None
     swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
     return Score(found, swing, 0.1 * swing, max(found, 0.0) ** 2 / 2)
 
 
-def backlash_score(remainder: Remainder, motion: Motion) -> Score | None:
+def backlash_score(residual: ResidualRecord, motion: Motion) -> Score | None:
     """A torque at the gear that dwells at zero; None where it hardly gets there or the command is not logged.
 
-    How much of the top drive turns above the play is not known: shares are tried, and the chance counts them. Nor is
+    How much of the top drive turns above the play is not known: shares are tried, and the p-value counts them. Nor is
     the play: how far the string turns meanwhile is not recorded.
     """
-    if not remainder.record.has_command:
+    if not residual.record.has_command:
         return None
-    torques = [_inner(remainder, motion.top_torque(above)) for above in _ABOVE_GEAR]
-    found = [_dwelling(remainder, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
+    torques = [_inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
+    found = [_dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
     told = [normal for normal in found if normal is not None]
     if not told:
         return None
-    normal = normal_of_chance(min(len(told) * float(ndtr(-max(told))), 1.0))
+    normal = normal_of_p_value(min(len(told) * float(ndtr(-max(told))), 1.0))
     return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
 
 
-def _inner(remainder: Remainder, series: Floats) -> Floats:
-    ends = round(_ENDS_S * remainder.record.rate)
+def _inner(residual: ResidualRecord, series: Floats) -> Floats:
+    ends = round(_ENDS_S * residual.record.rate)
     return series[ends:-ends]
 
 
-def _dwelling(remainder: Remainder, series: Floats, width: float) -> float | None:
+def _dwelling(residual: ResidualRecord, series: Floats, width: float) -> float | None:
     """Standard normal value of the time about zero.
 
     What is foretold is extrapolated from the shares of two pairs of bands beside zero, as a parabola would.
     """
     off = np.abs(series) / width
     about, beside, beyond = off < 1, (off >= 1) & (off < 3), (off >= 3) & (off < 5)
-    count = int(series.size / remainder.record.rate / _BLOCK_S)
+    count = int(series.size / residual.record.rate / _BLOCK_S)
     if count < _LEAST_BLOCKS or about.mean() < _LEAST_SHARE:
         return None
     # the bands lie at 2 and 4 widths and are twice as wide together
@@ -169,4 +169,4 @@ def _dwelling(remainder: Remainder, series: Floats, width: float) -> float | Non
     deviation = float(blocks.std(ddof=1)) / np.sqrt(count)
     if deviation == 0:
         return None
-    return normal_of_chance(float(stdtr(count - 1, -blocks.mean() / deviation)))
+    return normal_of_p_value(float(stdtr(count - 1, -blocks.mean() / deviation)))

@@ -1,4 +1,4 @@
-"""Signs of sensor and recorder: errors that turn with the shaft, coarse steps."""
+"""Detections of sensor and recorder: errors that turn with the shaft, coarse steps."""
 
 from dataclasses import replace
 
@@ -7,10 +7,10 @@ from scipy.fft import irfft, rfft
 from scipy.ndimage import median_filter
 
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.detectors.residual_record import TAPER_S, Remainder
-from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_chance, score, without
+from drillid.discrepancy.detectors.residual_record import TAPER_S, ResidualRecord
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, without
 from drillid.physics.top_drive import control
-from drillid.records.quality import lattice_step
+from drillid.records.quality import quantisation_step
 
 _NEIGHBOURS = 16
 _UNREPEATED = 5
@@ -30,23 +30,23 @@ _ENDS = 2.0
 """Tapers at either end that are left out: the control's answer to a speed that fades is not a fading answer."""
 
 
-def revolution_candidate(remainder: Remainder) -> Candidate:
+def revolution_candidate(residual: ResidualRecord) -> Candidate:
     """An error of the reading in proportion to the speed, once per revolution, that the control answers."""
-    return Candidate("once_per_revolution", _turning(remainder, 0), together=True)
+    return Candidate("once_per_revolution", _turning(residual, 0), together=True)
 
 
-def _turning(remainder: Remainder, further: int) -> Floats:
+def _turning(residual: ResidualRecord, further: int) -> Floats:
     """Reading (2, samples) of an error that turns with the shaft and so many times more in a period of the sweep."""
-    speed, rate = remainder.speed, remainder.record.rate
-    period = remainder.record.period or remainder.samples / rate / _UNREPEATED
-    angle = np.cumsum(speed) / rate + 2 * np.pi * further * remainder.time / period
-    controller = remainder.system.top_drive.controller
-    seen = 1 - remainder.mobility * control(controller, remainder.s)
+    speed, rate = residual.speed, residual.record.rate
+    period = residual.record.period or residual.samples / rate / _UNREPEATED
+    angle = np.cumsum(speed) / rate + 2 * np.pi * further * residual.time / period
+    controller = residual.system.top_drive.controller
+    seen = 1 - residual.mobility * control(controller, residual.s)
     waves = np.stack([speed * np.cos(angle), speed * np.sin(angle)])
-    return remainder.filtered(seen, waves - waves.mean(axis=1)[:, None])
+    return residual.filtered(seen, waves - waves.mean(axis=1)[:, None])
 
 
-def beside_neighbours(remainder: Remainder, found: Score) -> Score:
+def beside_neighbours(residual: ResidualRecord, found: Score) -> Score:
     """The score of an error once per revolution, judged beside errors that turn a little faster or slower.
 
     Revolutions often fall on a harmonic of the sweep, as with any whole number of them a minute and a sweep of two
@@ -54,59 +54,59 @@ def beside_neighbours(remainder: Remainder, found: Score) -> Score:
     2ν neighbours follows F(2, 2ν).
     """
     steps = [sign * step for step in range(1, _NEIGHBOURS + 1) for sign in (-1, 1)]
-    powers = [_power(remainder, _turning(remainder, step)) for step in (0, *steps)]
+    powers = [_power(residual, _turning(residual, step)) for step in (0, *steps)]
     ratio = powers[0] / max(float(np.mean(powers[1:])), np.finfo(float).tiny)
-    normal = normal_of_chance(float(np.exp(-len(steps) * np.log1p(ratio / len(steps)))))
+    normal = normal_of_p_value(float(np.exp(-len(steps) * np.log1p(ratio / len(steps)))))
     return replace(found, normal=min(found.normal, normal), log_ratio=min(found.log_ratio, 0.5 * max(normal, 0.0) ** 2))
 
 
-def _power(remainder: Remainder, pair: Floats) -> float:
+def _power(residual: ResidualRecord, pair: Floats) -> float:
     """What a pair of columns explains of the record."""
-    columns = remainder.whitened(pair)
-    products = columns @ remainder.error
+    columns = residual.whitened(pair)
+    products = columns @ residual.error
     return float(products @ np.linalg.solve(columns @ columns.T, products))
 
 
-def quantisation_score(remainder: Remainder) -> Score | None:
+def quantisation_score(residual: ResidualRecord) -> Score | None:
     """Steps of the recorded speed, where their rounding is a good part of the noise; else None."""
-    speed = remainder.speed
-    step = lattice_step(speed)
+    speed = residual.speed
+    step = quantisation_step(speed)
     if step is None:
         return None
     # one-sided densities, (rad/s)²/Hz
-    rounding = step**2 / 6 / remainder.record.rate
-    density = 2 * remainder.noise / (remainder.record.rate * np.sum(remainder.taper**2))
-    usual = float(np.median(density[remainder.inside]))
+    rounding = step**2 / 6 / residual.record.rate
+    density = 2 * residual.noise / (residual.record.rate * np.sum(residual.taper**2))
+    usual = float(np.median(density[residual.inside]))
     if rounding < _MATERIAL / (1 + _MATERIAL) * usual:
         return None
-    return Score(normal_of_chance(0.0), step, 1e-3 * step, normal_of_chance(0.0) ** 2 / 2)
+    return Score(normal_of_p_value(0.0), step, 1e-3 * step, normal_of_p_value(0.0) ** 2 / 2)
 
 
-def control_scores(remainder: Remainder) -> dict[str, Score | None]:
+def control_scores(residual: ResidualRecord) -> dict[str, Score | None]:
     """Scores of an offset that grows, beside wrong gains and a steady offset, and of an answer that moves in any way;
     for records with a command.
     """
-    inside, s = remainder.inside & (remainder.frequency > _LOWEST), remainder.s
-    told = np.ravel(control(remainder.system.top_drive.controller, s))
+    inside, s = residual.inside & (residual.frequency > _LOWEST), residual.s
+    told = np.ravel(control(residual.system.top_drive.controller, s))
     speed, given, sweep = (
-        rfft((series - series.mean()) * remainder.taper)
-        for series in (remainder.speed, remainder.command - remainder.sweep, remainder.sweep)
+        rfft((series - series.mean()) * residual.taper)
+        for series in (residual.speed, residual.command - residual.sweep, residual.sweep)
     )
     beyond = given + told * speed
     answered, missing = (median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (told * speed, beyond))
-    moved = np.where(answered > _CLEAR * missing, speed, remainder.mobility * sweep)
+    moved = np.where(answered > _CLEAR * missing, speed, residual.mobility * sweep)
 
-    whole = np.minimum(remainder.time, remainder.time[::-1]) > _ENDS * TAPER_S
+    whole = np.minimum(residual.time, residual.time[::-1]) > _ENDS * TAPER_S
 
     def series(lines: Complex) -> Floats:
-        return np.asarray(irfft(np.where(inside, lines, 0.0), remainder.samples) * whole, dtype=float)
+        return np.asarray(irfft(np.where(inside, lines, 0.0), residual.samples) * whole, dtype=float)
 
     earlier = series(-s * told * moved)
     beside = np.stack([series(moved), series(moved / s), earlier])
-    passed = remainder.time - remainder.time.mean()
+    passed = residual.time - residual.time.mean()
     moving = without(passed * beside, beside)
     left = without(series(beyond)[None], beside)[0]
     return {
-        "clock_drift": score(Candidate("clock_drift", moving[2:]), left, remainder, inflation=1.0),
-        "control_trend": score(Candidate("control_trend", moving, together=True), left, remainder),
+        "clock_drift": score(Candidate("clock_drift", moving[2:]), left, residual, inflation=1.0),
+        "control_trend": score(Candidate("control_trend", moving, together=True), left, residual),
     }

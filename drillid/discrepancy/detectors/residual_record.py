@@ -1,4 +1,4 @@
-"""What a window's own record holds, and the noise that signs are read against.
+"""What a window's own record holds, and the noise that detections are read against.
 
 What repeats with the sweep is taken out first: it is the linear response, right or wrong, and the part of every
 distortion that a linear model may absorb. What is left is noise, and whatever changes in time or does not follow
@@ -75,7 +75,7 @@ class WindowRecord:
         return bool(np.isfinite(self.command).all())
 
 
-class Remainder:
+class ResidualRecord:
     """A window less all that repeats with its sweep, and the density of its noise.
 
     With a sweep that does not repeat, the fitted model's answer to it is taken out instead.
@@ -204,7 +204,7 @@ class Remainder:
 
     @cached_property
     def power(self) -> Floats:
-        """Squared modulus of the tapered remainder's lines, (line,)."""
+        """Squared modulus of the tapered residual record's lines, (line,)."""
         return np.asarray(np.abs(rfft(self.left * self.taper)) ** 2, dtype=float)
 
     @property
@@ -233,11 +233,11 @@ class Remainder:
         return np.where(self.inside, np.sqrt(self.samples / np.maximum(self.noise, least)), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as the remainder's noise sees it, less what repeats with the sweep."""
+        """A series (..., samples) in rad/s as the residual record's noise sees it, less what repeats with the sweep."""
         return self.weighted(self.without_sweep(series))
 
     def weighted(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as the remainder's noise sees it, which then has about unit density."""
+        """A series (..., samples) in rad/s as this record's noise sees it, which then has about unit density."""
         return self.filtered(self._weight.astype(complex), series * self.taper)
 
     @cached_property
@@ -255,29 +255,29 @@ class Remainder:
         return 1 / float(np.average(1 - 2 * share + mean_share, weights=self.taper))
 
 
-def without_steps(remainder: Remainder) -> Remainder:
+def without_steps(residual: ResidualRecord) -> ResidualRecord:
     """The remainder less the answers of the speed to steps of the torque at the bit."""
     for _ in range(_MOST):
-        answer = _largest_step(remainder)
+        answer = _largest_step(residual)
         if answer is None:
             break
-        remainder = Remainder(remainder.record, remainder.taken + answer)
-    return remainder
+        residual = ResidualRecord(residual.record, residual.taken + answer)
+    return residual
 
 
-def _largest_step(remainder: Remainder) -> Floats | None:
+def _largest_step(residual: ResidualRecord) -> Floats | None:
     """Speed (samples,) by the step that stands out most, rad/s; None where none does.
 
     All times are tried at once by a matched filter (Turin 1960, IRE Transactions on Information Theory 6, 311–329).
     """
-    rate, s = remainder.record.rate, remainder.s
-    answer = -remainder.moved_from_bit * rate / s
-    weighted = np.where(remainder.inside, np.conj(answer) / np.maximum(remainder.noise, np.finfo(float).tiny), 0.0)
-    matched = irfft(weighted * rfft(remainder.left * remainder.taper), remainder.samples) * remainder.samples
+    rate, s = residual.record.rate, residual.s
+    answer = -residual.moved_from_bit * rate / s
+    weighted = np.where(residual.inside, np.conj(answer) / np.maximum(residual.noise, np.finfo(float).tiny), 0.0)
+    matched = irfft(weighted * rfft(residual.left * residual.taper), residual.samples) * residual.samples
     deviation = float(np.sqrt(2 * np.sum((weighted * answer).real)))
     place = int(np.argmax(np.abs(matched)))
     if not abs(matched[place]) > _LEAST * deviation:
         return None
-    step = irfft(answer * np.exp(-s * place / rate), remainder.samples)
-    seen = remainder.whitened(step)
-    return np.asarray(step * (seen @ remainder.error) / (seen @ seen), dtype=float)
+    step = irfft(answer * np.exp(-s * place / rate), residual.samples)
+    seen = residual.whitened(step)
+    return np.asarray(step * (seen @ residual.error) / (seen @ seen), dtype=float)

@@ -12,7 +12,7 @@ from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
 from drillid.arrays import Floats, Indices
 from drillid.discrepancy.detectors.detection import Lines
-from drillid.discrepancy.detectors.residual_record import Remainder
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
 
 _BLOCK_S = 4.0
 _LEAST_BLOCKS = 6.0
@@ -22,7 +22,7 @@ _LEAST_SHARE, _REACH = 0.5, 3.0
 _DRAWS = 4000
 _TAIL = 0.02
 """Chance below which the tail of the drawn maximum is carried on."""
-_LEAST_CHANCE, _LARGEST_CHANCE = 1e-300, 1 - 1e-12
+_LEAST_P_VALUE, _LARGEST_P_VALUE = 1e-300, 1 - 1e-12
 _DEPENDENT = 1e-9
 """Share of a column that must be left when others are taken out."""
 
@@ -65,9 +65,9 @@ class Score:
     """Of a tone, all lines of the record that stand out."""
 
 
-def whitened(candidate: Candidate, remainder: Remainder) -> Candidate:
+def whitened(candidate: Candidate, residual: ResidualRecord) -> Candidate:
     """The candidate as the noise sees it."""
-    return replace(candidate, columns=remainder.whitened(candidate.columns))
+    return replace(candidate, columns=residual.whitened(candidate.columns))
 
 
 def without(series: Floats, others: Floats) -> Floats:
@@ -89,7 +89,9 @@ def orthonormal(rows: Floats) -> Floats:
     return np.asarray(basis[values > 1e-6 * values[0]], dtype=float)
 
 
-def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflation: float | None = None) -> Score | None:
+def score(
+    candidate: Candidate, error: Floats, residual: ResidualRecord, *, inflation: float | None = None
+) -> Score | None:
     """Score of a whitened candidate; None where no column is borne by enough of the record.
 
     Parameters
@@ -98,13 +100,13 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
     inflation : variance of a sum over the noise per variance found from `error`; that of the remainder where not given
     """
     if candidate.together:
-        return _score_together(candidate, error, remainder)
+        return _score_together(candidate, error, residual)
     columns = candidate.columns
     energy = np.sum(columns**2, axis=1)
     usable = np.flatnonzero(energy > _DEPENDENT * max(float(energy.max()), 1e-300))
     amplitude = columns[usable] @ error / energy[usable]
-    deviation, blocks = _deviations(columns[usable], error, amplitude, remainder)
-    deviation *= np.sqrt(remainder.inflation if inflation is None else inflation)
+    deviation, blocks = _deviations(columns[usable], error, amplitude, residual)
+    deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
     borne = blocks >= _LEAST_BLOCKS
     if candidate.settings is not None:
         # what a drive leaves out it leaves out wholly: a small share of it is another cause's
@@ -138,14 +140,14 @@ def score(candidate: Candidate, error: Floats, remainder: Remainder, *, inflatio
     return Score(overall, size, size_error, log_ratio, amplitudes, by_shape=shapes)
 
 
-def block_starts(remainder: Remainder) -> Indices:
+def block_starts(residual: ResidualRecord) -> Indices:
     """First sample of each block."""
-    return np.arange(0, remainder.samples, round(_BLOCK_S * remainder.record.rate))
+    return np.arange(0, residual.samples, round(_BLOCK_S * residual.record.rate))
 
 
-def _deviations(columns: Floats, error: Floats, amplitude: Floats, remainder: Remainder) -> tuple[Floats, Floats]:
+def _deviations(columns: Floats, error: Floats, amplitude: Floats, residual: ResidualRecord) -> tuple[Floats, Floats]:
     """Standard error of each amplitude before inflation, and how many blocks bear its column."""
-    starts = block_starts(remainder)
+    starts = block_starts(residual)
     products = np.add.reduceat(columns * (error - amplitude[:, None] * columns), starts, axis=1)
     shares = np.add.reduceat(columns**2, starts, axis=1)
     energy = shares.sum(axis=1)
@@ -156,9 +158,9 @@ def _deviations(columns: Floats, error: Floats, amplitude: Floats, remainder: Re
 
 
 def _to_normal(ratio: Floats, freedom: Floats, *, two_sided: bool) -> Floats:
-    """Student's ratios as standard normal values; of two-sided ratios the modulus' chance."""
-    chance = stdtr(freedom, -ratio) if not two_sided else 2 * stdtr(freedom, ratio)
-    return np.asarray(-ndtri(np.clip(chance, _LEAST_CHANCE, _LARGEST_CHANCE)), dtype=float)
+    """Student's ratios as standard normal values; of two-sided ratios the modulus' p-value."""
+    p_value = stdtr(freedom, -ratio) if not two_sided else 2 * stdtr(freedom, ratio)
+    return np.asarray(-ndtri(np.clip(p_value, _LEAST_P_VALUE, _LARGEST_P_VALUE)), dtype=float)
 
 
 def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) -> float:
@@ -174,18 +176,18 @@ def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) 
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     drawn = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
     if two_sided:
-        drawn = -ndtri(np.clip(2 * ndtr(-np.abs(drawn)), _LEAST_CHANCE, _LARGEST_CHANCE))
+        drawn = -ndtri(np.clip(2 * ndtr(-np.abs(drawn)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
     maxima = np.sort(drawn.max(axis=0))
     border = float(np.quantile(maxima, 1 - _TAIL))
     if largest > border:
-        chance = _TAIL * ndtr(-largest) / ndtr(-border)
+        p_value = _TAIL * ndtr(-largest) / ndtr(-border)
     else:
-        chance = 1 - np.searchsorted(maxima, largest) / _DRAWS
-    return float(-ndtri(np.clip(chance, _LEAST_CHANCE, 1 - 1 / _DRAWS)))
+        p_value = 1 - np.searchsorted(maxima, largest) / _DRAWS
+    return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, 1 - 1 / _DRAWS)))
 
 
 def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
-    """Most likely setting, and how far settings stretch whose log-likelihood is less by no more than a half.
+    """Most likely setting, and how far settings reach whose log-likelihood is less by no more than a half.
 
     Between settings the log-likelihood is taken as a parabola. Settings that are not known give NaN.
     """
@@ -224,27 +226,27 @@ def _setting_of_whole(settings: Floats, ratio: Floats, amplitude: Floats, deviat
     return size, size * float(np.interp(root, place, deviation[order]) / curve(root, 1))
 
 
-def _score_together(candidate: Candidate, error: Floats, remainder: Remainder) -> Score | None:
+def _score_together(candidate: Candidate, error: Floats, residual: ResidualRecord) -> Score | None:
     """Score of all amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over the blocks."""
     columns = candidate.columns
     count, gram = columns.shape[0], columns @ columns.T
-    shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(remainder))
+    shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(residual))
     blocks = float(np.sum(shares) ** 2 / max(float(np.sum(shares**2)), np.finfo(float).tiny))
     if not np.trace(gram) > 0 or blocks < max(_LEAST_BLOCKS, 2 * count):
         return None
     amplitude: Floats = np.asarray(np.linalg.solve(gram, columns @ error), dtype=float)
-    products = np.add.reduceat(columns * (error - amplitude @ columns), block_starts(remainder), axis=1)
+    products = np.add.reduceat(columns * (error - amplitude @ columns), block_starts(residual), axis=1)
     inverse = np.linalg.inv(gram)
-    covariance = inverse @ (products @ products.T) @ inverse * remainder.inflation
+    covariance = inverse @ (products @ products.T) @ inverse * residual.inflation
     total = float(amplitude @ np.linalg.solve(covariance, amplitude))
     freedom = blocks - count + 1
-    chance = fdtrc(count, freedom, total * freedom / (count * blocks))
+    p_value = fdtrc(count, freedom, total * freedom / (count * blocks))
     size = float(np.hypot.reduce(amplitude))
     along = amplitude / max(size, 1e-300)
     error_of_size = float(np.sqrt(along @ covariance @ along))
-    return Score(normal_of_chance(float(chance)), size, error_of_size, total / 2, amplitude)
+    return Score(normal_of_p_value(float(p_value)), size, error_of_size, total / 2, amplitude)
 
 
-def normal_of_chance(chance: float) -> float:
-    """Standard normal value that is exceeded with a chance."""
-    return float(-ndtri(np.clip(chance, _LEAST_CHANCE, _LARGEST_CHANCE)))
+def normal_of_p_value(p_value: float) -> float:
+    """Standard normal value that is exceeded with a probability."""
+    return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, _LARGEST_P_VALUE)))

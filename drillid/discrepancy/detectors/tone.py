@@ -1,4 +1,4 @@
-"""Signs of tones in the record: lines that stand out, between the harmonics of the sweep or upon them.
+"""Detections of tones in the record: lines that stand out, between the harmonics of the sweep or upon them.
 
 Between harmonics a line stands in what does not repeat with the sweep. Upon and beside a harmonic a tone looks like
 the answer to the sweep, and is told from it as that is smooth: by what the neighbouring harmonics say of it.
@@ -11,8 +11,8 @@ from scipy.fft import rfft, rfftfreq
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.detectors.detection import STANDS_OUT, Lines
-from drillid.discrepancy.detectors.residual_record import Remainder
-from drillid.discrepancy.detectors.score import Score, normal_of_chance
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.score import Score, normal_of_p_value
 from drillid.physics.top_drive import control
 
 _OWN_LINES, _FAR_LINES = 3, 22
@@ -60,7 +60,7 @@ class _Left:
     """Whether it takes a part of a tone with it."""
 
 
-def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Line | None:
+def strongest_line(residual: ResidualRecord, explained: Floats | None = None) -> Line | None:
     """The line that stands out most; None where the record has none to look at.
 
     A line's power over the mean of ν neighbours follows F(2, 2ν); a vibration of the string covers its neighbours
@@ -70,33 +70,33 @@ def strongest_line(remainder: Remainder, explained: Floats | None = None) -> Lin
     ----------
     explained : (samples,) rad/s, what other causes account for; nothing where not given
     """
-    frequency = rfftfreq(2 * remainder.samples, 1 / remainder.record.rate)
-    usable = (frequency > _LOWEST) & (frequency < _HIGHEST * remainder.record.rate)
+    frequency = rfftfreq(2 * residual.samples, 1 / residual.record.rate)
+    usable = (frequency > _LOWEST) & (frequency < _HIGHEST * residual.record.rate)
     usable[-2 * _FAR_LINES :] = False
     if not usable.any():
         return None
-    explained = np.zeros(remainder.samples) if explained is None else explained
-    between = _Left(remainder.left - remainder.without_sweep(explained), np.ones(frequency.size), loses=True)
-    ways = [between, *([_beside_harmonics(remainder, explained)] if remainder.periods else [])]
-    spectra = [_lines(remainder, left.series) for left in ways]
-    powers = np.stack([_power(remainder, left, spectrum) for left, spectrum in zip(ways, spectra, strict=True)])
+    explained = np.zeros(residual.samples) if explained is None else explained
+    between = _Left(residual.left - residual.without_sweep(explained), np.ones(frequency.size), loses=True)
+    ways = [between, *([_beside_harmonics(residual, explained)] if residual.periods else [])]
+    spectra = [_lines(residual, left.series) for left in ways]
+    powers = np.stack([_power(residual, left, spectrum) for left, spectrum in zip(ways, spectra, strict=True)])
     noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(ways), 1))
-    if remainder.periods:
-        noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], remainder.periods))
+    if residual.periods:
+        noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], residual.periods))
     tried = np.stack([usable & np.isfinite(left.noise) for left in ways])
     ratio = np.where(tried, powers / np.maximum(noise, np.finfo(float).tiny), 0.0)
     way, place = (int(one) for one in np.unravel_index(np.argmax(ratio), ratio.shape))
     log_ratio = _FREEDOM * float(np.log1p(ratio[way, place] / _FREEDOM))
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
-    amplitude, kept = _amplitude(remainder, ways[way], place)
-    height, normal = complex(spectra[way][place]), normal_of_chance(float(overall))
+    amplitude, kept = _amplitude(residual, ways[way], place)
+    height, normal = complex(spectra[way][place]), normal_of_p_value(float(overall))
     # what chance has made stand out is another line in every window, and tells no size
-    size_error = float(_amplitude_error(remainder, place)) / kept if normal > _DOUBTFUL else np.inf
-    lines = _faint_lines(remainder, spectra[0], ratio[0], place)
+    size_error = float(_amplitude_error(residual, place)) / kept if normal > _DOUBTFUL else np.inf
+    lines = _faint_lines(residual, spectra[0], ratio[0], place)
     return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
 
-def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats, strongest: int) -> Lines:
+def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, strongest: int) -> Lines:
     """Lines that stand out at all and do not repeat with the sweep, at any frequency.
 
     What repeats with it stands alike in all windows: errors of a wrong model in the sweep's band, distortion and the
@@ -106,43 +106,43 @@ def _faint_lines(remainder: Remainder, spectrum: Complex, ratio: Floats, stronge
     ----------
     spectrum : (half line,) of what is left between harmonics, rad/s
     ratio : (half line,) power per noise; 0 where none is looked for
-    strongest : half line of the window's own sign
+    strongest : half line of the window's own detection
     """
     repeats = np.zeros(ratio.size, dtype=bool)
-    repeats[::2] = ~remainder.between
+    repeats[::2] = ~residual.between
     upon = np.convolve(repeats, np.ones(2 * _UPON + 1), "same") > 0
     ratio = np.where(upon, 0.0, ratio)
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
     place = np.flatnonzero(log_ratio > STANDS_OUT)
-    error = _amplitude_error(remainder, place)
-    height = 2 * np.abs(spectrum[place]) / remainder.taper.sum()
+    error = _amplitude_error(residual, place)
+    height = 2 * np.abs(spectrum[place]) / residual.taper.sum()
     # both quadratures of the noise add to the power
     size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
-    spacing = remainder.record.rate / (2 * remainder.samples)
+    spacing = residual.record.rate / (2 * residual.samples)
     kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
     return Lines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
 
 
-def tone_score(remainder: Remainder, line: Line | None) -> Score | None:
+def tone_score(residual: ResidualRecord, line: Line | None) -> Score | None:
     """Score of a line as a tone in the record alone; None where the command answers it as motion of the rig."""
-    if line is None or (line.score.normal > _DOUBTFUL and _control_answers(remainder, line)):
+    if line is None or (line.score.normal > _DOUBTFUL and _control_answers(residual, line)):
         return None
     return line.score
 
 
-def _lines(remainder: Remainder, series: Floats) -> Complex:
+def _lines(residual: ResidualRecord, series: Floats) -> Complex:
     """Spectrum (half line,) of a tapered series (samples,)."""
-    return np.asarray(rfft(series * remainder.taper, 2 * remainder.samples), dtype=complex)
+    return np.asarray(rfft(series * residual.taper, 2 * residual.samples), dtype=complex)
 
 
-def _power(remainder: Remainder, left: _Left, spectrum: Complex) -> Floats:
+def _power(residual: ResidualRecord, left: _Left, spectrum: Complex) -> Floats:
     """Power of each half line per its noise, on the average over those that lie alike between harmonics."""
     size = left.noise.size
-    modelled = np.interp(np.arange(size) / 2, np.arange(remainder.frequency.size), remainder.modelled_noise)
+    modelled = np.interp(np.arange(size) / 2, np.arange(residual.frequency.size), residual.modelled_noise)
     power = np.abs(spectrum) ** 2 / modelled / left.noise
-    within = 2 * int(np.flatnonzero(remainder.repeating).max()) + 1 if remainder.periods else 0
+    within = 2 * int(np.flatnonzero(residual.repeating).max()) + 1 if residual.periods else 0
     # in the sweep's band lines at and beside its harmonics have lost some of their noise with the mean over periods
-    alike = [slice(place, within, 2 * remainder.periods) for place in range(2 * remainder.periods)]
+    alike = [slice(place, within, 2 * residual.periods) for place in range(2 * residual.periods)]
     for lines in (*alike, slice(within, None)):
         told = power[lines][np.isfinite(left.noise[lines])]
         if told.size:
@@ -160,57 +160,57 @@ def _of_harmonics(power: Floats, periods: int) -> Floats:
     return np.where(count >= window.sum() / 2, total / np.maximum(count, 1.0), np.inf)
 
 
-def _beside_harmonics(remainder: Remainder, explained: Floats) -> _Left:
+def _beside_harmonics(residual: ResidualRecord, explained: Floats) -> _Left:
     """The record less what the neighbours of each harmonic say of the answer there, beyond the fitted model's.
 
     They are fitted by a local polynomial (Schoukens, Vandersteen, Barbé and Pintelon 2009, Automatica 45) in which the
     harmonic itself has no word.
     """
-    told = remainder.speed - remainder.taken - explained - remainder.swept(remainder.mobility)
+    told = residual.speed - residual.taken - explained - residual.swept(residual.mobility)
     sweep, seen = (
-        _lines(remainder, series - series.mean())[:: 2 * remainder.periods] for series in (remainder.sweep, told)
+        _lines(residual, series - series.mean())[:: 2 * residual.periods] for series in (residual.sweep, told)
     )
     offsets = np.array([side * step for step in range(1, _NEAR_HARMONICS + 1) for side in (-1, 1)])
-    places = np.flatnonzero(remainder.repeating)[: sweep.size - 1 - _NEAR_HARMONICS]
-    around = places[:, None] // remainder.periods + offsets
+    places = np.flatnonzero(residual.repeating)[: sweep.size - 1 - _NEAR_HARMONICS]
+    around = places[:, None] // residual.periods + offsets
     asked, answered = (np.where(around < 0, np.conj(one[np.abs(around)]), one[np.abs(around)]) for one in (sweep, seen))
     powers = (offsets[:, None] / _NEAR_HARMONICS) ** np.arange(_ORDER + 1)
     weights = np.linalg.pinv(asked[:, :, None] * powers)[:, 0]
-    added = np.abs(sweep[places // remainder.periods]) ** 2 * np.sum(np.abs(weights) ** 2, axis=1)
+    added = np.abs(sweep[places // residual.periods]) ** 2 * np.sum(np.abs(weights) ** 2, axis=1)
     added = np.where(added > _WIDEST, np.inf, added)
-    response, widened = np.zeros(remainder.frequency.size, dtype=complex), np.zeros(2 * remainder.frequency.size - 1)
+    response, widened = np.zeros(residual.frequency.size, dtype=complex), np.zeros(2 * residual.frequency.size - 1)
     response[places] = np.sum(weights * answered, axis=1)
     for beside in (-1, 0, 1):
         widened[2 * places + beside] += added * np.sinc(beside / 2) ** 2
-    return _Left(told - remainder.swept(response), np.where(widened > 0, 1 + widened, np.inf), loses=False)
+    return _Left(told - residual.swept(response), np.where(widened > 0, 1 + widened, np.inf), loses=False)
 
 
-def _control_answers(remainder: Remainder, line: Line) -> bool:
+def _control_answers(residual: ResidualRecord, line: Line) -> bool:
     """Whether the logged command answers a line as motion of the rig, which a tone in the record alone is not."""
-    if not remainder.record.has_command:
+    if not residual.record.has_command:
         return False
-    controller = remainder.system.top_drive.controller
-    given = remainder.command - remainder.sweep
-    answer, asked = (_lines(remainder, series - series.mean())[line.place] for series in (given, remainder.speed))
-    gain = np.ravel(control(controller, remainder.s))[line.place // 2]
+    controller = residual.system.top_drive.controller
+    given = residual.command - residual.sweep
+    answer, asked = (_lines(residual, series - series.mean())[line.place] for series in (given, residual.speed))
+    gain = np.ravel(control(controller, residual.s))[line.place // 2]
     return bool(abs(answer + gain * asked) < _ANSWERED * abs(gain * line.height))
 
 
-def _amplitude_error(remainder: Remainder, place: int | Indices) -> Floats:
+def _amplitude_error(residual: ResidualRecord, place: int | Indices) -> Floats:
     """Standard error of the amplitude of a tone at half lines, rad/s."""
-    return np.asarray(np.sqrt(2 * remainder.noise[place // 2]) / remainder.taper.sum(), dtype=float)
+    return np.asarray(np.sqrt(2 * residual.noise[place // 2]) / residual.taper.sum(), dtype=float)
 
 
-def _amplitude(remainder: Remainder, left: _Left, place: int) -> tuple[float, float]:
+def _amplitude(residual: ResidualRecord, left: _Left, place: int) -> tuple[float, float]:
     """Amplitude of a tone within a quarter of a line of a half line, rad/s, and the share of it that is left.
 
     Beside a harmonic of the sweep, a part of a tone goes with what repeats.
     """
-    taper, sample = remainder.taper, np.arange(remainder.samples)
-    places = (place / 2 + np.linspace(-0.3, 0.3, 13)) / remainder.samples
+    taper, sample = residual.taper, np.arange(residual.samples)
+    places = (place / 2 + np.linspace(-0.3, 0.3, 13)) / residual.samples
     found = np.exp(-2j * np.pi * places[:, None] * sample) @ (left.series * taper)
     best = int(np.argmax(np.abs(found)))
     tone = np.cos(2 * np.pi * places[best] * sample + np.angle(found[best]))
-    kept = float(2 / taper.sum() * np.sum(tone * taper * remainder.without_sweep(tone))) if left.loses else 1.0
+    kept = float(2 / taper.sum() * np.sum(tone * taper * residual.without_sweep(tone))) if left.loses else 1.0
     kept = max(kept, _LEAST_KEPT)
     return float(np.abs(found[best])) * 2 / taper.sum() / kept, kept

@@ -7,7 +7,7 @@ import numpy as np
 from drillid.arrays import Booleans, Complex
 from drillid.discrepancy.inference.set_fit import fit_local, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
-from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.predictive_gain import PredictiveGain
 
 _FOLDS = 4
 _SHARING = 1.15
@@ -17,12 +17,13 @@ _LEAST_WINDOWS = 2
 
 def held_out_gain(
     model: SetModel, base: tuple[Point, tuple[Extension, ...]], extended: tuple[Point, tuple[Extension, ...]]
-) -> Gain:
+) -> PredictiveGain:
     """Fit base and extended model without some windows, then predict those.
 
     The figures that windows do not share are fitted to the held-out window, with the prior that ties them to the
     set, by both models alike. A single window is split into its even and odd frequencies. The responses of the
-    control count beside the mobilities, and the papers' figures once for the set: a cause may show against them alone.
+    control count beside the mobilities, and the data sheets' figures once for the set: a cause may show against them
+    alone.
     """
     evidence = model.evidence
     windows = evidence.windows
@@ -36,12 +37,12 @@ def held_out_gain(
             held[:, fold::2] = True
         before += _residuals(model, held, *base)
         after += _residuals(model, held, *extended)
-    pulls, fewer = (fit_set(model, *one).off_papers for one in (base, extended))
+    pulls, fewer = (fit_set(model, *one).off_data_sheet for one in (base, extended))
     total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls**2 - fewer**2))
     # what two predictions differ by is known; the noise turns it into a gain with as much variance
     error = float(np.sqrt(_SHARING * np.sum(np.abs(before - after) ** 2) + np.sum((pulls - fewer) ** 2)))
     held_out = windows if windows >= _LEAST_WINDOWS else 0
-    return Gain(total / windows, error / windows, held_out)
+    return PredictiveGain(total / windows, error / windows, held_out)
 
 
 def trained_without(model: SetModel, held: Booleans, start: Point, extensions: tuple[Extension, ...]) -> Point:

@@ -22,13 +22,13 @@ _NEGLIGIBLE = 12.0
 """Cost above the best place's from which another counts for nothing, in units of log-likelihood."""
 
 
-def stretch(
+def contiguous_windows(
     model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], place: int, error_rate: float
 ) -> tuple[int, ...] | None:
     """Rows between which a cause is present; None where it may be present in all.
 
-    About the extended model each window's own size is a linear direction. Of all stretches the one is taken in
-    which a common size explains most, if it explains more than the whole set by what chance and search allow.
+    About the extended model each window's own size is a linear direction. Of all runs of successive windows the one is
+    taken in which a common size explains most, if it explains more than the whole set by what chance and search allow.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def stretch(
     windows = model.evidence.windows
     if windows < _LEAST_WINDOWS:
         return None
-    order = np.argsort(model.evidence.conditions.hole_depth, kind="stable")
+    order = np.argsort(model.evidence.operating_points.hole_depth, kind="stable")
     response = model.linearised(fit.point, extensions).jacobian[:, -len(extensions) + place]
     each = np.zeros((windows, windows, response.shape[-1]), dtype=complex)
     each[np.arange(windows), np.arange(windows)] = response

@@ -1,4 +1,4 @@
-"""A first look at all causes at once: linear evidence about the fitted model, and its chance where nothing is wrong."""
+"""A first look at all causes at once: linear evidence about the fitted model, and its p-value."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from drillid.discrepancy.inference.set_model import Extension, SetModel
 
 _DRAWS = 4000
 _TAIL = 0.02
-"""Share of the draws whose exponential tail continues the chance below what draws can count."""
+"""Share of the draws whose exponential tail continues the p-value below what draws can count."""
 _SHARES = (1.0, 0.125)
 """Of their usual sizes, at which causes are looked for that are not linear in their size."""
 _STRAIGHT = 0.95
@@ -32,8 +32,8 @@ class Screen:
     log_evidence: Floats
     """(K,) log Bayes factor against the model as it is."""
     unknown: dict[str, float]
-    """The same for a disturbance of unknown shape at each port, and for papers that do not fit."""
-    chance: float
+    """The same for a disturbance of unknown shape at each port, and for data sheets that do not fit."""
+    p_value: float
     """Of so much evidence for any of them where nothing is wrong."""
     projection: Projection
     """Of the candidates alone."""
@@ -63,7 +63,7 @@ def screen(
 ) -> Screen:
     """Look at all linear causes and at what is unknown beyond the model as it is.
 
-    The chance of the total evidence comes from draws of the score under the model as it is, whose covariance is
+    The p-value of the total evidence comes from draws of the score under the model as it is, whose covariance is
     the projected information: the maximum over a catalogue needs no other correction. A cause whose first order
     nuisance figures absorb, such as a lag beside a delay, is looked for at its usual size and a small one as well.
     """
@@ -82,10 +82,10 @@ def screen(
     spread = _dispersion(model)
     each, channels, total = groups.evidence(projection.score[None] / np.sqrt(spread))
     draws = generator.standard_normal((_DRAWS, projection.score.size)) @ _root(projection.information).T
-    chance = tail_chance(float(total[0]), groups.evidence(draws)[2])
+    p_value = tail_p_value(float(total[0]), groups.evidence(draws)[2])
     count = len(chosen)
     own = Projection(projection.score[:count], projection.information[:count, :count])
-    return Screen(tuple(chosen), each[0], dict(zip(unknown.CHANNELS, channels[0], strict=True)), chance, own)
+    return Screen(tuple(chosen), each[0], dict(zip(unknown.CHANNELS, channels[0], strict=True)), p_value, own)
 
 
 def _curved(information: Floats, count: int) -> Booleans:
@@ -144,7 +144,7 @@ def gaussian_evidence(score: Floats, information: Floats, typical: Floats, one_s
     return np.asarray(np.logaddexp(*each) - np.log(2.0), dtype=float)
 
 
-def tail_chance(value: float, draws: Floats) -> float:
+def tail_p_value(value: float, draws: Floats) -> float:
     """Share of draws above a value; beyond them the exponential tail that their largest show."""
     above = int(np.count_nonzero(draws >= value))
     largest = np.sort(draws)[-max(int(_TAIL * draws.size), 20) :]

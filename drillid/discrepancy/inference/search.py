@@ -9,7 +9,7 @@ from scipy.special import log_ndtr
 from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.catalogue.cause import WIDE
 from drillid.discrepancy.inference.screen import Screen
-from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_strays
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 
 _WITHIN = 8.0
@@ -60,14 +60,14 @@ def refine(
     *,
     moving: Mapping[str, float],
     every: bool = False,
-    hopeless: bool = False,
+    rejected: bool = False,
 ) -> list[Refined]:
     """Fit the causes that may explain what is seen; best evidence first.
 
     The linear evidence orders them well where causes are small. Where the misfit is obvious, as where the base model
-    is `hopeless`, or `every` cause is asked for, all are fitted at their likeliest shapes, from several sizes and from
-    the papers as well, as a large cause may show by what is not linear in it, and bend the base fit; those that come
-    near the best are then fitted at more shapes.
+    is `rejected`, or `every` cause is asked for, all are fitted at their likeliest shapes, from several sizes and from
+    the data sheets as well, as a large cause may show by what is not linear in it, and bend the base fit; those that
+    come near the best are then fitted at more shapes.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def refine(
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
-    obvious = hopeless or max(best, screened.unknown_evidence) > _OBVIOUS
+    obvious = rejected or max(best, screened.unknown_evidence) > _OBVIOUS
     every = every or obvious
     taken = {one.cause.name for one in extensions}
     names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
@@ -99,7 +99,7 @@ def refine(
     ]
     # the others start beside the best, once no window of it is astray
     best_fit = max(found, key=lambda one: one.log_evidence, default=None)
-    found = [search.without_strays(one) if one is best_fit else one for one in found]
+    found = [search.without_outlier_windows(one) if one is best_fit else one for one in found]
     contenders = [one for one in found if one.log_evidence >= near]
     found = [search.beside(one, contenders) if one in contenders else one for one in found]
     return sorted(found, key=lambda one: -one.log_evidence)
@@ -117,7 +117,7 @@ class _Search:
     base: SetFit
     extensions: tuple[Extension, ...]
     starts: bool
-    """Whether they start from several sizes, and from the papers as well, or from no size at the base fit."""
+    """Whether they start from several sizes, and from the data sheets as well, or from no size at the base fit."""
 
     def best(self, shapes: Iterable[Extension], least: float = np.inf) -> Refined:
         """The best of some shapes; `least` is the cost of the best that is known."""
@@ -161,13 +161,13 @@ class _Search:
         point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, found.fit.point.sizes[-1]))
         return max(found, self._from(found.extension, [point], found.fit.cost), key=lambda one: one.log_evidence)
 
-    def without_strays(self, found: Refined) -> Refined:
+    def without_outlier_windows(self, found: Refined) -> Refined:
         """The same, where no window is left at an optimum far from the set that is not its best."""
-        fit = without_strays(self.model, found.fit, (*self.extensions, found.extension))
+        fit = without_outlier_windows(self.model, found.fit, (*self.extensions, found.extension))
         return Refined(found.extension, fit, _evidence(self.base, fit, found.extension.cause))
 
     def nearest(self, cause: Cause) -> list[Extension]:
-        """The shapes of a cause without a size that come nearest as the papers and the base fit have the rest."""
+        """The shapes of a cause without a size that come nearest as the data sheets and the base fit have the rest."""
         own = [Extension(cause, shape) for shape in cause.shapes]
         sizes = np.append(self.base.point.sizes, cause.size.high)
         origins = (self.base.point, self.model.expected())

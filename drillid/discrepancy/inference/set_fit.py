@@ -84,13 +84,13 @@ class SetFit:
     """Sum of squared residuals of the mobilities, two for each used frequency."""
     information: Floats
     """(P, P), curvature of the cost in shared figures and sizes, the windows' own eliminated."""
-    off_papers: Floats
+    off_data_sheet: Floats
     """(11,) how far the shared figures lie off their priors, in standard deviations of these."""
 
     @property
     def pulls(self) -> float:
-        """Half the sum of squared pulls of the papers on the shared figures."""
-        return 0.5 * float(np.sum(self.off_papers**2))
+        """Half the sum of squared pulls of the data sheets on the shared figures."""
+        return 0.5 * float(np.sum(self.off_data_sheet**2))
 
     @property
     def size_errors(self) -> Floats:
@@ -124,8 +124,8 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
             damping *= 8
             if damping > _LARGEST_DAMPING or -fall < _CONVERGED / 10:
                 break
-    off_papers = (point.shared - model.prior_mean) / model.prior_error
-    return SetFit(point, cost, chi2, normal.eliminated()[0], off_papers)
+    off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
+    return SetFit(point, cost, chi2, normal.eliminated()[0], off_data_sheet)
 
 
 def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
@@ -152,7 +152,7 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
     return Point(point.shared, best, point.sizes)
 
 
-def without_strays(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
+def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
     """The fit after windows have been tried without deviations of their own: Student's t has an optimum near the set
     and others far from it, and a window may have strayed to one of those.
     """

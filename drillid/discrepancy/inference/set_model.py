@@ -2,7 +2,7 @@
 
 Eleven figures describe a window: the eight of the transmission line, the two gains of the control, and the offset
 between the clocks of speed and torque. They are shared, and four of them (wall damping, internal damping, damping and
-inertia at the bit) may also deviate from window to window. Each has a Gaussian prior: from the papers where they
+inertia at the bit) may also deviate from window to window. Each has a Gaussian prior: from the data sheets where they
 speak, else as wide as rigs differ.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.catalogue import Cause, Circumstances, Setup
+from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
@@ -41,8 +41,8 @@ SCALED = (
 SHARED = len(SCALED)
 LOCAL = (0, 1, 6, 7)
 """Places of the figures that deviate from window to window."""
-PAPERS = (2, 3, 4, 5, 8, 9, 10)
-"""Places of the figures that the papers know, with their tolerances."""
+DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
+"""Places of the figures that the data sheets know, with their tolerances."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual deviation of a window from the set, scaled, as far as the set itself does not tell."""
@@ -58,7 +58,7 @@ denominator, and relative variance up to which they tell it; a line of so many t
 the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's relative variance is v: at most
 by 0.7 %."""
 _WIDE = 30.0
-"""Prior deviation, scaled, of a figure on which the papers are silent."""
+"""Prior deviation, scaled, of a figure on which the data sheets are silent."""
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,13 @@ class SetModel:
         self.deviation = deviation
         self.s = laplace(evidence.frequency)
         knowledge, fitted = evidence.knowledge, evidence.fitted
-        length = (evidence.conditions.bit_depth - knowledge.collar_length)[:, None]
+        length = (evidence.operating_points.bit_depth - knowledge.collar_length)[:, None]
         self.length = np.where(np.isfinite(length), length, fitted[:, LENGTH, None])
         self.controller = knowledge.controller
         self.polar_moment = knowledge.polar_moment if np.isfinite(knowledge.polar_moment_error) else _middle(fitted, 3)
         self.prior_mean, self.prior_error = self._prior()
-        torque = np.nan_to_num(evidence.conditions.torque, nan=0.0)[:, None]
-        self.circumstances = Circumstances(evidence.conditions.speed[:, None], torque, self.length)
+        torque = np.nan_to_num(evidence.operating_points.torque, nan=0.0)[:, None]
+        self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
         """Mean and deviation of the shared figures, each (11,)."""
@@ -186,11 +186,11 @@ class SetModel:
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
-        """As the papers say, and as the windows' own fits where they are silent."""
+        """As the data sheets say, and as the windows' own fits where they are silent."""
         fitted, silent = self.start(), self.prior_error >= _WIDE
         return Point(np.where(silent, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
-    def setup(self, figures: list[Any]) -> Setup:
+    def window_model(self, figures: list[Any]) -> WindowModel:
         """The model of all windows from their scaled figures, each (W, 1) or a Dual of it."""
         kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = figures
         known = self.evidence.knowledge
@@ -205,7 +205,7 @@ class SetModel:
         )
         top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller)
         string = (pipe, collars) if known.collar_length else (pipe,)
-        return Setup(
+        return WindowModel(
             DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
             Recording(clock_offset=_CLOCK * clock),
         )
@@ -216,17 +216,17 @@ class SetModel:
         each[list(LOCAL)] += point.local.T
         return each[..., None]
 
-    def extended(self, setup: Setup, sizes: list[Any], extensions: tuple[Extension, ...]) -> Setup:
+    def extended(self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...]) -> WindowModel:
         """The setup with causes at their sizes."""
         for extension, size in zip(extensions, sizes, strict=True):
             here = size * extension.present(self.evidence.windows)
-            setup = extension.cause.extend(setup, here, extension.shape, self.circumstances)
-        return setup
+            window_model = extension.cause.extend(window_model, here, extension.shape, self.operating_point)
+        return window_model
 
-    def setup_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Setup:
+    def window_model_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> WindowModel:
         """The model of all windows at a point, with figures of shape (W, 1)."""
         sizes = point.sizes.tolist() if extensions else []
-        return self.extended(self.setup(list(self.figures(point))), sizes, extensions)
+        return self.extended(self.window_model(list(self.figures(point))), sizes, extensions)
 
     def with_evidence(self, evidence: Evidence) -> "SetModel":
         """The same model of other data: windows deviate as far as they have been found to."""
@@ -238,13 +238,13 @@ class SetModel:
         directions = np.eye(count)
         values = [*self.figures(point), *(np.full((1, 1), size) for size in point.sizes)]
         duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
-        setup = self.extended(self.setup(duals[:SHARED]), duals[SHARED:], extensions)
-        return self._whitened(setup, count)
+        window_model = self.extended(self.window_model(duals[:SHARED]), duals[SHARED:], extensions)
+        return self._whitened(window_model, count)
 
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Derivative (W, rows) of the whitened responses to the size of a further cause at zero."""
         size = Dual(np.zeros((1, 1)), np.ones(1))
-        grown = self.extended(self.setup_at(point, extensions), [size], (further,))
+        grown = self.extended(self.window_model_at(point, extensions), [size], (further,))
         return self._whitened(grown, 1).jacobian[:, 0]
 
     def changed(self, mobility: Complex, answer: Complex) -> Complex:
@@ -257,22 +257,22 @@ class SetModel:
 
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Command mobility of every window, shape (W, F)."""
-        mobility = self.setup_at(point, extensions).mobility(self.s)
+        mobility = self.window_model_at(point, extensions).mobility(self.s)
         return np.asarray(np.broadcast_to(mobility, self.evidence.mobility.shape), dtype=complex)
 
     def residual(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
         """Whitened residuals (W, rows), without derivatives."""
-        return self._whitened(self.setup_at(point, extensions), 0).residual
+        return self._whitened(self.window_model_at(point, extensions), 0).residual
 
     def misfit(self, point: Point, extensions: tuple[Extension, ...]) -> float:
         """Sum of squared whitened residuals."""
         return float(np.sum(np.abs(self.residual(point, extensions)) ** 2))
 
-    def _whitened(self, setup: Setup, count: int) -> Linearised:
-        pieces = [weighted(setup.mobility(self.s), self.evidence.mobility, self.weight, count)]
+    def _whitened(self, window_model: WindowModel, count: int) -> Linearised:
+        pieces = [weighted(window_model.mobility(self.s), self.evidence.mobility, self.weight, count)]
         if self.control_weight is not None and self.evidence.control is not None:
             rows = self.control_weight.any(axis=0)
-            response = setup.control(self.s[rows])
+            response = window_model.control(self.s[rows])
             pieces.append(weighted(response, self.evidence.control[:, rows], self.control_weight[:, rows], count))
         residuals, jacobians = zip(*pieces, strict=True)
         return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))

@@ -1,9 +1,9 @@
-"""What the catalogue does not hold: smooth disturbances of unknown shape at the ports, or papers that do not fit.
+"""What the catalogue does not hold: smooth disturbances of unknown shape at the ports, or data sheets that do not fit.
 
 At each port the response is disturbed by a smooth complex function of log frequency, with a Gaussian prior of unknown
 amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of the Royal Statistical Society B 63,
 425–464), written in a basis so that it is one more linear model. What the fitted figures take up of it shows where the
-papers know them: one of these, or all, may lie off the papers by more than their tolerances.
+data sheets know them: one of these, or all, may lie off the data sheets by more than their tolerances.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import PAPERS, SCALED, Extension, SetModel
+from drillid.discrepancy.inference.set_model import DATA_SHEET, SCALED, Extension, SetModel
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
@@ -25,8 +25,8 @@ RELATIVE = ("record", "drive", "control")
 """Ports at which a disturbance multiplies what is recorded, the torque that is made, or what the control answers."""
 PORTS = (*RELATIVE, "top", "upper string", "lower string", "bit")
 """At the others it adds an admittance: at the string's top, at a third and at two thirds of the pipe, at the bit."""
-ON_PAPER = "papers"
-CHANNELS = (*PORTS, ON_PAPER)
+ON_DATA_SHEET = "papers"
+CHANNELS = (*PORTS, ON_DATA_SHEET)
 """Where what is unknown may show."""
 _IN_WORDS = {
     "length": "length of the string",
@@ -44,8 +44,8 @@ _REACHES = (0.0, 6.0)
 """Functions over which a disturbance stays alike, as tried: rough, and as smooth as a gain or a delay."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Standard deviations tried, relative to the response or to the pipe's characteristic admittance."""
-_OFF_PAPERS = np.array([3.0, 10.0, 30.0])
-"""The same of figures off the papers, in tolerances."""
+_OFF_DATA_SHEET = np.array([3.0, 10.0, 30.0])
+"""The same of figures off the data sheets, in tolerances."""
 
 
 def smooth_functions(frequency: Floats, count: int) -> Floats:
@@ -61,11 +61,11 @@ def smooth_functions(frequency: Floats, count: int) -> Floats:
 def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], channel: str) -> Complex:
     """Whitened directions (W, K, rows) of what is unknown, the same in all windows.
 
-    A disturbance at a port has 2 FUNCTIONS of them; of papers each figure that they know has one, in tolerances.
+    A disturbance at a port has 2 FUNCTIONS of them; of data sheets each figure that they know has one, in tolerances.
     """
-    if channel == ON_PAPER:
-        slopes = model.linearised(fit.point, extensions).jacobian[:, PAPERS]
-        return np.asarray(slopes * model.prior_error[PAPERS, None], dtype=complex)
+    if channel == ON_DATA_SHEET:
+        slopes = model.linearised(fit.point, extensions).jacobian[:, DATA_SHEET]
+        return np.asarray(slopes * model.prior_error[DATA_SHEET, None], dtype=complex)
     basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
     real = model.changed(*(one[:, None] * basis for one in _sensitivity(model, fit, extensions, channel)))
     return np.concatenate([real, 1j * real], axis=1)
@@ -73,9 +73,9 @@ def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], 
 
 def _sensitivity(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> tuple[Complex, Complex]:
     """Change of the mobilities and of the control's responses, (W, F) each, by a disturbance of one at a port."""
-    setup, s = model.setup_at(fit.point, extensions), model.s
+    window_model, s = model.window_model_at(fit.point, extensions), model.s
     shape = (model.evidence.windows, s.size)
-    mobility, answer = (np.broadcast_to(one, shape) for one in (setup.mobility(s), setup.control(s)))
+    mobility, answer = (np.broadcast_to(one, shape) for one in (window_model.mobility(s), window_model.control(s)))
     if port == "record":
         # the control acts on the speed itself, so that its answer to the record turns the other way
         return mobility, -answer
@@ -83,9 +83,11 @@ def _sensitivity(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
         return mobility * (1 - mobility * answer), np.zeros_like(answer)
     if port == "control":
         return -(mobility**2) * answer, answer
-    drive, _ = torque_transfers(setup.system.top_drive, s)
-    sensitivity = -(mobility**2) / (setup.recording.transfer(s) * drive) * _speed_at(port, setup.system, s) ** 2
-    return sensitivity * setup.system.string[0].characteristic_admittance, np.zeros_like(answer)
+    drive, _ = torque_transfers(window_model.system.top_drive, s)
+    sensitivity = (
+        -(mobility**2) / (window_model.recording.transfer(s) * drive) * _speed_at(port, window_model.system, s) ** 2
+    )
+    return sensitivity * window_model.system.string[0].characteristic_admittance, np.zeros_like(answer)
 
 
 def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
@@ -100,12 +102,12 @@ def _speed_at(port: str, system: DrillingSystem, s: Complex) -> Any:
     return speed_ratio(replace(pipe, length=pipe.length * share), string_admittance(lower, s), s)
 
 
-def furthest_off_papers(fit: SetFit) -> str:
-    """Which fitted figure lies furthest off the papers, in words."""
-    tolerances = fit.off_papers[list(PAPERS)]
+def furthest_off_data_sheet(fit: SetFit) -> str:
+    """Which fitted figure lies furthest off the data sheets, in words."""
+    tolerances = fit.off_data_sheet[list(DATA_SHEET)]
     place = int(np.argmax(np.abs(tolerances)))
-    name, side = _IN_WORDS[SCALED[PAPERS[place]]], "above" if tolerances[place] > 0 else "below"
-    return f"the fitted {name} lies {abs(tolerances[place]):.1f} tolerances {side} the papers"
+    name, side = _IN_WORDS[SCALED[DATA_SHEET[place]]], "above" if tolerances[place] > 0 else "below"
+    return f"the fitted {name} lies {abs(tolerances[place]):.1f} tolerances {side} the data sheets"
 
 
 @cache
@@ -123,7 +125,7 @@ def prior_roots() -> Floats:
 def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
     """Log Bayes factor of something unknown against nothing, averaged over its size.
 
-    A disturbance is as smooth as any of `prior_roots`; off the papers are all of their figures or one of them.
+    A disturbance is as smooth as any of `prior_roots`; off the data sheets are all of their figures or one of them.
 
     Parameters
     ----------
@@ -131,9 +133,9 @@ def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
     score : shape (..., K)
     information : shape (K, K)
     """
-    if channel == ON_PAPER:
-        every = np.eye(len(PAPERS))
-        return _averaged(score, information, [every, *every[:, :, None]], _OFF_PAPERS)
+    if channel == ON_DATA_SHEET:
+        every = np.eye(len(DATA_SHEET))
+        return _averaged(score, information, [every, *every[:, :, None]], _OFF_DATA_SHEET)
     return _averaged(score, information, prior_roots(), AMPLITUDES)
 
 

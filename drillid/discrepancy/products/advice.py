@@ -21,7 +21,7 @@ from drillid.physics.dual_numbers import primal
 from drillid.physics.responses import string_admittance
 
 if TYPE_CHECKING:
-    from drillid.discrepancy.catalogue import Setup
+    from drillid.discrepancy.catalogue import WindowModel
     from drillid.discrepancy.inference.screen import Screen
     from drillid.discrepancy.inference.set_fit import SetFit
     from drillid.discrepancy.verdicts.examination import Examination
@@ -32,8 +32,8 @@ DETECTED = 3.0
 _TIGHTER = 5.0
 _FASTER = 1.3
 _USUAL = {"delay_error": 0.005, "inertia_td_error": 0.05, "polar_moment_error": 0.05, "length_relative": 0.02}
-"""What papers give where they give anything: s, then shares of the value."""
-_PAPERS = {
+"""What data sheets give where they give anything: s, then shares of the value."""
+_DATA_SHEET = {
     "delay_error": "the drive's delay",
     "inertia_td_error": "the top drive's inertia",
     "polar_moment_error": "the pipe's size",
@@ -62,9 +62,9 @@ class _Told:
 class _WithStringTorque(SetModel):
     """The string's torque measured too: its response to the speed, as exact as the mobility is."""
 
-    def _whitened(self, setup: Setup, count: int) -> Linearised:
-        seen = super()._whitened(setup, count)
-        response = string_admittance(setup.system, self.s) / setup.recording.transfer(self.s)
+    def _whitened(self, window_model: WindowModel, count: int) -> Linearised:
+        seen = super()._whitened(window_model, count)
+        response = string_admittance(window_model.system, self.s) / window_model.recording.transfer(self.s)
         value = primal(response)
         relative = np.where(self.weight > 0, self.weight * np.abs(self.evidence.mobility), 0.0)
         weight = np.nan_to_num(relative) / np.abs(value)
@@ -158,9 +158,9 @@ def _told(model: SetModel, found: Examination, chosen: Sequence[Extension]) -> _
 def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
     """Every measurement in words, with the model of a set that has it."""
     evidence = model.evidence
-    found = [(words, model.with_evidence(replace(evidence, knowledge=known))) for words, known in _papers(evidence)]
+    found = [(words, model.with_evidence(replace(evidence, knowledge=known))) for words, known in _data_sheet(evidence)]
     if evidence.control is None:
-        control = model.setup_at(point).control(model.s)
+        control = model.window_model_at(point).control(model.s)
         logged = np.broadcast_to(np.asarray(control, dtype=complex), evidence.mobility.shape)
         with_command = replace(evidence, control=logged, control_variance=np.zeros(logged.shape))
         found.append(("the torque command in the log", model.with_evidence(with_command)))
@@ -170,11 +170,11 @@ def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
     return found
 
 
-def _papers(evidence: Evidence) -> list[tuple[str, Knowledge]]:
+def _data_sheet(evidence: Evidence) -> list[tuple[str, Knowledge]]:
     known = evidence.knowledge
     scale = {"inertia_td_error": known.inertia_td, "polar_moment_error": known.polar_moment}
     told = []
-    for name, words in _PAPERS.items():
+    for name, words in _DATA_SHEET.items():
         error = float(getattr(known, name))
         given = np.isfinite(error)
         better: dict[str, Any] = {name: error / _TIGHTER if given else _USUAL[name] * scale.get(name, 1.0)}
@@ -188,5 +188,5 @@ def _joined(evidence: Evidence, faster: float) -> Evidence:
     rows = np.concatenate([np.arange(evidence.windows)] * 2)
     twice = evidence.subset(rows)
     factor = np.where(np.arange(rows.size) < evidence.windows, 1.0, faster)
-    conditions = replace(twice.conditions, speed=twice.conditions.speed * factor)
-    return replace(twice, conditions=conditions, signs=())
+    operating_points = replace(twice.operating_points, speed=twice.operating_points.speed * factor)
+    return replace(twice, operating_points=operating_points, detections=())

@@ -83,7 +83,7 @@ def _residual(found: Examination, fit: SetFit, extensions: tuple[Extension, ...]
 def _of_set(one: ExaminedSet, data: WellData, error_rate: float) -> Columns:
     """Variables of one set, without the dimension `set`."""
     found = one.examination
-    depth = found.model.evidence.conditions.hole_depth
+    depth = found.model.evidence.operating_points.hole_depth
     members = [name for verdict in found.verdicts for name in verdict.members]
     before = reflectogram(found.model, found.base, (), error_rate)
     after = reflectogram(found.model, found.extended, found.extensions, error_rate) if found.extensions else before
@@ -92,8 +92,8 @@ def _of_set(one: ExaminedSet, data: WellData, error_rate: float) -> Columns:
         "advice": ((), advice_text(found, members)),
         "from_m": ((), depth.min()),
         "to_m": ((), depth.max()),
-        "chance_before": ((), found.before.chance),
-        "chance_after": ((), found.after.chance),
+        "p_value_before": ((), found.before.p_value),
+        "p_value_after": ((), found.after.p_value),
         "distance": (("place",), before.distance),
         "reflection_before": (("place",), before.reflection),
         "reflection_after": (("place",), after.reflection),
@@ -110,11 +110,17 @@ def _evidence(found: Examination) -> Columns:
     linear = found.before.by_cause
     if found.posterior is not None:
         linear |= {one.name: one.log_evidence for one in found.posterior.refined}
-    signs = {one.cause: one for one in found.signs}
+    detections = {one.cause: one for one in found.detections}
     return {
         "log_evidence": (("cause",), [linear.get(name, np.nan) for name in _CAUSES]),
-        "sign_log_evidence": (("cause",), [signs[name].log_evidence if name in signs else np.nan for name in _CAUSES]),
-        "sign_chance": (("cause",), [signs[name].chance if name in signs else np.nan for name in _CAUSES]),
+        "detection_log_evidence": (
+            ("cause",),
+            [detections[name].log_evidence if name in detections else np.nan for name in _CAUSES],
+        ),
+        "detection_p_value": (
+            ("cause",),
+            [detections[name].p_value if name in detections else np.nan for name in _CAUSES],
+        ),
         "unknown_evidence": (("port",), [found.before.unknown[port] for port in unknown.CHANNELS]),
     }
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
-from drillid.discrepancy.catalogue import CATALOGUE, Circumstances, Setup
+from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.sensor import Recording
@@ -31,14 +31,14 @@ control, the offset between the clocks, the collars, and the circumstances that 
 
 def figures(model: SetModel, point: Point) -> dict[str, Floats]:
     """Figures of every window, each of shape (window,)."""
-    setup, known = model.setup_at(point), model.evidence.knowledge
-    system, circumstances = setup.system, model.circumstances
+    window_model, known = model.window_model_at(point), model.evidence.knowledge
+    system, operating_point = window_model.system, model.operating_point
     pipe, top_drive, controller = system.string[0], system.top_drive, system.top_drive.controller
     values = [pipe.kappa, pipe.delta, pipe.length, pipe.polar_moment, top_drive.delay, top_drive.inertia]
     values += [system.bit.damping, system.bit.inertia, controller.proportional, controller.integral]
-    values += [controller.speed_filter, controller.torque_filter, setup.recording.clock_offset]
+    values += [controller.speed_filter, controller.torque_filter, window_model.recording.clock_offset]
     values += [known.collar_length, known.collar_polar_moment]
-    values += [circumstances.speed, circumstances.torque, circumstances.length]
+    values += [operating_point.speed, operating_point.torque, operating_point.length]
     shape = (model.evidence.windows, 1)
     return {
         name: np.broadcast_to(np.asarray(value, dtype=float), shape)[:, 0]
@@ -53,7 +53,9 @@ def parameters(model: SetModel, point: Point) -> Floats:
     return np.stack([*(figure[name] for name in FIGURES[:7]), inertia], axis=1)
 
 
-def setup_of(figure: Mapping[str, Floats], extensions: Sequence[Extension], sizes: Sequence[float]) -> Setup:
+def window_model_of(
+    figure: Mapping[str, Floats], extensions: Sequence[Extension], sizes: Sequence[float]
+) -> WindowModel:
     """The model of all windows of a set with its causes; the inverse of `figures`.
 
     Parameters
@@ -68,12 +70,12 @@ def setup_of(figure: Mapping[str, Floats], extensions: Sequence[Extension], size
     controller = Controller(one["proportional"], one["integral"], one["speed_filter"], one["torque_filter"])
     top_drive = TopDrive(one["inertia_td"], one["delay"], controller)
     system = DrillingSystem(top_drive, string, Bit(one["inertia_bit"], one["damping_bha"]))
-    setup = Setup(system, Recording(clock_offset=one["clock_offset"]))
-    circumstances = Circumstances(one["mean_speed"], one["mean_torque"], one["depth_length"])
+    window_model = WindowModel(system, Recording(clock_offset=one["clock_offset"]))
+    operating_point = OperatingPoint(one["mean_speed"], one["mean_torque"], one["depth_length"])
     for extension, size in zip(extensions, sizes, strict=True):
         here = size * extension.present(len(one["kappa"]))
-        setup = extension.cause.extend(setup, here, extension.shape, circumstances)
-    return setup
+        window_model = extension.cause.extend(window_model, here, extension.shape, operating_point)
+    return window_model
 
 
 def extension_variables(sets: Sequence[ExaminedSet], windows: int) -> dict[str, tuple[Any, ...]]:
@@ -101,7 +103,7 @@ def extension_variables(sets: Sequence[ExaminedSet], windows: int) -> dict[str, 
     }
 
 
-def extended_setup(examination: xr.Dataset, number: int) -> Setup:
+def extended_window_model(examination: xr.Dataset, number: int) -> WindowModel:
     """The extended model of a set, with figures of shape (window, 1) over the windows of the set.
 
     Parameters
@@ -121,20 +123,22 @@ def extended_setup(examination: xr.Dataset, number: int) -> Setup:
             strict=True,
         )
     ]
-    return setup_of(dict(zip(FIGURES, values, strict=True)), extensions, of_set["extension_size"].values.tolist())
+    return window_model_of(
+        dict(zip(FIGURES, values, strict=True)), extensions, of_set["extension_size"].values.tolist()
+    )
 
 
-def identified_setups(examination: xr.Dataset) -> dict[int, Setup]:
+def identified_window_models(examination: xr.Dataset) -> dict[int, WindowModel]:
     """The extended model of every window in whose set a cause was named, by the window's row.
 
-    Each can be used wherever a model of the rig is: `setup.system` in drillid.physics and drillid.control.tuning, and
-    `setup.mobility(s)` for what the records show of it.
+    Each can be used wherever a model of the rig is: `window_model.system` in drillid.physics and
+    drillid.control.tuning, and `setup.mobility(s)` for what the records show of it.
     """
-    found: dict[int, Setup] = {}
+    found: dict[int, WindowModel] = {}
     for number in np.unique(examination["extension_set"].values).astype(int).tolist():
-        setup = extended_setup(examination, number)
+        window_model = extended_window_model(examination, number)
         for place, row in enumerate(np.flatnonzero(examination["window_set"].values == number).tolist()):
-            found[row] = _of_window(setup, place)
+            found[row] = _of_window(window_model, place)
     return found
 
 

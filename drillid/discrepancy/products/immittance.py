@@ -58,7 +58,7 @@ def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tupl
     half = basis.shape[0]
     relative, scale = port in unknown.RELATIVE, 1.0
     if not relative:
-        system = model.setup_at(fit.point).system
+        system = model.window_model_at(fit.point).system
         scale = float(np.mean(system.string[0].characteristic_admittance))
     values = np.asarray(scale * (mean[:half] + 1j * mean[half:]) @ basis, dtype=complex)
     spread = [np.einsum("kf,kl,lf->f", basis, block, basis) for block in _blocks(covariance, half)]

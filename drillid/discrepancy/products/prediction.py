@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.catalogue import Setup
+from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.inference.held_out_gain import trained_without
 from drillid.discrepancy.inference.set_model import Extension, Point
 from drillid.physics.responses import laplace
@@ -25,13 +25,13 @@ PHASES = 2400
 class Prediction:
     """One window as a model predicts it that was fitted without it."""
 
-    setup: Setup
+    window_model: WindowModel
     row: int
-    """The window's row in the set, where figures of `setup` have one for each."""
+    """The window's row in the set, where figures of `window_model` have one for each."""
 
     def mobility(self, frequency: Floats) -> Complex:
         """Command mobility, (frequency,)."""
-        response = np.asarray(self.setup.mobility(laplace(frequency)))
+        response = np.asarray(self.window_model.mobility(laplace(frequency)))
         return np.asarray(response[self.row if response.shape[0] > 1 else 0], dtype=complex)
 
 
@@ -43,13 +43,13 @@ def held_out_predictions(found: Examination) -> tuple[int, Prediction, Predictio
     is held out.
     """
     evidence = found.model.evidence
-    row = int(np.argsort(evidence.conditions.hole_depth)[evidence.windows // 2])
+    row = int(np.argsort(evidence.operating_points.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
     held[row, :: 2 if evidence.windows == 1 else 1] = True
 
     def predicted(start: Point, extensions: tuple[Extension, ...]) -> Prediction:
         point = trained_without(found.model, held, start, extensions)
-        return Prediction(found.model.setup_at(point, extensions), row)
+        return Prediction(found.model.window_model_at(point, extensions), row)
 
     base = predicted(found.base.point, ())
     return row, base, predicted(found.extended.point, found.extensions) if found.extensions else base

@@ -49,7 +49,7 @@ def reflectogram(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
     ----------
     error_rate : chance that noise alone passes the level anywhere
     """
-    longest = float(np.max(model.evidence.conditions.bit_depth))
+    longest = float(np.max(model.evidence.operating_points.bit_depth))
     distance = np.linspace(0.0, 1.05 * longest, PLACES)
     projection = project(model, fit, extensions, _directions(model, fit, extensions, distance))
     deviation = np.sqrt(np.diag(projection.information))
@@ -63,13 +63,13 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
     Windows and frequencies count by the noise of their reflection, times a Hann window so that one echo does not
     ring.
     """
-    setup = model.setup_at(fit.point, extensions)
-    s, system, mobility = model.s, setup.system, setup.mobility(model.s)
+    window_model = model.window_model_at(fit.point, extensions)
+    s, system, mobility = model.s, window_model.system, window_model.mobility(model.s)
     admittance, characteristic = string_admittance(system, s), propagation(system.string[0], s)[1]
     command, _ = torque_transfers(system.top_drive, s)
     # R = (Y₀ − Y)/(Y₀ + Y) with Y = W R_record/M less what the top drive takes
     of_admittance = -2 * characteristic / (characteristic + admittance) ** 2
-    per_mobility = of_admittance * -command * setup.recording.transfer(s) / mobility**2
+    per_mobility = of_admittance * -command * window_model.recording.transfer(s) / mobility**2
     good = model.weight > 0
     per_residual = np.where(good, per_mobility / np.where(good, model.weight, 1.0), 0.0)
     share = np.where(good, np.hanning(s.size + 2)[1:-1] / (np.abs(per_residual) ** 2 + _WORTH**2), 0.0)

@@ -11,17 +11,17 @@ from drillid.discrepancy.catalogue.cause import SYMPTOMS
 from drillid.discrepancy.detectors.pooling import pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import fit_set, with_own_deviation, without_strays
+from drillid.discrepancy.inference.set_fit import fit_set, with_own_deviation, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.examination import Examination, nameless, unextended
-from drillid.discrepancy.verdicts.from_detections import with_signs
-from drillid.discrepancy.verdicts.from_responses import explained, is_hopeless
+from drillid.discrepancy.verdicts.from_detections import with_detections
+from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explained
 from drillid.discrepancy.verdicts.verdict import EVEN_ODDS, NONE, Verdict, calibrated
 from drillid.errors import EstimationError
 
-LINEAR_SHARE, _SIGNS_SHARE = 0.5, 0.25
-"""Of the error rate, what is given to the linear responses and what the signs share; the rest is kept, so that no more
-than the stated rate of sets with nothing wrong are named although chances come from draws and estimates."""
+LINEAR_SHARE, _DETECTIONS_SHARE = 0.5, 0.25
+"""Of the error rate, what is given to the linear responses and what the detections share; the rest is kept, so that
+no more than the stated rate of sets with nothing wrong are named although p-values come from draws and estimates."""
 
 
 def examine(
@@ -34,7 +34,7 @@ def examine(
     evidence : a set of windows
     catalogue : causes that may be named; all where not given
     error_rate : chance that a set in which nothing is wrong gets another verdict than none
-    seed : of the draws that give chances
+    seed : of the draws that give p-values
 
     Raises
     ------
@@ -51,16 +51,16 @@ def examine(
     model = SetModel(evidence)
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda one: one.cost)
     model, base = with_own_deviation(model, base)
-    base = without_strays(model, base)
+    base = without_outlier_windows(model, base)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
-    signs = tuple(one for one in pool(evidence.signs) if one.cause in names)
-    examination = Examination((), model, base, base, (), before, before, None, signs)
-    if before.chance < error_rate * LINEAR_SHARE or is_hopeless(model, base):
+    detections = tuple(one for one in pool(evidence.detections) if one.cause in names)
+    examination = Examination((), model, base, base, (), before, before, None, detections)
+    if before.p_value < error_rate * LINEAR_SHARE or base_model_rejected(model, base):
         examination = explained(examination, causes, generator)
-    found = [one for one in signs if one.chance < error_rate * _SIGNS_SHARE / len(signs)]
-    return _at_even_odds(with_signs(examination, found, error_rate))
+    found = [one for one in detections if one.p_value < error_rate * _DETECTIONS_SHARE / len(detections)]
+    return _at_even_odds(with_detections(examination, found, error_rate))
 
 
 def _at_even_odds(examination: Examination) -> Examination:
@@ -81,14 +81,14 @@ def _at_even_odds(examination: Examination) -> Examination:
 
 def _none(examination: Examination) -> Verdict:
     """Nothing, with its posterior at even odds that something is wrong."""
-    conditions, before = examination.model.evidence.conditions, examination.before
-    logs = [*before.by_cause.values(), before.unknown_evidence, *(one.log_evidence for one in examination.signs)]
+    operating_points, before = examination.model.evidence.operating_points, examination.before
+    logs = [*before.by_cause.values(), before.unknown_evidence, *(one.log_evidence for one in examination.detections)]
     odds = float(logsumexp(logs) - np.log(len(logs)))
     return Verdict(
         verdict=NONE,
         family="",
         probability=float(expit(-odds)),
-        from_m=float(conditions.hole_depth.min()),
-        to_m=float(conditions.hole_depth.max()),
-        evidence=f"chance {before.chance:.2g} of so much misfit where nothing is wrong",
+        from_m=float(operating_points.hole_depth.min()),
+        to_m=float(operating_points.hole_depth.max()),
+        evidence=f"p-value {before.p_value:.2g} of so much misfit where nothing is wrong",
     )

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.detectors.pooling import PooledSign
+from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
@@ -37,7 +37,7 @@ class Examination:
     after: Screen
     """The screen of the extended model; that of the base model where nothing was named."""
     posterior: Posterior | None
-    signs: tuple[PooledSign, ...]
+    detections: tuple[PooledDetection, ...]
 
 
 def unextended(examination: Examination) -> Examination:

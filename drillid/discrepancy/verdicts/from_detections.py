@@ -1,4 +1,4 @@
-"""Verdicts from signs in the record, beside or in place of those from the linear responses."""
+"""Verdicts from detections in the record, beside or in place of those from the linear responses."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from scipy.special import logsumexp
 
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.catalogue.cause import SYMPTOMS
-from drillid.discrepancy.detectors.pooling import PooledSign, sign_gain
+from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
 from drillid.discrepancy.verdicts.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
@@ -26,27 +26,28 @@ from drillid.statistics import TWO_SIDED
 _STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _UNLIKE = "something like it fits better"
 _WITHOUT_GAIN = 10.0
-"""Evidence, in units of log-likelihood, of which a sign without a name keeps the verdict that something is wrong."""
+"""Evidence, in units of log-likelihood, of which a detection without a name keeps the verdict that something is wrong.
+Evidence, in units of log-likelihood, of which a detection without a name keeps the verdict that something is wrong."""
 _SHADOW = 0.1
-"""Evidence for a second sign, per that of the plainest, below which it is not told."""
+"""Evidence for a second detection, per that of the plainest, below which it is not told."""
 
 
-def with_signs(examination: Examination, found: list[PooledSign], error_rate: float) -> Examination:
-    """Verdicts from signs beside, or in place of, those from the linear responses; perhaps none at all.
+def with_detections(examination: Examination, found: list[PooledDetection], error_rate: float) -> Examination:
+    """Verdicts from detections beside, or in place of, those from the linear responses; perhaps none at all.
 
     A symptom counts only where there is nothing else: the verdict is then unknown.
     """
     symptoms = [_of_symptom(examination, one) for one in found if one.cause in SYMPTOMS]
     found = [one for one in found if one.cause not in SYMPTOMS]
     chosen = _plainest(_possible(examination, found))
-    shown = {one.cause: _sign_verdict(examination, one, found) for one in chosen}
+    shown = {one.cause: _detection_verdict(examination, one, found) for one in chosen}
     doubts = {one.cause: _doubt(one, shown[one.cause]) for one in chosen}
     if _bent(examination, [one for one in chosen if doubts[one.cause] in ("", _UNLIKE)]):
         examination = unextended(examination)
     linear = examination.verdicts
     if linear:
-        chosen = [one for one in chosen if one.chance < error_rate * CLOSURE_RATE / len(examination.signs)]
-    # beside a cause that is plain a faint sign is more likely its shadow than a second cause
+        chosen = [one for one in chosen if one.p_value < error_rate * CLOSURE_RATE / len(examination.detections)]
+    # beside a cause that is plain a faint detection is more likely its shadow than a second cause
     plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
     plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
     chosen = [one for place, one in enumerate(chosen) if one.log_evidence >= max(plain, PAIR_PRICE if place else 0.0)]
@@ -63,21 +64,21 @@ def with_signs(examination: Examination, found: list[PooledSign], error_rate: fl
     return replace(examination, verdicts=(*linear, *named) or tuple([*doubtful, *symptoms][:1]))
 
 
-def _possible(examination: Examination, found: list[PooledSign]) -> list[PooledSign]:
-    """Signs of what may be there and has no name yet."""
+def _possible(examination: Examination, found: list[PooledDetection]) -> list[PooledDetection]:
+    """Detections of what may be there and has no name yet."""
     told = {name for one in examination.verdicts for name in one.members}
-    # what moves has several signs, each like the others
+    # what moves has several detections, each like the others
     told |= {other for name in told if CATALOGUE[name].moves for other in CATALOGUE[name].looks_like}
     chosen = [one for one in found if one.cause not in told and _may_be(one)]
     if all(one.cause != _STUCK for one in chosen):
         return chosen
-    # a bit that sticks leaves every other sign of the rig as well, and swings like a tone
+    # a bit that sticks leaves every other detection of the rig as well, and swings like a tone
     sensors = (name for name, cause in CATALOGUE.items() if cause.family == "sensor" and name != _TONE)
     kept = {_STUCK, *sensors}
     return [one for one in chosen if one.cause in kept]
 
 
-def _bent(examination: Examination, proved: list[PooledSign]) -> bool:
+def _bent(examination: Examination, proved: list[PooledDetection]) -> bool:
     """Whether a rig that changes or saturates within a window has bent the linear responses."""
     linear, regimes = examination.verdicts, [one for one in proved if CATALOGUE[one.cause].regime]
     if not linear or not regimes:
@@ -86,7 +87,7 @@ def _bent(examination: Examination, proved: list[PooledSign]) -> bool:
         return True
     # what is left of a rig bent out of shape no linear cause explains; one that does pays for being second
     evidence = evidence_left(examination.before)
-    stands = evidence > PAIR_PRICE and examination.after.chance >= CLOSURE_RATE
+    stands = evidence > PAIR_PRICE and examination.after.p_value >= CLOSURE_RATE
     return not stands and sum(one.log_evidence for one in regimes) > evidence
 
 
@@ -95,7 +96,7 @@ def _bends(cause: str) -> bool:
     return CATALOGUE[cause].is_linear or cause == _ROUNDED
 
 
-def _doubt(one: PooledSign, verdict: Verdict) -> str:
+def _doubt(one: PooledDetection, verdict: Verdict) -> str:
     """Why a cause is not named by its sign; nothing where it is."""
     if not verdict.gain_low > 0:
         return NO_SURE_GAIN
@@ -104,30 +105,32 @@ def _doubt(one: PooledSign, verdict: Verdict) -> str:
     return _UNLIKE if one.closure < CLOSURE_RATE else ""
 
 
-def _may_be(one: PooledSign) -> bool:
-    """Whether a sign's size is one that it may have: a bit whose speed swings by less than its mean does not stand."""
+def _may_be(one: PooledDetection) -> bool:
+    """Whether a detection's size is one that it may have: a bit whose speed swings by less than its mean does not
+    stand.
+    """
     return one.cause != _STUCK or one.size + TWO_SIDED * one.size_error >= 1.0
 
 
-def _plainest(signs: list[PooledSign]) -> list[PooledSign]:
-    """Of signs that look alike the plainest, most certain first."""
-    chosen: list[PooledSign] = []
-    for one in sorted(signs, key=lambda sign: -sign.log_evidence):
+def _plainest(detections: list[PooledDetection]) -> list[PooledDetection]:
+    """Of detections that look alike the plainest, most certain first."""
+    chosen: list[PooledDetection] = []
+    for one in sorted(detections, key=lambda detection: -detection.log_evidence):
         if not any(_alike(one.cause, other.cause) for other in chosen):
             chosen.append(one)
     return chosen
 
 
-def _of_symptom(examination: Examination, one: PooledSign) -> Verdict:
+def _of_symptom(examination: Examination, one: PooledDetection) -> Verdict:
     """Something is wrong that no cause of the catalogue stands for."""
-    symptom, depth = SYMPTOMS[one.cause], examination.model.evidence.conditions.hole_depth
+    symptom, depth = SYMPTOMS[one.cause], examination.model.evidence.operating_points.hole_depth
     return Verdict(
         verdict=UNKNOWN,
         family=symptom.family,
         probability=surely(one.log_evidence),
         from_m=float(depth.min()),
         to_m=float(depth.max()),
-        evidence=f"{symptom.meaning}, chance {one.chance:.2g} where nothing is wrong",
+        evidence=f"{symptom.meaning}, p-value {one.p_value:.2g} where nothing is wrong",
         what_would_separate=symptom.separated_by,
     )
 
@@ -136,7 +139,7 @@ def _alike(one: str, other: str) -> bool:
     return other in CATALOGUE[one].looks_like or one in CATALOGUE[other].looks_like
 
 
-def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledSign]) -> Verdict:
+def _detection_verdict(examination: Examination, one: PooledDetection, found: list[PooledDetection]) -> Verdict:
     cause, evidence = CATALOGUE[one.cause], examination.model.evidence
     rivals = (
         [one] if one.cause == _STUCK else [other for other in found if other is one or _alike(one.cause, other.cause)]
@@ -149,14 +152,14 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
         if other is one or (share > 1 - CLASS_MASS and not told_apart(one, other))
     }
     members = list(likely)
-    gain = sign_gain([sign for sign in evidence.signs if sign.cause == one.cause])
+    gain = detection_gain([detection for detection in evidence.detections if detection.cause == one.cause])
     reach = TWO_SIDED * one.size_error * _misfit(examination)
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
         probability=surely(one.log_evidence) * float(sum(likely.values())),
-        from_m=float(evidence.conditions.hole_depth.min()),
-        to_m=float(evidence.conditions.hole_depth.max()),
+        from_m=float(evidence.operating_points.hole_depth.min()),
+        to_m=float(evidence.operating_points.hole_depth.max()),
         cause=one.cause,
         size=one.size,
         size_low=one.size - reach,
@@ -167,7 +170,7 @@ def _sign_verdict(examination: Examination, one: PooledSign, found: list[PooledS
         gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
-        evidence=f"a sign of its own in the record, chance {one.chance:.2g} where it is absent",
+        evidence=f"a detection of its own in the record, p-value {one.p_value:.2g} where it is absent",
     )
 
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
-from drillid.discrepancy.detectors.pooling import PooledSign, sign_gain
+from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
-from drillid.discrepancy.inference.localisation import stretch, surely_placed
+from drillid.discrepancy.inference.localisation import contiguous_windows, surely_placed
 from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import Refined, refine
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
-from drillid.discrepancy.inference.unknown import ON_PAPER, furthest_off_papers
-from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
+from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.verdicts.examination import (
     CLOSURE_RATE,
     LEFT_SHARE,
@@ -30,8 +30,8 @@ from drillid.statistics import TWO_SIDED
 _FIRSTS = 3
 """Causes with which a second one is tried."""
 _FIRST_WITHIN = 12.0
-_HOPELESS_PULLS, _HOPELESS_CHI2 = 50.0, 2.0
-"""Pulls of the papers, in units of log-likelihood, and χ² per residual beyond any chance."""
+_REJECTED_PULLS, _REJECTED_CHI2 = 50.0, 2.0
+"""Pulls of the data sheets, in units of log-likelihood, and χ² per residual beyond any chance."""
 _LEFT = 4.0
 """What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
 _PLACED = 0.95
@@ -42,21 +42,23 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     """Name what the linear responses show: one cause, two, or unknown."""
     model, base, before = examination.model, examination.base, examination.before
     moving = _moving(examination)
-    refined = refine(model, base, (), before, causes, moving=moving, every=True, hopeless=is_hopeless(model, base))
+    refined = refine(
+        model, base, (), before, causes, moving=moving, every=True, rejected=base_model_rejected(model, base)
+    )
     most = refined[0].log_evidence if refined else 0.0
     refined = [one for one in refined if not one.at_bound and not _refuted(examination, one.name)]
     if not refined or refined[0].log_evidence < most - _LEFT:
         return _unknown(examination, max(before.unknown_evidence, most))
-    first = posterior(_with_own_signs(refined, examination.signs), before.unknown_evidence)
+    first = posterior(_with_own_detections(refined, examination.detections), before.unknown_evidence)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: list[tuple[Posterior, Refined]] = [(first, best)]
-    if after.chance < CLOSURE_RATE:
+    if after.p_value < CLOSURE_RATE:
         other = _other(examination, first, after, causes, generator)
         if other is not None:
             chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - PAIR_PRICE * (len(chosen) - 1)
-    open_still = after.chance < CLOSURE_RATE and evidence_left(after) > max(_LEFT, LEFT_SHARE * total)
+    open_still = after.p_value < CLOSURE_RATE and evidence_left(after) > max(_LEFT, LEFT_SHARE * total)
     if any(one.at_bound for _, one in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or open_still:
@@ -71,25 +73,27 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
 
 
 def _moving(examination: Examination) -> dict[str, float]:
-    """Sizes of causes that move, where their signs are in sight."""
-    signs = (one for one in examination.signs if one.cause in CATALOGUE and CATALOGUE[one.cause].moves)
-    return {one.cause: one.size for one in signs if one.log_evidence > 0}
+    """Sizes of causes that move, where their detections are in sight."""
+    detections = (one for one in examination.detections if one.cause in CATALOGUE and CATALOGUE[one.cause].moves)
+    return {one.cause: one.size for one in detections if one.log_evidence > 0}
 
 
 def _refuted(examination: Examination, cause: str) -> bool:
-    """Whether a cause's own sign leaves more in the record than it may where that cause is what is there."""
-    return any(one.cause == cause and one.log_evidence > 0 and one.closure < CLOSURE_RATE for one in examination.signs)
+    """Whether a cause's own detection leaves more in the record than it may where that cause is what is there."""
+    return any(
+        one.cause == cause and one.log_evidence > 0 and one.closure < CLOSURE_RATE for one in examination.detections
+    )
 
 
-def is_hopeless(model: SetModel, base: SetFit) -> bool:
+def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so far off that nothing linear about it can be trusted."""
     rows = 2 * int(np.count_nonzero(model.weight))
-    return base.pulls > _HOPELESS_PULLS or base.chi2 > _HOPELESS_CHI2 * rows
+    return base.pulls > _REJECTED_PULLS or base.chi2 > _REJECTED_CHI2 * rows
 
 
-def _with_own_signs(refined: list[Refined], signs: tuple[PooledSign, ...]) -> list[Refined]:
-    """Causes that also have a sign of their own carry its evidence as well, for or against."""
-    own = {one.cause: one for one in signs}
+def _with_own_detections(refined: list[Refined], detections: tuple[PooledDetection, ...]) -> list[Refined]:
+    """Causes that also have a detection of their own carry its evidence as well, for or against."""
+    own = {one.cause: one for one in detections}
     return [
         replace(one, log_evidence=one.log_evidence + own[one.name].evidence_for(float(one.fit.point.sizes[-1])))
         if one.name in own
@@ -103,7 +107,7 @@ def _bounded_in_depth(
 ) -> tuple[tuple[Extension, ...], SetFit]:
     """The extensions with the windows in which each is present, where it begins or ends within the set."""
     for place in range(len(extensions)):
-        rows = stretch(model, fit, extensions, place, CLOSURE_RATE)
+        rows = contiguous_windows(model, fit, extensions, place, CLOSURE_RATE)
         if rows is not None:
             bounded = replace(extensions[place], windows=rows)
             extensions = (*extensions[:place], bounded, *extensions[place + 1 :])
@@ -128,7 +132,7 @@ def _other(
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
         own = _with_first(first, one)
-        if seen.chance >= CLOSURE_RATE:
+        if seen.p_value >= CLOSURE_RATE:
             option = (one.log_evidence, [(own, one)], seen)
         else:
             seconds = _seconds(examination, one.fit, one.extension, seen, causes)
@@ -152,9 +156,9 @@ def _other(
 def _seconds(
     examination: Examination, fit: SetFit, beside: Extension, seen: Screen, causes: list[Cause]
 ) -> list[Refined]:
-    """Further causes beside one, with their own signs; in the order of the responses' evidence."""
+    """Further causes beside one, with their own detections; in the order of the responses' evidence."""
     refined = refine(examination.model, fit, (beside,), seen, causes, moving=_moving(examination))
-    return _with_own_signs(refined, examination.signs)
+    return _with_own_detections(refined, examination.detections)
 
 
 def _beside(
@@ -181,10 +185,10 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
     evidence = result.model.evidence
     size, error = _size(result, place)
     limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
-    depth = evidence.conditions.hole_depth if rows is None else evidence.conditions.hole_depth[list(rows)]
+    depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     gain = _gain(result, place, without).joined(
-        sign_gain([sign for sign in evidence.signs if sign.cause == cause.name])
+        detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
     )
     members = _members(result, found, without)
     return Verdict(
@@ -224,7 +228,7 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
 def _size(result: Examination, place: int) -> tuple[float, float]:
     """Size of an extension and its error; of one that moves by its sign, as the mean response hardly tells it."""
     if result.extensions[place].cause.moves:
-        own = [sign for sign in result.signs if sign.cause == result.extensions[place].cause.name]
+        own = [detection for detection in result.detections if detection.cause == result.extensions[place].cause.name]
         if own and np.isfinite(own[0].size_error):
             return own[0].size, own[0].size_error
     return float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
@@ -238,21 +242,21 @@ def _members(result: Examination, found: Posterior, beside: tuple[Extension, ...
 
 
 def _apart(result: Examination, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> bool:
-    """Whether two causes are told apart by their signs, or by what they predict."""
-    signs = [sign for sign in result.signs if sign.cause in (one.name, other.name)]
-    by_signs = len(signs) > 1 and told_apart(*signs)
-    return by_signs or _distance(result.model, one, other, beside) >= SAME
+    """Whether two causes are told apart by their detections, or by what they predict."""
+    detections = [detection for detection in result.detections if detection.cause in (one.name, other.name)]
+    by_detections = len(detections) > 1 and told_apart(*detections)
+    return by_detections or _distance(result.model, one, other, beside) >= SAME
 
 
 def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:
-    """Standard deviations between what two causes at their best predict, the papers' figures among it."""
+    """Standard deviations between what two causes at their best predict, the data sheets' figures among it."""
     left, right = (model.residual(fitted.fit.point, (*beside, fitted.extension)) for fitted in (one, other))
-    shared = one.fit.off_papers - other.fit.off_papers
+    shared = one.fit.off_data_sheet - other.fit.off_data_sheet
     local = (one.fit.point.local - other.fit.point.local) / model.deviation
     return float(np.sqrt(np.sum(np.abs(left - right) ** 2) + np.sum(shared**2) + np.sum(local**2)))
 
 
-def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Gain:
+def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> PredictiveGain:
     """What one extension adds to the others on held-out data."""
     point = result.extended.point
     lesser = replace(point, sizes=np.delete(point.sizes, place))
@@ -263,14 +267,14 @@ def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Ga
 def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
     """Something is wrong, and nothing in the catalogue explains it in a way that held-out data bear out."""
     channel = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
-    conditions = examination.model.evidence.conditions
+    operating_points = examination.model.evidence.operating_points
     verdict = Verdict(
         verdict=UNKNOWN,
         family=channel,
         probability=surely(log_evidence),
-        from_m=float(conditions.hole_depth.min()),
-        to_m=float(conditions.hole_depth.max()),
-        evidence=f"linear responses, chance {examination.before.chance:.2g} where nothing is wrong{doubt(unproved)}",
+        from_m=float(operating_points.hole_depth.min()),
+        to_m=float(operating_points.hole_depth.max()),
+        evidence=f"linear responses, p-value {examination.before.p_value:.2g} where nothing is wrong{doubt(unproved)}",
         what_would_separate=_localised(examination, channel),
     )
     return replace(examination, verdicts=(verdict,))
@@ -278,8 +282,8 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
 
 def _localised(examination: Examination, channel: str) -> str:
     """Where something unknown acts, in words."""
-    if channel == ON_PAPER:
-        return furthest_off_papers(examination.base)
+    if channel == ON_DATA_SHEET:
+        return furthest_off_data_sheet(examination.base)
     return "the unknown disturbance acts as one " + _AT[channel]
 
 

@@ -10,8 +10,8 @@ from scipy.special import expit, ndtr, stdtrit
 
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.detectors.pooling import evidence_of_chance
-from drillid.discrepancy.predictive_gain import Gain
+from drillid.discrepancy.detectors.pooling import evidence_of_p_value
+from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import ONE_SIDED, TWO_SIDED
 
@@ -39,22 +39,22 @@ _NAME = "regime_change"
 
 
 def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floats]:
-    """How far each window stands from the others of its run, and the chance of standing so far above them.
+    """How far each window stands from the others of its run, and the p-value of standing so far above them.
 
-    The level is the median of the others. Two yardsticks are taken, and the larger chance of the two counts: the
+    The level is the median of the others. Two yardsticks are taken, and the larger p-value of the two counts: the
     standard errors, as a Gaussian, and the others' own scatter, as a Student's t. So a run that is restless for a
     reason unknown flags no more often than a quiet one, and errors that are too small do not flag at all.
 
-    For its chance a window is compared with those that stand out less, as windows of one interval would hide each
-    other, and it gets no smaller chance than those that stand out more. The first that is flagged wrongly has then
+    For its p-value a window is compared with those that stand out less, as windows of one interval would hide each
+    other, and it gets no smaller p-value than those that stand out more. The first that is flagged wrongly has then
     nothing unusual among the windows it is compared with, or too much of it.
 
     Returns
     -------
     pull : deviation from all others over the larger yardstick, shape (window,); NaN in a run of too few windows
-    chance : shape (window,)
+    p_value : shape (window,)
     """
-    pulls, chances = np.full(value.shape, np.nan), np.full(value.shape, np.nan)
+    pulls, p_values = np.full(value.shape, np.nan), np.full(value.shape, np.nan)
     for number in np.unique(run):
         members = np.flatnonzero((run == number) & np.isfinite(value) & np.isfinite(error))
         if members.size < _LEAST_WINDOWS:
@@ -64,21 +64,21 @@ def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floa
         )
         pulls[members] = found[:, 0] / np.maximum(1.0, found[:, 1])
         order = members[np.argsort(-found[:, 0], kind="stable")]
-        chances[order] = _chances(value[order], error[order])
-    return pulls, chances
+        p_values[order] = _p_values(value[order], error[order])
+    return pulls, p_values
 
 
-def _chances(value: Floats, error: Floats) -> Floats:
+def _p_values(value: Floats, error: Floats) -> Floats:
     """Chance of each of the windows of a run, which are in order from the one that stands out most."""
     from scipy.special import ndtr, stdtr
 
-    chances = np.ones(value.size)
+    p_values = np.ones(value.size)
     for row in range(value.size - _LEAST_WINDOWS + 1):
         stated, scatter = _deviation(value[row:], error[row:])
         others = value.size - row - 1
         freedom = _QN_EFFICIENCY * others / (1 + _QN_SLOWNESS / others)
-        chances[row] = max(ndtr(-stated), stdtr(freedom, -stated / scatter))
-    return np.maximum.accumulate(chances)
+        p_values[row] = max(ndtr(-stated), stdtr(freedom, -stated / scatter))
+    return np.maximum.accumulate(p_values)
 
 
 def _deviation(value: Floats, error: Floats) -> tuple[float, float]:
@@ -104,23 +104,23 @@ def _standard_deviation(value: Floats) -> float:
     return float(_QN * _QN_SMALL.get(size, size / (size + (1.4 if size % 2 else 3.8))) * distance)
 
 
-def flag(chances: list[Floats], error_rate: float) -> Booleans:
+def flag(p_values: list[Floats], error_rate: float) -> Booleans:
     """Windows that stand out upwards in any track, by Holm's step-down over all windows and tracks.
 
-    The chance that a well without anything unusual has any flag is at most `error_rate`.
+    The p-value that a well without anything unusual has any flag is at most `error_rate`.
     """
-    chance = np.concatenate(chances)
-    order = np.argsort(np.where(np.isfinite(chance), chance, np.inf))
-    bound = error_rate / np.arange(np.count_nonzero(np.isfinite(chance)), 0, -1)
-    passed = chance[order][: bound.size] <= bound
+    p_value = np.concatenate(p_values)
+    order = np.argsort(np.where(np.isfinite(p_value), p_value, np.inf))
+    bound = error_rate / np.arange(np.count_nonzero(np.isfinite(p_value)), 0, -1)
+    passed = p_value[order][: bound.size] <= bound
     count = bound.size if passed.all() else int(np.argmin(passed))
-    flagged = np.zeros(chance.size, dtype=bool)
+    flagged = np.zeros(p_value.size, dtype=bool)
     flagged[order[:count]] = True
-    return np.asarray(flagged.reshape(len(chances), -1).any(axis=0), dtype=bool)
+    return np.asarray(flagged.reshape(len(p_values), -1).any(axis=0), dtype=bool)
 
 
 def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd.DataFrame:
-    """Stretches of successive flagged windows of one run, a row each, with the evidence in words."""
+    """Intervals of successive flagged windows of one run, a row each, with the evidence in words."""
     flagged = discrepancy["flagged"].values
     starts = np.flatnonzero(flagged & ~(np.roll(flagged, 1) & (np.roll(run, 1) == run) & (np.arange(run.size) > 0)))
     rows = []
@@ -150,7 +150,7 @@ def change_verdict(
     usual: Booleans,
     from_m: float,
     to_m: float,
-    chance: float,
+    p_value: float,
     said: str,
 ) -> Verdict:
     """The verdict on one flagged interval.
@@ -162,7 +162,7 @@ def change_verdict(
     tracks : value and standard error of damping_bha and inertia_bha in every window of the well
     inside : the interval's windows
     usual : the run's other windows that are not flagged
-    chance : of so clear a flag anywhere in a well without anything unusual
+    p_value : of so clear a flag anywhere in a well without anything unusual
     said : what stands out, in words
     """
     damping, error = tracks["damping_bha"]
@@ -175,7 +175,7 @@ def change_verdict(
     return Verdict(
         verdict=_NAME if named else UNKNOWN,
         family=CATALOGUE[_NAME].family,
-        probability=probability(chance),
+        probability=probability(p_value),
         from_m=from_m,
         to_m=to_m,
         cause=_NAME if named else "",
@@ -192,15 +192,15 @@ def change_verdict(
     )
 
 
-def probability(chance: float) -> float:
-    """Largest probability of a change that a chance supports, at even odds.
+def probability(p_value: float) -> float:
+    """Largest probability of a change that a p-value supports, at even odds.
 
-    The chance stands for a Bayes factor of no more than `pooled.evidence_of_chance` says.
+    The p-value stands for a Bayes factor of no more than `pooled.evidence_of_p_value` says.
     """
-    return float(expit(evidence_of_chance(chance)))
+    return float(expit(evidence_of_p_value(p_value)))
 
 
-def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Gain:
+def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> PredictiveGain:
     """Log score of each of the interval's windows from its other windows, less that from the rest of the run.
 
     Both predict a Gaussian: the mean of their windows, with the errors of both and the scatter of the rest of the
@@ -219,7 +219,7 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Ga
         # as far as Student's t asks for so few
         few = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
         error, held_out = few * gains.std(ddof=1) / np.sqrt(count), count
-    return Gain(value, float(error), held_out)
+    return PredictiveGain(value, float(error), held_out)
 
 
 def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:

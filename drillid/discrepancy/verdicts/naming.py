@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import logsumexp, ndtri
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
-from drillid.discrepancy.detectors.pooling import PooledSign
+from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.search import Refined
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
 
@@ -62,7 +62,7 @@ def posterior(refined: Sequence[Refined], unknown: float) -> Posterior:
     return Posterior(tuple(order), dict(zip([*(one.name for one in order), UNKNOWN], shares.tolist(), strict=True)))
 
 
-def told_apart(one: PooledSign, other: PooledSign) -> bool:
+def told_apart(one: PooledDetection, other: PooledDetection) -> bool:
     """Whether two ways of one change say so different things that the likelier is the name."""
     return min(one.apart, other.apart) >= SAME
 

@@ -63,7 +63,7 @@ class Levels:
 
 
 def levels(value: Floats, error: Floats, factor_error: float, offset_error: float) -> Levels:
-    """Prior of the state from what the papers say.
+    """Prior of the state from what the data sheets say.
 
     Internal damping is known within a factor of three, κ, Y_bha and J_bha within a factor of
     ten of their usual sizes.
@@ -71,7 +71,7 @@ def levels(value: Floats, error: Floats, factor_error: float, offset_error: floa
     Parameters
     ----------
     value, error : shape (8,), SI, as `drillid.fits.window_fit.Prior`; of those that are shared
-        once, NaN where the papers are silent
+        once, NaN where the data sheets are silent
     factor_error : standard uncertainty of the length's factor about 1
     offset_error : that of its offset about 0, m
     """

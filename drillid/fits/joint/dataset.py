@@ -50,7 +50,7 @@ def joint_dataset(
     Parameters
     ----------
     measured, known, bit_depth : of each window
-    prior : the papers on what all windows share
+    prior : the data sheets on what all windows share
     fits : the windows' own fits
     """
     coordinates = {name: fits[name] for name in WINDOW_COORDINATES} | {
@@ -122,7 +122,7 @@ def _problems(fit: JointFit, fits: xr.Dataset) -> list[Problem]:
     return [
         Problem(
             window_place(fits, row),
-            f"contradicts the windows around it (chance {fit.agreement[row]:.1g}) or has residuals larger than its "
+            f"contradicts the windows around it (p-value {fit.agreement[row]:.1g}) or has residuals larger than its "
             f"noise; it counts {100 * fit.weight[row]:.0f} % in the joint fit",
             "Look at its residuals and at the log of that time",
         )
@@ -169,7 +169,7 @@ class Carried:
 
     log_gains : logarithm of the evidence with a jump of each walking figure above this window over
         that without, shape (4,); more than ln(4/α) has a chance of at most α where nothing jumped
-    agreement : chance that a window of the same string is so far from what was expected
+    agreement : p-value of the window's distance from what was expected
     """
 
     latest: Latest

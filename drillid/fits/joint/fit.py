@@ -50,7 +50,7 @@ class JointFit:
     shared, shared_error : as `SHARED`, SI, shape (5,)
     walks : rms change of the walking figures over 100 m, shape (4,)
     weight : share of each window's information that was used; below 1 where it contradicts the others
-    agreement : chance that a window of the same string is so far from the common fit
+    agreement : p-value of the window's distance from the common fit
     log_evidence : of the data given the walks and changes, comparable between models of the same windows
     logged_length : bit depth less the collars, shape (window,), m
     track : what the windows say of their states, to be carried on
@@ -91,7 +91,7 @@ def joint_fit(
     ----------
     measured, known : of each window in order of time
     bit_depth : shape (window,), m
-    prior : the rig's papers; of the parameters that all windows share
+    prior : the rig's data sheets; of the parameters that all windows share
     starts : fits of the single windows, shape (window, 8), SI; NaN where there is none
     share : share of each window's samples that no other window counts, shape (window,); 1 where not given
 
@@ -122,7 +122,7 @@ def joint_fit(
 
 
 def prior_levels(prior: Prior, known: Sequence[KnownEquipment], settings: FitsSettings) -> Levels:
-    """Prior of the first window's state; without collars on the papers, the offset stands for them too."""
+    """Prior of the first window's state; without collars on the data sheets, the offset stands for them too."""
     told = np.isfinite(prior.value[LENGTH])
     factor_error = prior.error[LENGTH] / prior.value[LENGTH] if told else settings.length_factor_error
     listed = all(equipment.collar_length > 0 for equipment in known)
@@ -159,7 +159,7 @@ def _settled(
 
 
 def _weights(windows: Windows, mode: Mode, known_state: Levels, error_rate: float) -> tuple[Floats, Floats]:
-    """Weight of each window and the chance that one of the same string stands so far off, each (window,).
+    """Weight of each window and the p-value of its distance, each (window,).
 
     The gain that a window would have from figures of its own follows χ² with eight degrees of
     freedom at most; its residuals are judged as those of a single fit. Both bounds hold for
@@ -176,10 +176,10 @@ def _weights(windows: Windows, mode: Mode, known_state: Levels, error_rate: floa
         total = 2 * mode.terms[0][row] / windows.share[row]
         if not measured.frequency.size:
             continue
-        chance = sum_of_ratios_probability(
+        p_value = sum_of_ratios_probability(
             float(np.mean(ratio)) * total / 2, measured.degrees_of_freedom, measured.sharing, fitted=0.0
         )
-        if chance < error_rate / len(gain):
+        if p_value < error_rate / len(gain):
             weight[row] *= 2 * measured.frequency.size / total
     return weight, np.asarray(chdtrc(OWN.size, gain), dtype=float)
 

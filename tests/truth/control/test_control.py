@@ -38,6 +38,7 @@ from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
 from drillid.simulation.simulate import TIME_STEP, simulate
+from tests.drawn import check_visible, kept_figures, line
 from tests.simulated import DEEP
 
 STIFF = Controller(20000.0, 20000.0)
@@ -278,11 +279,26 @@ def test_map_orders_the_controllers_and_its_figures_are_drawn(tmp_path: Path) ->
     assert np.all(np.diff(stiff) > 0)
     assert np.all(soft < stiff)
     assert np.all(matched < soft)
-    draw_stick_slip_map(found, tmp_path / "map.png", {"stiff": (1e5, float(np.interp(1e5, found.weight, stiff)))})
-    systems = {name: controlled_by(SAMPLES, controller) for name, controller in controllers.items()}
-    draw_bit_mobility(systems, tmp_path / "mobility.png")
-    for name in ("map.png", "mobility.png"):
-        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
+    with kept_figures() as figures:
+        draw_stick_slip_map(found, tmp_path / "map.png", {"stiff": (1e5, 12.0)})
+        systems = {name: controlled_by(SAMPLES, controller) for name, controller in controllers.items()}
+        draw_bit_mobility(systems, tmp_path / "mobility.png", (0.1, 4.0))
+    lowest, mobility = (figure.axes[0] for figure in figures)
+    assert (lowest.get_xlabel(), lowest.get_ylabel()) == ("Weight on bit [kN]", "Lowest stable speed [rpm]")
+    for name, speed in found.speed.items():
+        weight, drawn = line(lowest, f"{name}: vibrates at {found.frequency[name]:.2f} Hz")
+        np.testing.assert_allclose(weight, found.weight / 1e3)
+        np.testing.assert_allclose(drawn, speed * 30 / np.pi)
+    assert line(lowest, "_") == (pytest.approx([100.0]), pytest.approx([360 / np.pi]))
+    assert mobility.get_ylabel() == "Bit speed per torque [rpm/(kN m)]"
+    assert mobility.get_xlabel() == "Frequency [Hz]"
+    assert mobility.get_xlim() == (0.1, 4.0)
+    for name, system in systems.items():
+        frequency, drawn = line(mobility, name)
+        exact = np.abs(bit_mobility(first_sample(system), laplace(frequency))) * 30e3 / np.pi
+        np.testing.assert_allclose(drawn, exact, rtol=1e-9)
+    for figure in figures:
+        check_visible(figure)
 
 
 def test_complex_loops_keep_their_leading_axes() -> None:

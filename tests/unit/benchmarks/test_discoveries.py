@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.patches import Rectangle
 
 from benchmarks.discoveries import __main__ as discoveries
 from benchmarks.discoveries import field_rows as discoveries_field_rows
@@ -16,6 +17,7 @@ from benchmarks.discoveries.rows import COLUMNS, Discovery, printed, table
 from drillid.discrepancy import Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.simulation.start_up import RATE, Friction
+from tests.drawn import kept_figures
 from tests.verdicts import LAG
 
 
@@ -53,7 +55,8 @@ def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None
         replace(LAG, verdict="clock_offset|drive_lag", evidence="linear"),
     ]
     verdict_table("W1", said).to_csv(tmp_path / "verdicts.csv", index=False)
-    part = discoveries_wells.discover(tmp_path, tmp_path)
+    with kept_figures() as figures:
+        part = discoveries_wells.discover(tmp_path, tmp_path)
     assert [one.verdict for one in part.rows] == ["none", "clock_offset|drive_lag"]
     rows = table(part.rows)
     assert tuple(rows.columns) == COLUMNS
@@ -63,7 +66,14 @@ def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None
         *("log score a window", "12 windows in turn"),
     ]
     assert rows.loc[0, "gain_unit"] == ""
-    assert (tmp_path / "wells.png").stat().st_size > 5_000
+    (axis,) = figures[0].axes
+    assert part.figures == (tmp_path / "wells.png",)
+    assert part.figures[0].read_bytes().startswith(b"\x89PNG")
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("hole depth, m", "W1")
+    bars = [(bar.get_x(), bar.get_width()) for bar in axis.patches if isinstance(bar, Rectangle)]
+    assert bars == [(1000.0, 100.0), (LAG.from_m, LAG.to_m - LAG.from_m)]
+    words = [each.get_text().strip() for each in axis.texts]
+    assert words == ["none (0.7)", f"clock_offset|drive_lag (1), {LAG.size:.3g} s"]
     text = printed(part.rows)
     assert "0.0494 (0.0489 to 0.0499) s" in text
     assert "To separate: a sweep to higher frequency." in text
