@@ -88,7 +88,7 @@ format: $(READY)
 	$(BIN)/snakefmt Snakefile workflow
 
 docs: $(READY)
-	$(BIN)/python scripts/write_documents.py
+	$(BIN)/python -m scripts.write_documents
 
 tutorial: $(READY)
 	$(BIN)/python -m scripts.write_tutorial $(TUTORIAL)
@@ -97,7 +97,7 @@ tutorial: $(READY)
 lock: $(READY)
 	$(BIN)/uv lock --upgrade
 	$(BIN)/uv export --frozen --no-emit-project --no-header --no-annotate --no-emit-index-url --output-file requirements.lock
-	$(BIN)/python scripts/write_documents.py
+	$(BIN)/python -m scripts.write_documents
 
 clean:
 	rm -rf .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis results/demo

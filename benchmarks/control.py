@@ -1,14 +1,14 @@
 """Stiff, soft and impedance-matched speed control of one identified rig, tuned and compared.
 
-Run by `python -m benchmarks.control [folder]`; with a folder it draws the stick-slip map and the bit's mobility there.
 The rig is that of `benchmarks.excitation`, with the uncertainty of one of its windows; the bit's torque per weight
 falls from 60 to 30 mm with a threshold speed of 6 rad/s.
 """
 
-import sys
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from benchmarks.excitation import AMPLITUDE, BAND, PERIOD, RATE, situation
 from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
@@ -30,8 +30,13 @@ FAMILIES: dict[str, Family] = {
 }
 
 
-def main(folder: Path | None) -> None:
-    """Tune, print and, with a folder, draw."""
+def main(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(help="Where stick-slip map and bit mobility are drawn; without it, nowhere."),
+    ] = None,
+) -> None:
+    """Tune controllers of three families and print what they reach."""
     case = situation()
     frequency, power = lines_within(exponential_sweeps(np.arange(0, PERIOD, 1 / RATE), AMPLITUDE), RATE, BAND)
     samples = sampled_systems(case.parameters, case.covariance(frequency, power), case.known)
@@ -69,4 +74,4 @@ def _told(tuning: Tuning | None, predicted: float, simulated: float) -> str:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    typer.run(main)

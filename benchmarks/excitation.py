@@ -7,6 +7,7 @@ below 2 Hz, and a 10-minute window; coherence is compared at the middle of each 
 from dataclasses import dataclass
 
 import numpy as np
+import typer
 
 from drillid.arrays import Floats
 from drillid.excitation.design import Situation, crest_factor, design, half_octaves, lines_within, power_per_band
@@ -115,4 +116,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

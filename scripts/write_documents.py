@@ -1,12 +1,18 @@
 """Write every file that is generated from the models and schemas."""
 
-import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+import typer
 
-from drillid.config.documents import write_documents  # noqa: E402  # once the path is told
+from drillid.config.documents import write_documents
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def main() -> None:
+    """Write docs/datasets.md, config/README.md and config.yaml, the schemas and envs/drillid.yaml again."""
+    write_documents(ROOT)
+
 
 if __name__ == "__main__":
-    write_documents(ROOT)
+    typer.run(main)

@@ -71,15 +71,17 @@ def write_page(script: Path, folder: Path) -> Path:
     """
     figures = folder / script.stem
     figures.mkdir(parents=True, exist_ok=True)
-    for old in figures.glob("*.png"):
-        old.unlink()
     namespace: dict[str, Any] = {"__name__": "__main__", "__file__": str(script)}
     with _drawing_without_a_screen(), warnings.catch_warnings():
         warnings.simplefilter("error")
         parts = [_shown(cell, script, namespace, figures) for cell in cells(script.read_text())]
     note = f"<!-- Written by `make tutorial` from {script.name}; edit that instead. -->"
+    text = "\n\n".join([note, *filter(None, parts)]) + "\n"
+    for picture in figures.glob("*.png"):
+        if f"({figures.name}/{picture.name})" not in text:
+            picture.unlink()
     page = folder / f"{script.stem}.md"
-    page.write_text("\n\n".join([note, *filter(None, parts)]) + "\n")
+    page.write_text(text)
     return page
 
 

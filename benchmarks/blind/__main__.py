@@ -35,9 +35,9 @@ def told(found: dict[str, float], guessed: dict[str, float]) -> Table:
 
 
 def main(
-    cases: Annotated[int, typer.Option(help="how many; about half of them hide nothing")] = CASES,
-    first: Annotated[int, typer.Option(help="seed of the first case")] = FIRST,
-    document: Annotated[bool, typer.Option(help="write docs/discovery.md with these figures")] = False,
+    cases: Annotated[int, typer.Option(help="How many; about half of them hide nothing.")] = CASES,
+    first: Annotated[int, typer.Option(help="Seed of the first case.")] = FIRST,
+    document: Annotated[bool, typer.Option(help="Write docs/discovery.md with these figures.")] = False,
 ) -> None:
     """Draw causes, hide them, simulate, ask the engine, and score its answers."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")

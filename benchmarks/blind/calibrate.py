@@ -49,7 +49,7 @@ def uncalibrated(stated: Iterable[float], now: Line) -> Floats:
     return (np.array([log_odds(value) for value in stated]) - now.intercept) / now.slope
 
 
-def main(cases: Annotated[int, typer.Option(help="how many; about half of them hide nothing")] = 300) -> None:
+def main(cases: Annotated[int, typer.Option(help="How many; about half of them hide nothing.")] = 300) -> None:
     """Ask the engine about cases, and print the lines that make its probabilities true."""
     table, _ = run(cases, FIRST)
     found, console = claims(table), Console()

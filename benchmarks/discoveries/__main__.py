@@ -5,9 +5,11 @@ results/discoveries. The wells' verdicts are those of the workflow's discrepancy
 the same reckoning on its own model, the field well in time. What is absent is said, and the rest goes on.
 """
 
-import argparse
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from benchmarks.discoveries import field_rows as discoveries_field_rows
 from benchmarks.discoveries import motor_rows as discoveries_motor_rows
@@ -28,22 +30,23 @@ def discover(folder: Path, wells: Path) -> list[Part]:
     return [one() for one in sources]
 
 
-def main() -> None:
-    """Print the table, write it and draw the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--wells", type=Path, default=discoveries_wells.RESULTS, help="results folder of the wells")
-    parser.add_argument("--results", type=Path, default=RESULTS)
-    options = parser.parse_args()
-    parts = discover(options.results / "discoveries", options.wells)
+def main(
+    wells: Annotated[
+        Path, typer.Option(help="Folder with the workflow's results of the wells.")
+    ] = discoveries_wells.RESULTS,
+    results: Annotated[Path, typer.Option(help="Folder that table and figures are written to.")] = RESULTS,
+) -> None:
+    """Weigh wells, motor bench and field start; print the table, write it and draw the figures."""
+    parts = discover(results / "discoveries", wells)
     rows: list[Discovery] = [row for part in parts for row in part.rows]
     print(printed(rows))
     for part in parts:
         if part.absent:
             print(f"absent: {part.absent}")
-    path = options.results / "discoveries.csv"
+    path = results / "discoveries.csv"
     table(rows).to_csv(path, index=False)
     print(f"written to {path}; drawn in " + ", ".join(str(one) for part in parts for one in part.figures))
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

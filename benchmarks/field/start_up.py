@@ -11,12 +11,13 @@ The downhole sensor's half-second statistics are taken as stamped at the end of 
 stamps is nowhere written down; the authors' bit speed, scored both ways, is 11 rpm closer that way as well.
 """
 
-import argparse
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from benchmarks.field.log import FieldLog, Score, read_field_log, score
 from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
@@ -166,15 +167,15 @@ def _jittered(friction: Friction, log: FieldLog) -> list[float]:
     return whole
 
 
-def main() -> None:
+def main(
+    again: Annotated[bool, typer.Option("--fit", help="Fit each model again.")] = False,
+) -> None:
     """Print the table, draw the last model and write its figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fit", action="store_true", help="fit each model again")
-    again = parser.parse_args().fit
     try:
         log = read_field_log(DATA)
     except DrillidError as error:
-        parser.exit(1, f"{error}\n")
+        typer.echo(error, err=True)
+        raise typer.Exit(1) from None
     if again:
         for name, (friction, names) in LADDER.items():
             LADDER[name] = (fit(friction, names, log), names)
@@ -186,4 +187,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

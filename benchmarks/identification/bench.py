@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import typer
 from rich.console import Console
 from rich.table import Table
 
@@ -149,9 +150,9 @@ def spectra_speed(console: Console, _: Sequence[SimulatedWindow]) -> list[Figure
 def whole_wells(console: Console, windows: Sequence[SimulatedWindow]) -> list[Figure]:
     """Real-time factor and growth with the length of the log."""
     # the short well's time is short, so that it takes more of them for a steady median
-    short, long = throughput.passages(windows, throughput.SHORT, 7), throughput.passages(windows, throughput.LONG, 3)
+    short, long = throughput.passages(windows, "short", 7), throughput.passages(windows, "long", 3)
     spent, memory = (throughput.growth(short, long, quantity) for quantity in ("seconds", "megabytes"))
-    workflow = throughput.passages(windows, throughput.SHORT, 1, "stages")[0]
+    workflow = throughput.passages(windows, "short", 1, "stages")[0]
     console.print(
         f"The workflow's stages {', '.join(throughput.STAGES)}, with spectrograms, stacks, joint fits and all of their "
         f"files: {workflow.real_time_factor:,.0f} times real time."
@@ -198,4 +199,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

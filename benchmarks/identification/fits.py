@@ -7,6 +7,7 @@ Run it as `python -m benchmarks.identification.fits` at the root of the project.
 """
 
 import numpy as np
+import typer
 from rich.progress import track
 
 from benchmarks.identification.random_rigs import random_windows
@@ -79,4 +80,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

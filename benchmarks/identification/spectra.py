@@ -1,13 +1,11 @@
-"""What the spectra reach: time against a bare Fourier transform, and errors against their stated variances.
+"""What the spectra reach: time against a bare Fourier transform, and errors against their stated variances."""
 
-python -m benchmarks.identification.spectra [windows]
-"""
-
-import sys
 import time
 from collections.abc import Callable, Sequence
+from typing import Annotated
 
 import numpy as np
+import typer
 from scipy.fft import rfft
 from scipy.special import ndtri, stdtr
 
@@ -91,19 +89,20 @@ def whitened_errors(windows: Sequence[SimulatedWindow]) -> tuple[Floats, Complex
     return np.array(ratios), np.array(white)
 
 
-def main() -> None:
-    """Print everything."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+def main(
+    windows: Annotated[int, typer.Argument(min=1, help="How many simulated windows the errors are taken over.")] = 200,
+) -> None:
+    """Print times, and how well the stated variances hold."""
     print(f"Welch over a bare scipy.fft of the same samples   {welch_over_fft():6.2f}")
     for kind, value in local_polynomial_ms().items():
         print(f"local polynomials, sweep {kind:10s}, ms a window     {value:6.2f}")
-    ratio, white = whitened_errors(simulated_windows(count))
+    ratio, white = whitened_errors(simulated_windows(windows))
     rows = [row[np.isfinite(row)] for row in white]
-    print(f"chi-squared per degree of freedom, true model     {np.nanmean(ratio):6.3f}   ({count} windows)")
+    print(f"chi-squared per degree of freedom, true model     {np.nanmean(ratio):6.3f}   ({windows} windows)")
     for name, test in (("normality", normality_p_value), ("whiteness", whiteness_p_value)):
         refused = np.mean([test(row) < 0.01 for row in rows])
         print(f"windows refused at 1 % by the test of {name:10s}  {100 * refused:6.1f} %")
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

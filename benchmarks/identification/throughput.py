@@ -11,11 +11,13 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+import typer
 import xarray as xr
 
 from benchmarks.identification.windows import FOLDER, SETTINGS, SWEEP, SimulatedWindow
@@ -32,8 +34,9 @@ from drillid.spectra.stage import frequency_grid
 from drillid.windows.channels import sample_rate
 from tests.simulated import DEEP, WINDOW_S, write_records
 
-WARM, SHORT, LONG = "warm", "short", "long"
-SIZES = {WARM: 2, SHORT: 24, LONG: 240}
+Size = Literal["warm", "short", "long"]
+Way = Literal["stream", "stages"]
+SIZES: dict[Size, int] = {"warm": 2, "short": 24, "long": 240}
 """Windows of ten minutes in each well."""
 STAGES = ("spectra", "mobility", "fits")
 _BLOCK = 12
@@ -66,10 +69,10 @@ class Passage:
         return self.windows * WINDOW_S / self.seconds
 
 
-def passages(windows: Sequence[SimulatedWindow], size: str, repeats: int = 3, way: str = "stream") -> list[Passage]:
-    """The well of one size, each time in a new process; the way is a key of WAYS."""
-    for name in (WARM, size):
-        _write(windows, name)
+def passages(windows: Sequence[SimulatedWindow], size: Size, repeats: int = 3, way: Way = "stream") -> list[Passage]:
+    """The well of one size, each time in a new process."""
+    _write(windows, "warm")
+    _write(windows, size)
     command = [sys.executable, "-m", "benchmarks.identification.throughput", size, way]
     found = []
     for _ in range(repeats):
@@ -84,11 +87,11 @@ def growth(short: Sequence[Passage], long: Sequence[Passage], quantity: str) -> 
     return float(late / early)
 
 
-def _folders(name: str) -> WellFolders:
+def _folders(name: Size) -> WellFolders:
     return WellFolders(_RESULTS, name)
 
 
-def _write(windows: Sequence[SimulatedWindow], name: str) -> None:
+def _write(windows: Sequence[SimulatedWindow], name: Size) -> None:
     """Records of a well, unless they are there: the windows again and again until there are enough."""
     folders, mark = _folders(name), _RESULTS / f"{name}.key"
     key = digest([source_hash("drillid.records.stage", "drillid.windows.stage"), SIZES[name], SWEEP, len(windows)])
@@ -102,7 +105,7 @@ def _write(windows: Sequence[SimulatedWindow], name: str) -> None:
     mark.write_text(key)
 
 
-def stream(name: str) -> None:
+def stream(name: Size) -> None:
     """Fits of all windows of a well, a block of windows at a time."""
     folders = _folders(name)
     records, windows = folders.read("records", "records"), folders.read("windows", "windows").load()
@@ -127,24 +130,26 @@ def _spectra(records: xr.Dataset, rows: list[tuple[int, int]], rate: float) -> x
     return stacked(found, frequency)
 
 
-def stages(name: str) -> None:
+def stages(name: Size) -> None:
     """The workflow's stages from spectra to fits."""
     well = Well(name, Rig.checked(_DEEP_RIG, "benchmark rig"), ())
     for stage in STAGES:
         importlib.import_module(f"drillid.{stage}.stage").process(well, _folders(name), Settings())
 
 
-WAYS = {"stream": stream, "stages": stages}
+WAYS: dict[Way, Callable[[Size], None]] = {"stream": stream, "stages": stages}
 
 
-def main() -> None:
-    """Take one well in one way and tell time and memory as JSON."""
-    name, way = sys.argv[1], WAYS[sys.argv[2]]
-    way(WARM)
+def main(
+    size: Annotated[Size, typer.Argument(help="Which of the wells that `passages` has written.")],
+    way: Annotated[Way, typer.Argument(help="Fits alone, block by block, or the workflow's stages.")],
+) -> None:
+    """Take one well from its records to fits; print processor time and memory as JSON."""
+    WAYS[way]("warm")
     begin = time.process_time()
-    way(name)
+    WAYS[way](size)
     seconds = time.process_time() - begin
-    print(json.dumps({"windows": SIZES[name], "seconds": seconds, "megabytes": _largest_megabytes()}))
+    print(json.dumps({"windows": SIZES[size], "seconds": seconds, "megabytes": _largest_megabytes()}))
 
 
 def _largest_megabytes() -> float:
@@ -154,4 +159,4 @@ def _largest_megabytes() -> float:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

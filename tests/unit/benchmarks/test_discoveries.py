@@ -86,8 +86,7 @@ def test_absent_data_are_said_and_the_table_is_written_all_the_same(
     for module in (discoveries_motor_rows, discoveries_field_rows):
         monkeypatch.setattr(module, "DATA", nowhere)
     monkeypatch.setattr(discoveries_wells, "LOGS", nowhere)
-    monkeypatch.setattr("sys.argv", ["discoveries", "--wells", str(nowhere), "--results", str(tmp_path)])
-    discoveries.main()
+    discoveries.main(wells=nowhere, results=tmp_path)
     said = capsys.readouterr().out
     for absent in ("the wells' logs are not at", "the motor's record is not at", "the field log is not at"):
         assert f"absent: {absent}" in said
