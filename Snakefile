@@ -9,6 +9,28 @@ configfile: "config/config.yaml"
 
 
 include: "workflow/rules/common.smk"
+
+
+pathvars:
+    results=PLAN.settings.results,
+    logs=f"{PLAN.settings.results}/logs",
+    benchmarks=f"{PLAN.settings.results}/benchmarks",
+
+
+report: "workflow/report/workflow.rst"
+
+
+wildcard_constraints:
+    stage=one_of(stage for stage in STAGES if stage != "figures"),
+    batch=one_of(BATCHES),
+    well=one_of(PLAN.wells),
+    log=one_of(SIMULATED),
+
+
+onstart:
+    forget_forced()
+
+
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/windows.smk"
@@ -18,6 +40,7 @@ include: "workflow/rules/fits.smk"
 include: "workflow/rules/discrepancy.smk"
 include: "workflow/rules/depth.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/well.smk"
 include: "workflow/rules/fleet.smk"
 include: "workflow/rules/report.smk"
 

@@ -1,9 +1,10 @@
 """Cross spectra and spectrograms of every window."""
 
 from drillid.config.settings import Settings
+from drillid.fleet.manifest import write_manifest
 from drillid.fleet.run import run_stage
 
 if __name__ == "__main__":
-    run_stage(
-        "spectra", snakemake.params.wells, Settings.checked(dict(snakemake.config), "configuration"), snakemake.log[0]
-    )
+    settings = Settings.checked(dict(snakemake.config), "configuration")
+    run_stage("spectra", snakemake.params.wells, settings, snakemake.log[0])
+    write_manifest(snakemake.output.manifest, snakemake.params.wells)

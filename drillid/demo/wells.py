@@ -227,13 +227,30 @@ def write_demo_logs(well: str, paths: Sequence[Path], settings: SimulateSettings
     SettingsError
         If the demo has no such well.
     """
+    for stand, path in enumerate(paths):
+        write_demo_log(well, stand, path, settings)
+
+
+def write_demo_log(well: str, stand: int, path: Path, settings: SimulateSettings) -> None:
+    """Simulate one stand of a well of the demo and write its raw log.
+
+    Parameters
+    ----------
+    well : name of one of WELLS
+    stand : number of the stand, from 0
+    path : the log; its name ends in the log's start, the suffix chooses the format
+
+    Raises
+    ------
+    SettingsError
+        If the demo has no such well.
+    """
     if well not in WELLS:
         raise SettingsError(f"well {well}", "the demo has no such well", f"Use one of {', '.join(WELLS)}")
     truth = WELLS[well]
-    for stand, path in enumerate(paths):
-        generator = np.random.default_rng([settings.seed, zlib.crc32(well.encode()), stand])
-        time, channels = _stand(truth, stand, settings, generator)
-        truth.recorder.write(Path(path), time, channels, settings.drilling_s, generator)
+    generator = np.random.default_rng([settings.seed, zlib.crc32(well.encode()), stand])
+    time, channels = _stand(truth, stand, settings, generator)
+    truth.recorder.write(Path(path), time, channels, settings.drilling_s, generator)
 
 
 def _stand(

@@ -8,6 +8,8 @@ from typing import Any, Self
 
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
+from drillid.errors import SettingsError
+from drillid.fleet.manifest import KEY, holds
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import STAGES, fingerprint
 
@@ -54,6 +56,22 @@ class Plan:
             return {name: (name,) for name in names}
         return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
 
+    def drop_untrue_manifests(self) -> None:
+        """Take away the manifests of batches with a well whose folder is gone or other than named there.
+
+        Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
+        there only while no job works on its batch, so a running workflow is not disturbed.
+        """
+        paths = (Path(self.settings.results, stage, f"{batch}.json") for stage in STAGES for batch in self.batches)
+        for path in paths:
+            if path.exists() and not holds(path):
+                path.unlink(missing_ok=True)
+
+    def forget(self, stage: str, wells: Sequence[str]) -> None:
+        """Take the wells' keys away, so that the stage does them again although nothing has changed."""
+        for well in wells:
+            Path(self.settings.results, stage, well, KEY).unlink(missing_ok=True)
+
     def threads(self, wells: Sequence[str]) -> int:
         """Processes that a job over these wells starts on its own machine."""
         fleet = self.settings.fleet
@@ -94,10 +112,29 @@ class Plan:
             "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),
         }
 
-    def simulation_dependencies(self, well: str) -> dict[str, Any]:
-        """The same for the simulated logs of one well of the demo."""
+    def simulated_logs(self) -> dict[str, tuple[str, int]]:
+        """Well and number of the stand of each log that is simulated, by the log's path below `<results>/raw`.
+
+        Raises
+        ------
+        SettingsError
+            If the logs sheet has such a log elsewhere.
+        """
+        if self.settings.simulate is None:
+            return {}
+        folder, found = Path(self.settings.results, "raw"), {}
+        for well, listing in self.wells.items():
+            for stand, log in enumerate(listing.logs):
+                if not log.is_relative_to(folder):
+                    remedy = f"Place it in {folder}, or take the section 'simulate' out of the configuration"
+                    raise SettingsError(self.settings.logs, f"the simulated log {log} lies elsewhere", remedy)
+                found[str(log.relative_to(folder))] = (well, stand)
+        return found
+
+    def simulation_dependencies(self) -> dict[str, Any]:
+        """What the simulated logs of the demo depend on."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
-        return {"well": well, "source": source_hash("drillid.demo.wells"), "settings": section}
+        return {"source": source_hash("drillid.demo.wells"), "settings": section}
 
 
 def _memory_of(log: Path) -> float:

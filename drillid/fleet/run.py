@@ -27,13 +27,13 @@ from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.errors import DrillidError, SettingsError
+from drillid.fleet.manifest import KEY, stored_key, write_whole
 from drillid.fleet.provenance import PACKAGE, digest, package_hash
 from drillid.fleet.stages import STAGES, Stage, fingerprint
 
 if TYPE_CHECKING:
     from distributed import Client
 
-_KEY = "key.json"
 _PROBLEMS = "problems.csv"
 _KEPT_FILES = {".snakemake_timestamp"}
 _PRINT_EVERY_S = 2.0
@@ -112,7 +112,7 @@ def process_well(task: Task) -> Outcome:
     stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.name)
     folder = folders.stage(stage.name)
     key = _key(stage, task.listing, task.settings, folders)
-    if _stored_key(folder) == key["key"]:
+    if stored_key(folder) == key["key"]:
         return Outcome(task.listing.name, "kept", len(_read_problems(folder / _PROBLEMS)))
     _clear(folder)
     status, problems, trace = "empty", list[Problem](), ""
@@ -122,7 +122,7 @@ def process_well(task: Task) -> Outcome:
         _clear(folder)
     problems_table(task.listing.name, stage.name, problems).to_csv(folder / _PROBLEMS, index=False)
     if not trace:
-        _write_whole(folder / _KEY, json.dumps(key, indent=1))
+        write_whole(folder / KEY, json.dumps(key, indent=1))
     return Outcome(task.listing.name, status, len(problems), time.perf_counter() - began, trace)
 
 
@@ -157,32 +157,19 @@ def _unforeseen(error: BaseException) -> Problem:
 
 def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolders) -> dict[str, Any]:
     content = fingerprint(stage, listing, settings)
-    content["upstream"] = {name: _stored_key(folders.stage(name)) for name in stage.upstream}
+    content["upstream"] = {name: stored_key(folders.stage(name)) for name in stage.upstream}
     return {"key": digest(content), **content}
-
-
-def _stored_key(folder: Path) -> str:
-    try:
-        return str(json.loads((folder / _KEY).read_text())["key"])
-    except FileNotFoundError:
-        return ""
 
 
 def _clear(folder: Path) -> None:
     """Empty the folder, its key first, so that what is half deleted never looks complete."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / _KEY).unlink(missing_ok=True)
+    (folder / KEY).unlink(missing_ok=True)
     for path in folder.iterdir():
         if path.is_dir():
             shutil.rmtree(path)
         elif path.name not in _KEPT_FILES:
             path.unlink()
-
-
-def _write_whole(path: Path, text: str) -> None:
-    temporary = path.with_suffix(".part")
-    temporary.write_text(text)
-    os.replace(temporary, path)
 
 
 def _read_problems(path: Path) -> pd.DataFrame:

@@ -1,6 +1,7 @@
 """The workflow as a whole with toy stages: what runs, what is left alone, and what stops only itself."""
 
 import os
+from collections.abc import Iterable
 
 import pandas as pd
 import pytest
@@ -15,6 +16,12 @@ ONE_BATCH = ("--config", "fleet={batch_size: 25, processes: 1}")
 def all_stages(*wells: str) -> list[str]:
     """Every stage of the wells."""
     return sorted(f"{stage} {well}" for stage in STAGES for well in wells)
+
+
+def jobs(stages: Iterable[str], wells: Iterable[str]) -> set[str]:
+    """Jobs of these stages with a well a batch, and what follows from them."""
+    shown = {f"figures_of_well {well}" for well in wells}
+    return {f"{stage} {well}" for stage in stages for well in wells} | shown | {"fleet", "report", "all"}
 
 
 def test_without_wells_there_is_nothing_to_do_and_it_says_so(checkout: Checkout) -> None:
@@ -32,7 +39,7 @@ def test_every_stage_runs_once(finished: Checkout) -> None:
 def test_replacing_a_log_and_adding_a_well_process_those_wells_alone(finished: Checkout) -> None:
     finished.journal()
     os.utime(finished.root / "raw/c.csv", (1e9, 1e9))  # back-dated: older than every output
-    assert set(finished.would_run()) == {*(f"{stage}_W-2" for stage in STAGES), "fleet", "report", "all"}
+    assert set(finished.would_run()) == jobs(STAGES, ["W-2"])
     os.utime(finished.root / "raw/c.csv")
     finished.sheets({**TWO_WELLS, "W3": ["d.csv"]})
     finished.run()
@@ -56,8 +63,7 @@ def test_an_edit_of_the_library_redoes_the_stages_that_use_it_and_what_follows(f
     finished.edit("shared", "# a comment changes nothing\n")
     assert finished.would_run() == []
     finished.edit("shared", "FURTHER = 2\n")
-    expected = {f"{stage}_{well}" for stage in AFTER_FITS for well in TWO_WELLS}
-    assert set(finished.would_run()) == {*expected, "fleet", "report", "all"}
+    assert set(finished.would_run()) == jobs(AFTER_FITS, TWO_WELLS)
 
 
 @pytest.mark.parametrize(
@@ -67,14 +73,13 @@ def test_an_edit_of_the_library_redoes_the_stages_that_use_it_and_what_follows(f
 def test_a_setting_redoes_the_stages_that_read_it_and_what_follows(
     finished: Checkout, setting: str, stages: tuple[str, ...]
 ) -> None:
-    jobs = [job for job in finished.would_run("--config", setting) if job not in {"fleet", "report", "all"}]
-    assert sorted(jobs) == sorted(f"{stage}_{well}" for stage in stages for well in TWO_WELLS)
+    found = set(finished.would_run("--config", setting))
+    assert found == (jobs(stages, TWO_WELLS) if stages else set())
 
 
 def test_a_rig_description_redoes_only_the_stages_that_read_the_changed_part(finished: Checkout) -> None:
     (finished.root / "config/rigs/toy.yaml").write_text(RIG + "drive_delay: {value: 40 ms}\n")
-    expected = {f"{stage}_{well}" for stage in AFTER_FITS for well in TWO_WELLS}
-    assert set(finished.would_run()) == {*expected, "fleet", "report", "all"}
+    assert set(finished.would_run()) == jobs(AFTER_FITS, TWO_WELLS)
 
 
 def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:

@@ -105,8 +105,10 @@ class Checkout:
         return output
 
     def would_run(self, *arguments: str) -> list[str]:
-        """Names of the rules that a dry run would run."""
-        return re.findall(r"^(?:local)?rule (\S+):$", self.run("--dry-run", *arguments), re.MULTILINE)
+        """Jobs that a dry run would run: 'rule', or 'rule batch' and 'rule well' where the rule has such a wildcard."""
+        blocks = re.findall(r"^(?:local)?rule (\S+):\n((?: +.*\n)*)", self.run("--dry-run", *arguments), re.MULTILINE)
+        found = [(rule, re.search(r"wildcards: .*?(?:batch|well)=([^,\s]+)", block)) for rule, block in blocks]
+        return [f"{rule} {wildcard[1]}" if wildcard else rule for rule, wildcard in found]
 
     def journal(self) -> list[str]:
         """Lines 'stage well' that the stages wrote since the last call."""

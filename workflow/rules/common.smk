@@ -1,5 +1,7 @@
 """Settings, sheets and batches of wells, and what all rules take from them."""
 
+import functools
+import re
 import sys
 
 from snakemake.exceptions import WorkflowError
@@ -15,26 +17,80 @@ from drillid.fleet.stages import STAGES
 prepare_environment(workflow.basedir)
 try:
     PLAN = Plan.from_config(config)
+    SIMULATED = PLAN.simulated_logs()
 except DrillidError as error:
     raise WorkflowError(str(error)) from None
 
-RESULTS = PLAN.settings.results
+BATCHES = PLAN.batches
+BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
+
 if not PLAN.wells:
     logger.warning(
         f"{PLAN.settings.wells} lists no wells: nothing to do. Add a row for each well, as config/README.md says."
     )
+if workflow.is_main_process:
+    PLAN.drop_untrue_manifests()
 
 
-def folders(stage, wells):
-    return [f"{RESULTS}/{stage}/{well}" for well in wells]
+def one_of(names):
+    """Pattern of a wildcard that stands for one of these names; for nothing where there is none."""
+    return "|".join(map(re.escape, names)) or "(?!)"
 
 
-def kept_folders(stage, wells):
-    return [update(directory(folder)) for folder in folders(stage, wells)]
+def wells(wildcards):
+    return BATCHES[wildcards.batch]
+
+
+def raw_logs(wildcards):
+    return PLAN.logs(wells(wildcards))
+
+
+def processes(wildcards):
+    return PLAN.threads(wells(wildcards))
+
+
+def memory(wildcards):
+    return PLAN.memory_mb(wells(wildcards))
+
+
+def runtime(wildcards):
+    return 10 + 5 * len(wells(wildcards))
+
+
+@functools.cache
+def dependencies_of_batch(stage, batch):
+    return PLAN.dependencies(stage, BATCHES[batch])
+
+
+def dependencies(stage):
+    """The batch's wells, and code, settings, rigs and logs, a change of any of which has the stage done again."""
+
+    def parameter(name):
+        return lambda wildcards: dependencies_of_batch(stage, wildcards.batch)[name]
+
+    return {name: parameter(name) for name in ("wells", "source", "settings", "rigs", "logs")}
+
+
+def manifests(stage):
+    """Manifests of all batches: what waits for them has all wells."""
+    return expand(f"<results>/{stage}/{{batch}}.json", batch=BATCHES)
+
+
+def manifest_of_well(stage="{stage}"):
+    """Manifest of the batch that holds the well."""
+    return lambda wildcards: f"<results>/{stage.format(**wildcards)}/{BATCH_OF[wildcards.well]}.json"
 
 
 def everything():
+    """The tables and the report, which wait for all stages of all wells, and the figures that Snakemake's report shows."""
     if not PLAN.wells:
         return []
-    tables = [f"{RESULTS}/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "report.html")]
-    return folders("depth", PLAN.wells) + folders("figures", PLAN.wells) + tables
+    tables = [f"<results>/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "report.html")]
+    return tables + expand("<results>/figures/{well}", well=PLAN.wells)
+
+
+def forget_forced():
+    """Have forced jobs do all their wells again, also those in which nothing has changed."""
+    for job in workflow.dag.needrun_jobs():
+        if job.rule.name in STAGES and workflow.dag.reason(job).forced:
+            PLAN.forget(job.rule.name, wells(job.wildcards))

@@ -1,30 +1,27 @@
 """The depth-indexed dataset of a well and its parameter table."""
 
-for batch, wells in PLAN.batches.items():
 
-    rule:
-        name:
-            f"depth_{batch}"
-        input:
-            records=folders("records", wells),
-            windows=folders("windows", wells),
-            spectra=folders("spectra", wells),
-            mobility=folders("mobility", wells),
-            fits=folders("fits", wells),
-            discrepancy=folders("discrepancy", wells),
-        output:
-            kept_folders("depth", wells),
-        log:
-            f"{RESULTS}/logs/depth/{batch}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/depth/{batch}.tsv"
-        conda:
-            "../../envs/drillid.yaml"
-        threads: PLAN.threads(wells)
-        resources:
-            mem_mb=1500 * PLAN.threads(wells),
-            runtime=10 + 5 * len(wells),
-        params:
-            **PLAN.dependencies("depth", wells),
-        script:
-            "../../scripts/depth.py"
+rule depth:
+    input:
+        records="<results>/records/{batch}.json",
+        windows="<results>/windows/{batch}.json",
+        spectra="<results>/spectra/{batch}.json",
+        mobility="<results>/mobility/{batch}.json",
+        fits="<results>/fits/{batch}.json",
+        discrepancy="<results>/discrepancy/{batch}.json",
+    output:
+        manifest="<results>/depth/{batch}.json",
+    log:
+        "<logs>/depth/{batch}.log",
+    benchmark:
+        "<benchmarks>/depth/{batch}.tsv"
+    conda:
+        "../../envs/drillid.yaml"
+    threads: processes
+    resources:
+        mem_mb=lambda wildcards, threads: 1500 * threads,
+        runtime=runtime,
+    params:
+        **dependencies("depth"),
+    script:
+        "../../scripts/depth.py"

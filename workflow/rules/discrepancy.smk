@@ -1,29 +1,26 @@
 """What the fitted models leave unexplained, and verdicts on its cause."""
 
-for batch, wells in PLAN.batches.items():
 
-    rule:
-        name:
-            f"discrepancy_{batch}"
-        input:
-            records=folders("records", wells),
-            windows=folders("windows", wells),
-            spectra=folders("spectra", wells),
-            mobility=folders("mobility", wells),
-            fits=folders("fits", wells),
-        output:
-            kept_folders("discrepancy", wells),
-        log:
-            f"{RESULTS}/logs/discrepancy/{batch}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/discrepancy/{batch}.tsv"
-        conda:
-            "../../envs/drillid.yaml"
-        threads: PLAN.threads(wells)
-        resources:
-            mem_mb=2000 * PLAN.threads(wells),
-            runtime=10 + 5 * len(wells),
-        params:
-            **PLAN.dependencies("discrepancy", wells),
-        script:
-            "../../scripts/discrepancy.py"
+rule discrepancy:
+    input:
+        records="<results>/records/{batch}.json",
+        windows="<results>/windows/{batch}.json",
+        spectra="<results>/spectra/{batch}.json",
+        mobility="<results>/mobility/{batch}.json",
+        fits="<results>/fits/{batch}.json",
+    output:
+        manifest="<results>/discrepancy/{batch}.json",
+    log:
+        "<logs>/discrepancy/{batch}.log",
+    benchmark:
+        "<benchmarks>/discrepancy/{batch}.tsv"
+    conda:
+        "../../envs/drillid.yaml"
+    threads: processes
+    resources:
+        mem_mb=lambda wildcards, threads: 2000 * threads,
+        runtime=runtime,
+    params:
+        **dependencies("discrepancy"),
+    script:
+        "../../scripts/discrepancy.py"

@@ -1,47 +1,42 @@
 """The paper's figures for a well."""
 
 
-def kept_figures(wells):
-    return [update(figures_of(well)) for well in wells]
+rule figures:
+    input:
+        records="<results>/records/{batch}.json",
+        windows="<results>/windows/{batch}.json",
+        spectra="<results>/spectra/{batch}.json",
+        mobility="<results>/mobility/{batch}.json",
+        fits="<results>/fits/{batch}.json",
+        discrepancy="<results>/discrepancy/{batch}.json",
+        depth="<results>/depth/{batch}.json",
+    output:
+        manifest="<results>/figures/{batch}.json",
+    log:
+        "<logs>/figures/{batch}.log",
+    benchmark:
+        "<benchmarks>/figures/{batch}.tsv"
+    conda:
+        "../../envs/drillid.yaml"
+    threads: processes
+    resources:
+        mem_mb=lambda wildcards, threads: 1500 * threads,
+        runtime=runtime,
+    params:
+        **dependencies("figures"),
+    script:
+        "../../scripts/figures.py"
 
 
-def figures_of(well):
-    return report(
-        directory(f"{RESULTS}/figures/{well}"),
-        patterns=["{figure}.png"],
-        caption="../report/figures.rst",
-        category="Figures",
-        subcategory=well,
-        labels={"figure": "{figure}"},
-    )
-
-
-for batch, wells in PLAN.batches.items():
-
-    rule:
-        name:
-            f"figures_{batch}"
-        input:
-            records=folders("records", wells),
-            windows=folders("windows", wells),
-            spectra=folders("spectra", wells),
-            mobility=folders("mobility", wells),
-            fits=folders("fits", wells),
-            discrepancy=folders("discrepancy", wells),
-            depth=folders("depth", wells),
-        output:
-            kept_figures(wells),
-        log:
-            f"{RESULTS}/logs/figures/{batch}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/figures/{batch}.tsv"
-        conda:
-            "../../envs/drillid.yaml"
-        threads: PLAN.threads(wells)
-        resources:
-            mem_mb=1500 * PLAN.threads(wells),
-            runtime=10 + 5 * len(wells),
-        params:
-            **PLAN.dependencies("figures", wells),
-        script:
-            "../../scripts/figures.py"
+rule figures_of_well:
+    input:
+        manifest_of_well("figures"),
+    output:
+        report(
+            directory("<results>/figures/{well}"),
+            patterns=["{figure}.png"],
+            caption="../report/figures.rst",
+            category="Figures",
+            subcategory="{well}",
+            labels={"figure": "{figure}"},
+        ),

@@ -3,15 +3,25 @@
 
 rule fleet:
     input:
-        stages=[folder for stage in STAGES for folder in folders(stage, PLAN.wells)],
+        [manifests(stage) for stage in STAGES],
     output:
-        fleet=directory(f"{RESULTS}/fleet.zarr"),
-        problems=f"{RESULTS}/problems.csv",
-        verdicts=f"{RESULTS}/verdicts.csv",
+        fleet=directory("<results>/fleet.zarr"),
+        problems=report(
+            "<results>/problems.csv",
+            caption="../report/problems.rst",
+            category="Tables",
+            labels={"table": "problems"},
+        ),
+        verdicts=report(
+            "<results>/verdicts.csv",
+            caption="../report/verdicts.rst",
+            category="Tables",
+            labels={"table": "verdicts"},
+        ),
     log:
-        f"{RESULTS}/logs/fleet.log",
+        "<logs>/fleet.log",
     benchmark:
-        f"{RESULTS}/benchmarks/fleet.tsv"
+        "<benchmarks>/fleet.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

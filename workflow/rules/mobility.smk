@@ -1,25 +1,22 @@
 """Command mobility with its coherence gate, and stacks of windows."""
 
-for batch, wells in PLAN.batches.items():
 
-    rule:
-        name:
-            f"mobility_{batch}"
-        input:
-            spectra=folders("spectra", wells),
-        output:
-            kept_folders("mobility", wells),
-        log:
-            f"{RESULTS}/logs/mobility/{batch}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/mobility/{batch}.tsv"
-        conda:
-            "../../envs/drillid.yaml"
-        threads: PLAN.threads(wells)
-        resources:
-            mem_mb=1000 * PLAN.threads(wells),
-            runtime=10 + 5 * len(wells),
-        params:
-            **PLAN.dependencies("mobility", wells),
-        script:
-            "../../scripts/mobility.py"
+rule mobility:
+    input:
+        spectra="<results>/spectra/{batch}.json",
+    output:
+        manifest="<results>/mobility/{batch}.json",
+    log:
+        "<logs>/mobility/{batch}.log",
+    benchmark:
+        "<benchmarks>/mobility/{batch}.tsv"
+    conda:
+        "../../envs/drillid.yaml"
+    threads: processes
+    resources:
+        mem_mb=lambda wildcards, threads: 1000 * threads,
+        runtime=runtime,
+    params:
+        **dependencies("mobility"),
+    script:
+        "../../scripts/mobility.py"

@@ -5,17 +5,22 @@ rule report:
     input:
         fleet=rules.fleet.output.fleet,
         problems=rules.fleet.output.problems,
-        windows=folders("windows", PLAN.wells),
-        fits=folders("fits", PLAN.wells),
-        discrepancy=folders("discrepancy", PLAN.wells),
-        depth=folders("depth", PLAN.wells),
-        figures=folders("figures", PLAN.wells),
+        windows=manifests("windows"),
+        fits=manifests("fits"),
+        discrepancy=manifests("discrepancy"),
+        depth=manifests("depth"),
+        figures=manifests("figures"),
     output:
-        html=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
+        html=report(
+            "<results>/report.html",
+            caption="../report/report.rst",
+            category="Report",
+            labels={"report": "fleet"},
+        ),
     log:
-        f"{RESULTS}/logs/report.log",
+        "<logs>/report.log",
     benchmark:
-        f"{RESULTS}/benchmarks/report.tsv"
+        "<benchmarks>/report.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

@@ -1,24 +1,26 @@
-"""Raw logs of the embedded demo fleet; without the section `simulate` there are no such rules."""
+"""Raw logs of the embedded demo fleet, one stand each; without the section `simulate` there is no such rule.
 
-if PLAN.settings.simulate is not None:
-    for well, listing in PLAN.wells.items():
+The logs sheet places them in <results>/raw.
+"""
 
-        rule:
-            name:
-                f"simulate_{well}"
-            output:
-                [str(log) for log in listing.logs],
-            log:
-                f"{RESULTS}/logs/simulate/{well}.log",
-            benchmark:
-                f"{RESULTS}/benchmarks/simulate/{well}.tsv"
-            conda:
-                "../../envs/drillid.yaml"
-            threads: 1
-            resources:
-                mem_mb=1000,
-                runtime=10,
-            params:
-                **PLAN.simulation_dependencies(well),
-            script:
-                "../../scripts/simulate.py"
+if SIMULATED:
+
+    rule simulate:
+        output:
+            raw="<results>/raw/{log}",
+        log:
+            "<logs>/simulate/{log}.log",
+        benchmark:
+            "<benchmarks>/simulate/{log}.tsv"
+        conda:
+            "../../envs/drillid.yaml"
+        threads: 1
+        resources:
+            mem_mb=1000,
+            runtime=10,
+        params:
+            well=lambda wildcards: SIMULATED[wildcards.log][0],
+            stand=lambda wildcards: SIMULATED[wildcards.log][1],
+            **PLAN.simulation_dependencies(),
+        script:
+            "../../scripts/simulate.py"

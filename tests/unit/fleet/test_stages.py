@@ -1,6 +1,7 @@
 """What a stage says it reads is what its code reads: a key that forgets something would keep stale results."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -63,10 +64,12 @@ def test_a_stage_declares_the_datasets_that_it_reads(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
-def test_the_rule_waits_for_the_folders_that_the_stage_reads(stage: Stage) -> None:
-    rule = (RULES / f"{stage.name}.smk").read_text()
-    waits = {name for name in STAGES if f'{name}=folders("{name}", wells)' in rule}
-    assert waits == set(stage.upstream)
+def test_the_rule_waits_for_the_manifests_of_the_stages_that_it_reads(stage: Stage) -> None:
+    rule = (RULES / f"{stage.name}.smk").read_text().partition(f"rule {stage.name}:")[2]
+    waits, _, makes = rule.partition("output:")
+    assert re.findall(r'(\w+)="<results>/(\w+)/{batch}.json"', waits) == [(name, name) for name in stage.upstream]
+    assert waits.count("=") == max(len(stage.upstream), 1)
+    assert makes.split()[0] == f'manifest="<results>/{stage.name}/{{batch}}.json",'
 
 
 def test_a_dataset_that_a_stage_reads_is_found_by_the_check(tmp_path: Path) -> None:

@@ -1,0 +1,61 @@
+"""Rules and wells as targets: a run up to a stage, without one, with one forced, for one well, and after a deletion."""
+
+import json
+import shutil
+
+from tests.workflow.toys import Checkout
+
+WELLS = {"W1": ["a.csv"], "W-2": ["c.csv"]}
+ONE_BATCH = ("--config", "fleet={batch_size: 25, processes: 1}")
+
+
+def test_a_run_up_to_a_stage_and_then_without_the_figures(checkout: Checkout) -> None:
+    checkout.sheets(WELLS)
+    checkout.run("--until", "records")
+    assert sorted(checkout.journal()) == ["records W-2", "records W1"]
+    checkout.run("--omit-from", "figures")
+    rest = ("windows", "spectra", "mobility", "fits", "discrepancy", "depth")
+    assert sorted(checkout.journal()) == sorted(f"{stage} {well}" for stage in rest for well in WELLS)
+    assert not (checkout.root / "results/main/report.html").exists()
+
+
+def test_a_forced_stage_is_done_again_for_all_wells_and_the_others_are_kept(finished: Checkout) -> None:
+    finished.journal()
+    finished.would_run("--forcerun", "fits")
+    assert "Nothing to be done" in finished.run()
+    finished.run("-R", "fits")
+    assert sorted(finished.journal()) == ["fits W-2", "fits W1"]
+    assert "Nothing to be done" in finished.run()
+
+
+def test_one_stage_of_one_well_takes_what_it_reads_along(checkout: Checkout) -> None:
+    checkout.sheets(WELLS)
+    checkout.run("results/main/mobility/W1")
+    assert checkout.journal() == ["records W1", "windows W1", "spectra W1", "mobility W1"]
+    checkout.run("results/main/windows/W1")
+    assert checkout.journal() == []
+    assert "No rule to produce results/main/fits/W9" in checkout.run("results/main/fits/W9", expect=1)
+
+
+def test_a_deleted_folder_of_a_well_is_made_again_and_the_other_wells_are_kept(finished: Checkout) -> None:
+    finished.journal()
+    shutil.rmtree(finished.root / "results/main/figures/W1")
+    assert finished.would_run() == ["figures W1", "figures_of_well W1", "fleet", "report", "all"]
+    shutil.rmtree(finished.root / "results/main/spectra/W1")
+    finished.run()
+    assert sorted(finished.journal()) == ["figures W1", "spectra W1"]
+    assert (finished.root / "results/main/figures/W1/figure_6.png").is_file()
+    assert "Nothing to be done" in finished.run()
+
+
+def test_wells_of_one_batch_share_a_job_and_are_kept_one_by_one(checkout: Checkout) -> None:
+    checkout.sheets(WELLS)
+    checkout.run(*ONE_BATCH, "--until", "windows")
+    assert checkout.journal() == ["records W1", "records W-2", "windows W1", "windows W-2"]
+    folder = checkout.root / "results/main/records"
+    keys = {well: json.loads((folder / well / "key.json").read_text())["key"] for well in WELLS}
+    assert json.loads((folder / "0000.json").read_text()) == keys
+    shutil.rmtree(folder / "W-2")
+    checkout.run(*ONE_BATCH, "--until", "windows")
+    assert checkout.journal() == ["records W-2"]
+    assert checkout.would_run(*ONE_BATCH, "--until", "windows") == []
