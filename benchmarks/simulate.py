@@ -3,7 +3,7 @@
 Run it as `python -m benchmarks.simulate` at the root of the project.
 """
 
-import time
+import timeit
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -80,12 +80,7 @@ def run(rig: NonlinearRig, energies: bool) -> Simulation:
 def ratio(task: Callable[[], object]) -> float:
     """Simulated seconds per second, best of three, after one run that compiles."""
     task()
-    lasted = []
-    for _ in range(3):
-        start = time.perf_counter()
-        task()
-        lasted.append(time.perf_counter() - start)
-    return SIMULATED / min(lasted)
+    return SIMULATED / min(timeit.repeat(task, repeat=3, number=1))
 
 
 def main() -> None:

@@ -83,8 +83,8 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
 
 
 def _share(column: pd.Series) -> float:
-    known = column.dropna().astype(float)
-    return float(known.mean()) if len(known) else float("nan")
+    """Mean of what is known; NaN where nothing is."""
+    return float(column.astype(float).mean())
 
 
 def upper_limit(count: int, cases: int) -> float:

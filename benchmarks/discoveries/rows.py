@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,7 +80,7 @@ def printed(rows: Sequence[Discovery]) -> str:
     """One line a verdict with its evidence below."""
     lines = [f"{'data':24} {'interval, m':>13} {'verdict':40} {'prob.':>6}  {'size':36} gain on held-out data"]
     for one in rows:
-        depth = f"{one.from_m:.0f}–{one.to_m:.0f}" if one.from_m == one.from_m else ""
+        depth = f"{one.from_m:.0f}–{one.to_m:.0f}" if isfinite(one.from_m) else ""
         size, gain = _range(one.size, one.unit), _range(one.gain, one.gain_unit)
         lines.append(f"{one.data:24} {depth:>13} {one.verdict:40} {one.probability:6.3f}  {size:36} {gain}")
         held_out = f"held out: {one.held_out}. " if one.held_out else ""
@@ -90,7 +91,7 @@ def printed(rows: Sequence[Discovery]) -> str:
 
 def _range(figures: tuple[float, float, float], unit: str) -> str:
     value, low, high = figures
-    if value != value:
+    if not isfinite(value):
         return ""
-    interval = f" ({low:.4g} to {high:.4g})" if low == low else ""
+    interval = f" ({low:.4g} to {high:.4g})" if isfinite(low) else ""
     return f"{value:.4g}{interval} {unit if unit != '1' else ''}".rstrip()

@@ -1,5 +1,6 @@
 """The shared wells' verdicts, as the workflow's discrepancy stage wrote them (`make rigs`)."""
 
+from math import isfinite
 from pathlib import Path
 
 import pandas as pd
@@ -19,7 +20,7 @@ def well_rows(verdicts: pd.DataFrame) -> tuple[Discovery, ...]:
 def _row(verdict: pd.Series) -> Discovery:
     windows = int(verdict["held_out_windows"])
     size, gain = (tuple(float(verdict[name + end]) for end in ("", "_low", "_high")) for name in ("size", "gain"))
-    has_gain = gain[0] == gain[0]
+    has_gain = isfinite(gain[0])
     return Discovery(
         verdict["well"],
         verdict["verdict"],

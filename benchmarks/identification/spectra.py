@@ -1,6 +1,7 @@
 """What the spectra reach: time against a bare Fourier transform, and errors against their stated variances."""
 
 import time
+import timeit
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
@@ -34,12 +35,7 @@ def _channels() -> tuple[Floats, Floats, Floats]:
 
 def _seconds(work: Callable[[], object]) -> float:
     """Least processor time of many runs, s: the machine may be busy with other things."""
-    times = []
-    for _ in range(_REPEATS):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
+    return min(timeit.repeat(work, timer=time.process_time, repeat=_REPEATS, number=1))
 
 
 def welch_over_fft() -> float:
