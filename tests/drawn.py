@@ -42,7 +42,5 @@ def check_visible(figure: Figure) -> None:
             if each.get_transform() != axis.transData:
                 continue  # a line across the whole axis
             points = np.array([each.get_xdata(), each.get_ydata()], dtype=float)
-            inside = [
-                (min(ends) <= values) & (values <= max(ends)) for values, ends in zip(points, extents, strict=True)
-            ]
-            assert np.any(inside[0] & inside[1]), each.get_label()
+            low, high = np.sort(extents).T[:, :, None]
+            assert np.any(np.all((low <= points) & (points <= high), axis=0)), each.get_label()

@@ -27,7 +27,7 @@ def test_numbers_are_those_of_the_stored_run(name: str) -> None:
 
 
 def _like(value: object) -> object:
-    return pytest.approx(value, rel=1e-3, nan_ok=True) if isinstance(value, float) else value
+    return pytest.approx(value, rel=1e-3) if isinstance(value, float) else value
 
 
 def test_no_stored_file_is_left_behind() -> None:

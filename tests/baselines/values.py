@@ -20,6 +20,8 @@ from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
 from benchmarks.field.log import read_field_log, score
 from benchmarks.field.start_up import LADDER, jittered_scores
+from benchmarks.microstrip import CONNECTED, PLAIN, fit_line, read_ends
+from benchmarks.microstrip import DATA as LINE
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import Well
@@ -82,8 +84,9 @@ def motor_discoveries() -> Values:
 def _rows(rows: tuple[Discovery, ...]) -> Values:
     found: Values = {}
     for number, row in enumerate(rows):
-        place = f"{number} {row.data}"
-        found |= {f"{place}: verdict": row.verdict, f"{place}: size": row.size[0], f"{place}: gain": row.gain[0]}
+        numbers = {"probability": row.probability, "size": row.size[0], "gain": row.gain[0], "least gain": row.gain[1]}
+        told = {"verdict": row.verdict} | {name: value for name, value in numbers.items() if np.isfinite(value)}
+        found |= {f"{number} {row.data}: {name}": value for name, value in told.items()}
     return found
 
 
@@ -95,6 +98,15 @@ def motor_fits() -> Values:
         found |= {f"{one.name}: misfit": one.misfit, f"{one.name}: held out": one.held_out}
         found |= {f"{one.name}: relative": one.relative, f"{one.name}: rough": one.rough}
     return found | {"lag, s": next(one for one in fits if one.name == "+ first-order lag").figures["lag"]}
+
+
+def line_fits() -> Values:
+    """Rms misfit of the measured microstrip line's reflection, plain and with connector and ends."""
+    found: Values = {}
+    for name, ranges in (("plain", PLAIN), ("connected", CONNECTED)):
+        fitted = fit_line(ranges, *read_ends())
+        found |= {f"{name}: all ends": fitted.misfit} | {f"{name}: {end}": rms for end, rms in fitted.by_end.items()}
+    return found
 
 
 def window_fits() -> Values:
@@ -113,6 +125,7 @@ BASELINES: dict[str, tuple[Callable[[], Values], Path | None]] = {
     "field_discoveries": (field_discoveries, field.DATA),
     "motor_discoveries": (motor_discoveries, motor_fit.DATA),
     "motor_fits": (motor_fits, motor_fit.DATA),
+    "line_fits": (line_fits, LINE),
     "window_fits": (window_fits, None),
 }
 """By the name of the stored file, what computes it and the recordings that it needs."""

@@ -1,4 +1,4 @@
-"""The field well's log: the authors' own misses come out as published, and ours are held."""
+"""The field well's log is as documented, and the model misses less of it than its authors' own simulation."""
 
 import json
 import sys
@@ -11,7 +11,7 @@ import pytest
 from benchmarks.field import start_up as field
 from benchmarks.field.log import FieldLog, read_field_log, score
 from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_scores, run, scored, table, write
-from drillid.simulation.start_up import STATISTICS_DELAY, TIME_STEP
+from drillid.simulation.start_up import RATE, TIME_STEP
 from tests.drawn import check_visible, kept_figures, line
 
 
@@ -22,23 +22,34 @@ def log() -> FieldLog:
     return read_field_log(DATA)
 
 
-def test_the_scores_are_the_authors_own_scores(log: FieldLog) -> None:
+@pytest.mark.parametrize(
+    ("series", "mean", "peak_to_peak", "frequency"),
+    [("torque", 13.1, 24.5, 0.261), ("authors_torque", 15.2, 25.9, 0.270)],
+)
+def test_torques_from_12_to_48_s_are_as_documented(
+    log: FieldLog, series: str, mean: float, peak_to_peak: float, frequency: float
+) -> None:
+    """Mean and peak to peak in kN m, and the frequency of the main line in Hz."""
+    torque = getattr(log, series)[1200:4800] / 1e3
+    assert torque.mean() == pytest.approx(mean, abs=0.05)
+    assert np.ptp(torque) == pytest.approx(peak_to_peak, abs=0.05)
+    length = 16 * torque.size
+    lines = np.abs(np.fft.rfft((torque - torque.mean()) * np.hanning(torque.size), length))
+    assert np.fft.rfftfreq(length, 1 / RATE)[lines.argmax()] == pytest.approx(frequency, abs=0.001)
+
+
+def test_the_best_model_misses_less_than_half_of_what_the_authors_miss(log: FieldLog) -> None:
+    """With the friction a little off, too."""
+    torque, bit, _ = np.sqrt(np.mean(jittered_scores(list(LADDER.values())[-1][0], log) ** 2, axis=0))
     authors = score(log, log.authors_torque, log.authors_bit_speed)
-    assert authors.torque_rms == pytest.approx(3.79, abs=0.01)
-    assert authors.bit_rms == pytest.approx(41.8, abs=0.05)
+    assert torque < 0.5 * authors.torque_rms
+    assert bit < 0.5 * authors.bit_rms
 
 
 def test_each_part_of_the_model_gains_also_when_friction_is_a_little_off(log: FieldLog) -> None:
     misses = [np.mean((jittered_scores(friction, log)[:, :2] / (1.9, 21.0)) ** 2) for friction, _ in LADDER.values()]
     assert np.all(np.diff(misses) < 0)
     assert misses[-1] < 0.5 * misses[-2]
-
-
-def test_the_best_model_halves_the_authors_misses_and_friction_a_little_off_spoils_nothing(log: FieldLog) -> None:
-    friction = list(LADDER.values())[-1][0]
-    torque, bit, _ = np.sqrt(np.mean(jittered_scores(friction, log) ** 2, axis=0))
-    assert torque < 1.9
-    assert bit < 21.0
 
 
 def test_the_misses_do_not_depend_on_the_time_step(log: FieldLog) -> None:
@@ -55,12 +66,6 @@ def test_the_segment_that_was_not_fitted_is_met_too(log: FieldLog) -> None:
     authors = score(log, log.authors_torque, log.authors_bit_speed, 45.0, 50.0)
     assert found.torque_rms < 0.6 * authors.torque_rms
     assert found.bit_rms < 0.5 * authors.bit_rms
-
-
-def test_the_authors_bit_speed_is_closer_too_with_the_statistics_stamped_at_their_end(log: FieldLog) -> None:
-    time = np.arange(log.torque.size) / 100
-    late = np.interp(time - STATISTICS_DELAY, time, log.authors_bit_speed)
-    assert score(log, log.authors_torque, late).bit_rms == pytest.approx(31.0, abs=0.1)
 
 
 def test_the_table_and_the_files_say_the_same(log: FieldLog, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ def ends() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 def test_connector_and_ends_explain_what_the_plain_line_leaves(ends: tuple[np.ndarray, dict[str, np.ndarray]]) -> None:
     plain, connected = (fit_line(ranges, *ends) for ranges in (PLAIN, CONNECTED))
-    assert 0.02 < plain.misfit < 0.032
+    assert plain.misfit > 2 * connected.misfit
     assert connected.misfit < 0.0115
     assert connected.figures["impedance_ohm"] == pytest.approx(50, abs=2)
     assert connected.figures["load_ohm"] == pytest.approx(50, abs=1)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from benchmarks.blind.generator import cases
 from benchmarks.blind.generator.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
@@ -16,7 +17,7 @@ from benchmarks.blind.ideal.theory import Theory, noise_density
 from benchmarks.blind.judge import ideals
 from benchmarks.blind.scores import upper_limit
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.verdicts.naming import SAME
+from drillid.discrepancy.rules import SAME
 from drillid.physics.responses import command_mobility, laplace
 
 
@@ -170,5 +171,5 @@ def test_the_same_seed_gives_the_same_case_and_half_of_them_hide_nothing() -> No
 
 def test_the_limit_of_a_share_is_clopper_and_pearsons() -> None:
     assert upper_limit(0, 300) == pytest.approx(1 - 0.05 ** (1 / 300))
-    assert upper_limit(15, 300) == pytest.approx(0.0759, abs=5e-4)
+    assert binom.cdf(15, 300, upper_limit(15, 300)) == pytest.approx(0.05)
     assert upper_limit(3, 3) == 1.0

@@ -10,7 +10,7 @@ from drillid import discrepancy
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets
 from drillid.datasets.store import WellFolders
-from drillid.demo.wells import WELLS, write_demo_logs
+from drillid.demo.wells import STAND_LENGTH, WELLS, write_demo_logs
 from drillid.fits import stage as fits
 from drillid.mobility import stage as mobility
 from drillid.records import stage as records
@@ -37,10 +37,13 @@ def flagged(name: str, folder: Path) -> pd.DataFrame:
 @pytest.mark.parametrize("name", list(WELLS))
 def test_the_wash_out_is_flagged_and_nothing_else(name: str, tmp_path: Path) -> None:
     found = flagged(name, tmp_path)
-    if name != "D01":
+    truth = WELLS[name].wash_out
+    if truth is None:
         assert found.empty
         return
     assert len(found) == 1
-    assert 2980 < found["from_m"][0] < 3000
-    assert 3025 < found["to_m"][0] <= 3050
+    assert SETTINGS.simulate is not None
+    window = STAND_LENGTH * SETTINGS.windows.length_s / SETTINGS.simulate.drilling_s
+    assert found["from_m"][0] == pytest.approx(truth.from_depth, abs=window)
+    assert found["to_m"][0] == pytest.approx(truth.to_depth, abs=window)
     assert "BHA damping up by" in found["evidence"][0]

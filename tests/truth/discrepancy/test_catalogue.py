@@ -11,6 +11,7 @@ from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
 from drillid.physics.responses import laplace, string_admittance
 from drillid.physics.sensor import Recording
+from drillid.physics.top_drive import drive
 
 FREQUENCY = np.geomspace(0.05, 5.0, 60)
 S = laplace(FREQUENCY)
@@ -97,6 +98,7 @@ def test_an_entry_says_what_it_is(cause: Cause) -> None:
     assert cause.port
     assert cause.meaning
     assert cause.separated_by
+    assert cause.action.endswith(".")
     assert cause.size.low <= cause.size.high
     assert cause.size.typical > 0
     assert set(cause.looks_like) <= CATALOGUE.keys()
@@ -111,3 +113,30 @@ def test_the_catalogue_holds_the_vocabulary_of_verdicts() -> None:
         length_growth parameter_drift regime_change
     """
     assert CATALOGUE.keys() == set(told.split())
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "size", "factor"),
+    [
+        ("clock_offset", 0.0, 0.05, np.exp(-0.05 * S)),
+        ("speed_scale", 0.0, 0.05, 1.05),
+        ("sign_or_unit", -1.0, 1.0, -1.0),
+        ("sign_or_unit", 9.5493, 1.0, 9.5493),
+        ("recorder_filter", 1.0, 0.03, 1 / (1 + 0.03 * S)),
+        ("recorder_filter", 2.0, 0.03, 1 / (1 + np.sqrt(2) * 0.03 * S + (0.03 * S) ** 2)),
+    ],
+)
+def test_faults_of_the_record_multiply_the_mobility(name: str, shape: float, size: float, factor: Complex) -> None:
+    """A record that is late by τ shows exp(−sτ), one behind a Butterworth low pass 1/B(s)."""
+    ratio = mobility(CATALOGUE[name], size, shape) / window_model().mobility(S)
+    np.testing.assert_allclose(ratio, np.broadcast_to(factor, ratio.shape), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "factor"),
+    [("drive_lag", 0.03, 1 / (1 + 0.03 * S)), ("actuator_gain", 0.1, 1.1), ("delay_jitter", 4e-4, np.exp(2e-4 * S**2))],
+)
+def test_faults_of_the_drive_multiply_its_torque(name: str, size: float, factor: Complex) -> None:
+    changed = CATALOGUE[name].extend(window_model(), size, 0.0, OPERATING_POINT).system.top_drive
+    ratio = drive(changed, S) / drive(window_model().system.top_drive, S)
+    np.testing.assert_allclose(ratio, np.broadcast_to(factor, ratio.shape), rtol=1e-6)

@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from drillid.discrepancy.catalogue.cause import SYMPTOMS
-from drillid.discrepancy.detectors.change import time_candidates
-from drillid.discrepancy.detectors.detect import read_detections
+from drillid.discrepancy.catalogue import SYMPTOMS
+from drillid.discrepancy.detectors.change import ChangeDetector
+from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
+from drillid.discrepancy.detectors.detector import Inspection
 from drillid.discrepancy.detectors.drive import rate_limited
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.discrepancy.detectors.score import score, whitened
 from drillid.errors import EstimationError
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
-from drillid.physics.nonlinear import Course, Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, Weakening
+from drillid.physics.nonlinear import Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, Weakening
+from drillid.physics.parameters import DAMPING_BHA
 from drillid.simulation.recorder import Recorder, Tone
 from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 from tests.simulated import LEAD_IN_S, RATE, SHALLOW, WINDOW_S, Truth
@@ -48,7 +50,7 @@ ALWAYS = (
 
 
 def records(
-    rig: NonlinearRig | Course,
+    rig: NonlinearRig | VaryingRig,
     seed: int,
     windows: int = 1,
     truth: Truth = SHALLOW,
@@ -86,7 +88,7 @@ def records(
     ]
 
 
-def course(change: Callable[[float], NonlinearRig]) -> Course:
+def course(change: Callable[[float], NonlinearRig]) -> VaryingRig:
     """A rig that changes with the share of the one window that has passed."""
     return lambda time: change(min(max((time - LEAD_IN_S) / WINDOW_S, 0.0), 1.0))
 
@@ -97,7 +99,7 @@ def recorded(record: WindowRecord, recorder: Recorder) -> WindowRecord:
 
 
 def detections_of(record: WindowRecord) -> dict[str, Detection]:
-    return {detection.cause: detection for detection in read_detections(record)}
+    return {detection.cause: detection for detection in detect(record)}
 
 
 @pytest.fixture(scope="session")
@@ -201,7 +203,7 @@ def test_what_the_recorder_does(null_records: list[WindowRecord], cause: str, si
     ids=["clock offset", "filter", "scale", "fine steps"],
 )
 def test_linear_defects_of_the_record_give_no_detection(null_records: list[WindowRecord], recorder: Recorder) -> None:
-    assert max(detection.score for detection in read_detections(recorded(null_records[0], recorder))) < 3.719
+    assert max(detection.score for detection in detect(recorded(null_records[0], recorder))) < 3.719
 
 
 def test_clocks_that_run_apart_show_as_a_control_whose_answer_moves(null_records: list[WindowRecord]) -> None:
@@ -212,7 +214,7 @@ def test_clocks_that_run_apart_show_as_a_control_whose_answer_moves(null_records
 def test_a_wrong_linear_model_gives_no_detection(null_records: list[WindowRecord]) -> None:
     wrong = SHALLOW.parameters * np.array([2.0, 2.0, 1.1, 0.8, 1.3, 1.1, 3.0, 1.5])
     for record in null_records[:4]:
-        assert max(detection.score for detection in read_detections(replace(record, fitted=wrong))) < 3.719
+        assert max(detection.score for detection in detect(replace(record, fitted=wrong))) < 3.719
 
 
 def test_length_growth() -> None:
@@ -259,7 +261,7 @@ def test_a_large_drift_shows_more_along_its_way_than_by_its_derivative() -> None
     noisy = replace(QUIET, bit_noise=120.0)
     record = records(course(lambda share: _with_damping(20.0 + 600.0 * share)), 58, truth=noisy)[0]
     residual = ResidualRecord(record)
-    straight = next(one for one in time_candidates(residual) if one.cause == "parameter_drift")
+    straight = ChangeDetector(DAMPING_BHA).candidate("parameter_drift", Inspection(residual))
     by_derivative = score(whitened(straight, residual), residual.error, residual)
     assert by_derivative is not None
     assert detections_of(record)["parameter_drift"].score > by_derivative.normal + 1
@@ -267,7 +269,7 @@ def test_a_large_drift_shows_more_along_its_way_than_by_its_derivative() -> None
 
 def test_harder_rock_is_no_cause_and_hides_none() -> None:
     in_harder_rock = records(RIG, 57, harder_rock=1500.0)[0]
-    assert max(detection.score for detection in read_detections(in_harder_rock)) < 3.719
+    assert max(detection.score for detection in detect(in_harder_rock)) < 3.719
     tone = recorded(in_harder_rock, Recorder(SAMPLE_INTERVAL, tones=(Tone(1.3137, 0.02),)))
     assert detections_of(tone)["aliased_tone"].score > 4
 

@@ -39,18 +39,18 @@ def trials(request: pytest.FixtureRequest) -> Trials:
 @pytest.mark.parametrize("parameter", JUDGED)
 def test_values_are_off_by_no_more_than_their_errors_tell(trials: Trials, parameter: str) -> None:
     pulls = trials.pulls(parameter)
-    assert np.abs(pulls).max() < 4.5, pulls
-    assert np.sqrt(np.mean(pulls**2)) < 1.6, pulls
+    assert np.abs(pulls).max() < 3.8, pulls  # 1 of 1000 right errors would fail
+    assert 0.3 < np.sqrt(np.mean(pulls**2)) < 1.6, pulls
 
 
-@pytest.mark.parametrize(("parameter", "largest"), [("inertia_td", 0.01), ("delay", 0.03), ("polar_moment", 0.15)])
-def test_errors_are_small_enough_to_be_of_use(trials: Trials, parameter: str, largest: float) -> None:
-    index = list(PARAMETERS).index(parameter)
-    assert np.median([found.error[index] for found in trials.fits]) < largest * trials.truth.parameters[index]
+def test_errors_are_neither_too_small_nor_too_large(trials: Trials) -> None:
+    """Of all parameters together."""
+    pulls = np.concatenate([trials.pulls(parameter) for parameter in JUDGED])
+    assert np.sqrt(np.mean(pulls**2)) == pytest.approx(1, abs=0.25), pulls
 
 
 def test_residuals_are_as_large_as_the_noise(trials: Trials) -> None:
-    assert 0.9 < np.mean([found.chi2_per_dof for found in trials.fits]) < 1.1
+    assert np.mean([found.chi2_per_dof for found in trials.fits]) == pytest.approx(1, abs=0.03)
 
 
 def test_every_fit_is_accepted(trials: Trials) -> None:

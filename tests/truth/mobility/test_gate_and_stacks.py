@@ -46,11 +46,6 @@ def synthetic_spectra(
     )
 
 
-def credible(count: int, total: int, rate: float) -> bool:
-    low, high = binom.interval(0.999, total, rate)
-    return bool(low <= count <= high)
-
-
 @pytest.mark.parametrize("error_rate", [0.01, 0.1])
 def test_bands_without_response_pass_at_the_error_rate(error_rate: float) -> None:
     settings = MobilitySettings(error_rate=error_rate)

@@ -6,7 +6,7 @@ import pytest
 
 from drillid.arrays import Complex, Floats
 from drillid.errors import SettingsError
-from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, MudDrag, RootDrag
+from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, RootDrag, StokesLayerDrag
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import bit_speed_ratio, laplace
 from drillid.physics.time_responses import bit_step_response, inverse_laplace
@@ -18,7 +18,7 @@ S = laplace(np.array([0.05, 0.4, 1.7, 5.0]))
 
 @pytest.mark.parametrize("viscosity", [1e-3, 0.04, 5.0])
 def test_mud_drag_agrees_with_forty_digit_bessel_functions(viscosity: float) -> None:
-    drag = MudDrag(DENSITY, viscosity, OUTER, INNER).shunt(PIPE, S)
+    drag = StokesLayerDrag(DENSITY, viscosity, OUTER, INNER).shunt(PIPE, S)
     with mpmath.workdps(40):
         for value, s in zip(drag, S, strict=True):
             layer = mpmath.sqrt(DENSITY * mpmath.mpmathify(complex(s)) / viscosity)
@@ -57,28 +57,32 @@ def test_mud_drag_is_the_torque_of_the_flow() -> None:
     turning, (h1, h2) = flow[:3] / nodes[:3], nodes[1:3] - nodes[0]
     slope = (-turning[0] * (h2**2 - h1**2) + turning[1] * h2**2 - turning[2] * h1**2) / (h1 * h2 * (h2 - h1))
     torque = -2 * np.pi * radius**3 * VISCOSITY * slope
-    expected = MudDrag(DENSITY, VISCOSITY, OUTER).shunt(PIPE, np.array([s]))[0]
+    expected = StokesLayerDrag(DENSITY, VISCOSITY, OUTER).shunt(PIPE, np.array([s]))[0]
     assert abs(torque / expected - 1) < 2e-3
 
 
 def test_limits_of_mud_drag() -> None:
     fast = 1e8 * S
     high = 2 * np.pi * ((OUTER / 2) ** 3 + (INNER / 2) ** 3) * np.sqrt(DENSITY * VISCOSITY * fast)
-    np.testing.assert_allclose(MudDrag(DENSITY, VISCOSITY, OUTER, INNER).shunt(PIPE, fast), high, rtol=1e-4)
-    in_one_figure = RootDrag(2 * np.pi * (OUTER / 2) ** 3 * np.sqrt(DENSITY * VISCOSITY) / PIPE.polar_moment)
+    np.testing.assert_allclose(StokesLayerDrag(DENSITY, VISCOSITY, OUTER, INNER).shunt(PIPE, fast), high, rtol=1e-4)
+    root_law = RootDrag(2 * np.pi * (OUTER / 2) ** 3 * np.sqrt(DENSITY * VISCOSITY) / PIPE.polar_moment)
     np.testing.assert_allclose(
-        MudDrag(DENSITY, VISCOSITY, OUTER).shunt(PIPE, fast), in_one_figure.shunt(PIPE, fast), rtol=1e-4
+        StokesLayerDrag(DENSITY, VISCOSITY, OUTER).shunt(PIPE, fast), root_law.shunt(PIPE, fast), rtol=1e-4
     )
-    honey = MudDrag(DENSITY, 1e7, OUTER).shunt(PIPE, S)
+    honey = StokesLayerDrag(DENSITY, 1e7, OUTER).shunt(PIPE, S)
     np.testing.assert_allclose(honey, 4 * np.pi * 1e7 * (OUTER / 2) ** 2, rtol=1e-4)
-    bore = MudDrag(DENSITY, 1e4, OUTER, INNER).shunt(PIPE, S) - MudDrag(DENSITY, 1e4, OUTER).shunt(PIPE, S)
+    bore = StokesLayerDrag(DENSITY, 1e4, OUTER, INNER).shunt(PIPE, S) - StokesLayerDrag(DENSITY, 1e4, OUTER).shunt(
+        PIPE, S
+    )
     np.testing.assert_allclose(bore, DENSITY * np.pi / 2 * (INNER / 2) ** 4 * S, rtol=1e-3)
 
 
 PASSIVE_STRING = TopDrive(1000.0, 0.0, Controller(0.0))
 
 
-@pytest.mark.parametrize("law", [None, ConstantLossFactor(0.05), MudDrag(DENSITY, VISCOSITY, OUTER), RootDrag(300.0)])
+@pytest.mark.parametrize(
+    "law", [None, ConstantLossFactor(0.05), StokesLayerDrag(DENSITY, VISCOSITY, OUTER), RootDrag(300.0)]
+)
 def test_laws_are_causal(law: DampingLaw | None) -> None:
     """The bit stands still until the wave of a speed step at the top, at 1 s, has come down."""
     pipe = Section(3000.0, 1.6e-5, kappa=50.0, laws=(law,) if law else ())

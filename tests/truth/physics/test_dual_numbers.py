@@ -75,7 +75,7 @@ def test_shapes_broadcast_as_arrays_do() -> None:
     np.testing.assert_allclose(slopes[:, 1], frequency / a, rtol=1e-15)
 
 
-def test_a_function_that_ignores_its_figures_has_no_slope() -> None:
+def test_a_function_that_ignores_its_parameters_has_no_slope() -> None:
     value, slopes = derivatives(lambda a, b: np.ones(5), [1.0, 2.0])
     assert value.shape == (5,)
     np.testing.assert_array_equal(slopes, np.zeros((2, 5)))
@@ -93,7 +93,7 @@ def test_linear_operators_and_lifted_functions() -> None:
 
 @pytest.mark.parametrize("collars", [0.0, 90.0])
 def test_composed_model_has_the_derivatives_that_were_derived_by_hand(collars: float) -> None:
-    known = KnownEquipment(Controller(1500.0, 800.0, 0.05, 0.02), collars, 1.2e-4 if collars else 0.0)
+    equipment = KnownEquipment(Controller(1500.0, 800.0, 0.05, 0.02), collars, 1.2e-4 if collars else 0.0)
     points = np.array(
         [
             [100.0, 3e8, 2700.0, 1.6e-5, 0.04, 1100.0, 20.0, 180.0],
@@ -102,15 +102,17 @@ def test_composed_model_has_the_derivatives_that_were_derived_by_hand(collars: f
     )
     s = laplace(np.geomspace(0.05, 5, 40))
 
-    def mobility(*figures: Any) -> Any:
-        kappa, delta, length, polar, delay, inertia_td, damping, inertia = figures
+    def mobility(*parameters: Any) -> Any:
+        kappa, delta, length, polar, delay, inertia_td, damping, inertia = parameters
         string = [Section(length, polar, kappa, delta)]
         if collars:
-            string.append(Section(collars, known.collar_polar_moment, kappa, delta))
-        bit = Bit(inertia - known.collar_inertia, damping)
-        return command_mobility(DrillingSystem(TopDrive(inertia_td, delay, known.controller), tuple(string), bit), s)
+            string.append(Section(collars, equipment.collar_polar_moment, kappa, delta))
+        bit = Bit(inertia - equipment.collar_inertia, damping)
+        return command_mobility(
+            DrillingSystem(TopDrive(inertia_td, delay, equipment.controller), tuple(string), bit), s
+        )
 
-    by_hand = command_mobility_with_derivatives(points, known, s)
+    by_hand = command_mobility_with_derivatives(points, equipment, s)
     value, slopes = derivatives(mobility, points)
     np.testing.assert_allclose(value, by_hand[0], rtol=1e-12)
     scale = np.abs(by_hand[1]).max(axis=-1, keepdims=True)

@@ -13,8 +13,8 @@ from drillid.physics.damping import (
     DampingLaw,
     HystereticLoss,
     KelvinVoigt,
-    MudDrag,
     RootDrag,
+    StokesLayerDrag,
     ViscousWall,
 )
 from drillid.physics.dual_numbers import derivatives
@@ -73,7 +73,7 @@ def with_bottom(*cutting: RegenerativeCutting | StribeckCutting, motor: Motor | 
 
 @dataclass(frozen=True)
 class Case:
-    """An effect as a function of its figures, usual figures, and figures at which it does nothing."""
+    """An effect as a function of its parameters, usual values, and values without effect."""
 
     build: Callable[..., DrillingSystem]
     usual: tuple[float, ...]
@@ -90,12 +90,14 @@ CASES = {
     "constant loss factor": Case(lambda eta, f: with_law(ConstantLossFactor(eta, f)), (0.01, 0.5), (0.0, 0.5)),
     "root drag": Case(lambda b: with_law(RootDrag(b)), (200.0,), (0.0,)),
     "mud drag": Case(
-        lambda density, viscosity, outer, inner: with_law(MudDrag(density, viscosity, outer, inner)),
+        lambda density, viscosity, outer, inner: with_law(StokesLayerDrag(density, viscosity, outer, inner)),
         (1300.0, 0.03, 0.1397, 0.1214),
         (1e-9, 1e-9, 0.1397, 0.1214),
         tolerance=1e-8,
     ),
-    "mud drag outside": Case(lambda mu: with_law(MudDrag(1300.0, mu, 0.1397)), (0.03,), (1e-14,), tolerance=1e-5),
+    "mud drag outside": Case(
+        lambda mu: with_law(StokesLayerDrag(1300.0, mu, 0.1397)), (0.03,), (1e-14,), tolerance=1e-5
+    ),
     "zone": Case(
         lambda top, length, factor: DrillingSystem(DRIVE, with_zone((PIPE, COLLARS), top, length, factor), BIT),
         (1400.0, 200.0, 20.0),
@@ -123,7 +125,7 @@ CASES = {
     "actuator gain": Case(lambda gain: with_top(gain=gain), (0.9,), (1.0,)),
     "delay": Case(lambda delay: with_top(delay=delay), (0.07,), (0.04,)),
     "delay jitter": Case(lambda jitter: with_top(jitter=jitter), (0.01,), (0.0,)),
-    "scale that control reads": Case(lambda scale: sensed(PLAIN, scale), (1.1,), (1.0,)),
+    "scale of the control's sensor": Case(lambda scale: sensed(PLAIN, scale), (1.1,), (1.0,)),
     "controller": Case(lambda p, i: with_top(proportional=p, integral=i), (4e3, 1e3), (1500.0, 800.0)),
     "filters": Case(lambda h, e: with_top(speed_filter=h, torque_filter=e), (0.05, 0.02), (0.0, 0.0)),
     "inertia compensation": Case(
@@ -203,18 +205,18 @@ def test_conjugate_frequencies_give_conjugate_responses(case: Case) -> None:
 
 @EFFECTS
 def test_derivatives_are_exact(case: Case) -> None:
-    """Against Cauchy's integral over a circle of complex figures, exact to rounding inside the nearest pole."""
+    """Against Cauchy's integral over a circle of complex parameters, exact to rounding inside the nearest pole."""
     usual, corners = np.array(case.usual), np.exp(2j * np.pi * np.arange(32) / 32)
     for name, response in RESPONSES.items():
-        value, slopes = derivatives(lambda *figures, response=response: response(case.build(*figures), S), usual)
+        value, slopes = derivatives(lambda *values, response=response: response(case.build(*values), S), usual)
         np.testing.assert_allclose(value, response(case.build(*case.usual), S), rtol=1e-12, err_msg=name)
         for row, size in enumerate(usual):
             radius = 1e-3 * size
             circle = []
             for corner in corners:
-                figures = usual.astype(complex)
-                figures[row] += radius * corner
-                circle.append(response(case.build(*figures), S) / corner)
+                values = usual.astype(complex)
+                values[row] += radius * corner
+                circle.append(response(case.build(*values), S) / corner)
             exact = np.mean(circle, axis=0) / radius
             rounding = 1e-12 * np.abs(value) / radius
             assert np.all(np.abs(slopes[row] - exact) <= 1e-9 * np.abs(exact) + rounding), (name, row)
@@ -222,7 +224,7 @@ def test_derivatives_are_exact(case: Case) -> None:
 
 @EFFECTS
 def test_windows_are_computed_at_once(case: Case) -> None:
-    """Figures of shape (windows, 1) give every window what it gets alone."""
+    """Parameters of shape (windows, 1) give every window its response computed alone."""
     spread = np.array(case.usual)[:, None, None] * np.array([1.0, 1.002, 0.997])[:, None]
     together = command_mobility(case.build(*spread), S)
     for window in range(3):
@@ -269,7 +271,7 @@ def test_structural_laws_lose_the_stated_share(law: DampingLaw) -> None:
 
 
 def test_a_section_split_where_its_law_holds_is_the_same_section() -> None:
-    law = MudDrag(1300.0, 0.03, 0.1397, 0.1214)
+    law = StokesLayerDrag(1300.0, 0.03, 0.1397, 0.1214)
     whole, part = (Section(length, PIPE.polar_moment, laws=(law,)) for length in (1000.0, 500.0))
     load = 60 * S + 5
     twice = input_admittance(part, input_admittance(part, load, S), S)

@@ -74,7 +74,7 @@ def test_impedance_and_admittance_forms_agree(section: Section, load: np.ndarray
 
 
 def test_bit_mobility_is_reciprocal_to_the_string_seen_from_the_other_end() -> None:
-    """A string turned upside down: what the bit sees is what the top would see."""
+    """A string turned upside down: the impedance at the bit becomes that at the top."""
     sections = (Section(1000.0, 1.6e-5, 50.0, 1e8), Section(300.0, 6e-5, 10.0, 2e8))
     drive = TopDrive(1200.0, 0.0, Controller(0.0))
     down = DrillingSystem(drive, sections, Bit(80.0, 20.0))

@@ -1,4 +1,4 @@
-"""The lumped two-inertia model and strings made of strings."""
+"""The lumped two-inertia model and modified strings."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_a_section_lumped_is_one_element_of_the_ladder() -> None:
 
 
 def test_the_lumped_model_holds_at_low_frequency_only() -> None:
-    """Below half the first mode within 5 %; at the third mode it knows nothing."""
+    """Below half the first mode within 5 %; at the third mode it is invalid."""
     system, lumped = DrillingSystem(DRIVE, (PIPE,), Bit(400.0, 30.0)), LumpedString.of_section(PIPE, 400.0, 30.0)
     error = np.abs(lumped.command_mobility(DRIVE, S) / command_mobility(system, S) - 1)
     frequency = S.imag / 2 / np.pi

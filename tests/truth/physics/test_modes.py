@@ -9,7 +9,7 @@ import pytest
 
 from drillid.arrays import Floats
 from drillid.errors import EstimationError, SettingsError
-from drillid.physics.damping import HystereticLoss, MudDrag
+from drillid.physics.damping import HystereticLoss, StokesLayerDrag
 from drillid.physics.dual_numbers import primal
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import (
@@ -48,17 +48,17 @@ def test_lossless_clamped_and_free_strings() -> None:
 def test_damped_string_has_the_poles_of_its_quadratic() -> None:
     """ρs² + (κ + k²δ) s + k²G = 0 for each wave number k of a clamped–free string."""
     pipe = Section(3000.0, 1.6e-5, 2e3, 2e9)
-    found = modes(DrillingSystem(FREE, (pipe,), Bit(0.0)), stiff=True)
-    wave_number = np.pi / (2 * pipe.length) * np.arange(1, 2 * found.poles.size, 2)
+    result = modes(DrillingSystem(FREE, (pipe,), Bit(0.0)), stiff=True)
+    wave_number = np.pi / (2 * pipe.length) * np.arange(1, 2 * result.poles.size, 2)
     exact = [np.roots([pipe.density, pipe.kappa + k * k * pipe.delta, k * k * pipe.shear_modulus]) for k in wave_number]
-    np.testing.assert_allclose(found.poles, [roots[roots.imag > 0][0] for roots in exact], rtol=1e-10)
-    assert found.frequency[-1] > 4.5
+    np.testing.assert_allclose(result.poles, [roots[roots.imag > 0][0] for roots in exact], rtol=1e-10)
+    assert result.frequency[-1] > 4.5
 
 
 def test_hysteretic_string_has_half_the_loss_factor_as_damping_ratio() -> None:
     pipe = Section(3000.0, 1.6e-5, laws=(HystereticLoss(0.02),))
-    found = modes(DrillingSystem(FREE, (pipe,), Bit(0.0)), stiff=True)
-    np.testing.assert_allclose(found.damping_ratio, np.sin(np.arctan(0.02) / 2), rtol=1e-9)
+    result = modes(DrillingSystem(FREE, (pipe,), Bit(0.0)), stiff=True)
+    np.testing.assert_allclose(result.damping_ratio, np.sin(np.arctan(0.02) / 2), rtol=1e-9)
 
 
 def test_lossless_modes_with_a_bit() -> None:
@@ -66,13 +66,13 @@ def test_lossless_modes_with_a_bit() -> None:
     from scipy.optimize import brentq
 
     bit = Bit(120.0)
-    found = modes(DrillingSystem(FREE, (PIPE,), bit), stiff=True)
+    result = modes(DrillingSystem(FREE, (PIPE,), bit), stiff=True)
     travel, y0 = PIPE.length / WAVE_SPEED, PIPE.characteristic_admittance
     exact = [
         brentq(lambda w: bit.inertia * w * np.sin(w * travel) - y0 * np.cos(w * travel), a + 1e-9, a + np.pi / travel)
-        for a in np.pi / travel * np.arange(found.poles.size)
+        for a in np.pi / travel * np.arange(result.poles.size)
     ]
-    np.testing.assert_allclose(found.poles.imag, exact, rtol=1e-11)
+    np.testing.assert_allclose(result.poles.imag, exact, rtol=1e-11)
 
 
 def state_space(system: DrillingSystem, elements: int) -> Floats:
@@ -106,21 +106,21 @@ def state_space(system: DrillingSystem, elements: int) -> Floats:
 def test_modes_are_the_eigenvalues_of_a_fine_ladder() -> None:
     sections = (Section(2400.0, 1.6e-5, 800.0, 6e8), Section(240.0, 1.2e-4, 300.0, 3e8))
     system = DrillingSystem(TopDrive(1100.0, 0.0, Controller(1500.0, 800.0)), sections, Bit(60.0, 30.0))
-    found = modes(system, highest=1.9)
+    result = modes(system, highest=1.9)
     values = [np.linalg.eigvals(state_space(system, n)) for n in (40, 80)]
     in_band = [v[(v.imag > 2 * np.pi * 0.02) & (v.imag < 3.8 * np.pi)] for v in values]
     coarse, fine = (v[np.argsort(v.imag)] for v in in_band)
-    assert fine.size == found.poles.size
+    assert fine.size == result.poles.size
     # errors fall with the number of elements squared; taken out to the next order
-    np.testing.assert_allclose(fine + (fine - coarse) / 3, found.poles, rtol=1e-4)
+    np.testing.assert_allclose(fine + (fine - coarse) / 3, result.poles, rtol=1e-4)
 
 
 def test_modes_of_a_published_synthetic_well() -> None:
     """Aarsnes and Shor 2018, figure 8: clamped–free modes of pipe and collars."""
     pipe = Section(2500.0 - 230.0, polar_moment(0.146529, 0.123024), shear_modulus=61e9)
     collars = Section(230.0, 8.494e-5, shear_modulus=67e9)
-    found = modes(DrillingSystem(FREE, (pipe, collars), Bit(0.0)), highest=2.0, stiff=True)
-    np.testing.assert_allclose(found.frequency, [0.226, 0.730, 1.293, 1.879], atol=0.0006)
+    result = modes(DrillingSystem(FREE, (pipe, collars), Bit(0.0)), highest=2.0, stiff=True)
+    np.testing.assert_allclose(result.frequency, [0.226, 0.730, 1.293, 1.879], atol=0.0006)
 
 
 @pytest.mark.skipif(not REFERENCE.exists(), reason=f"the reference tables are not at {REFERENCE}")
@@ -136,7 +136,10 @@ def test_modes_of_table_1_row_a() -> None:
 
 RICH = DrillingSystem(
     DRIVE,
-    (Section(2600.0, 1.6e-5, 100.0, 2e8, laws=(MudDrag(1200.0, 0.02, 0.1397),)), Section(100.0, 1.5e-4, 50.0, 2e8)),
+    (
+        Section(2600.0, 1.6e-5, 100.0, 2e8, laws=(StokesLayerDrag(1200.0, 0.02, 0.1397),)),
+        Section(100.0, 1.5e-4, 50.0, 2e8),
+    ),
     Bit(40.0, 30.0),
     Motor(3e5, 50.0, 20.0),
 )
@@ -144,8 +147,8 @@ RICH = DrillingSystem(
 
 def test_every_mode_is_a_pole_and_none_is_missed() -> None:
     """Newton's method from a dense grid of starts finds no other pole in the rectangle."""
-    found = modes(RICH)
-    np.testing.assert_allclose(1 / np.abs(command_mobility(RICH, found.poles)), 0, atol=1e-6)
+    result = modes(RICH)
+    np.testing.assert_allclose(1 / np.abs(command_mobility(RICH, result.poles)), 0, atol=1e-6)
     start = (np.arange(-12.0, 0.0, 2.0)[:, None] + 2j * np.pi * np.arange(0.05, 5.0, 0.05)).ravel()
     step = 1e-7
     with np.errstate(all="ignore"):
@@ -154,7 +157,7 @@ def test_every_mode_is_a_pole_and_none_is_missed() -> None:
             start = start - value * step / (ahead - value)
     inside = (start.real > -20) & (start.real < 5) & (start.imag > 0.13) & (start.imag < 31.4)
     assert inside.sum() > 50
-    nearest = np.min(np.abs(start[inside][:, None] - found.poles), axis=1)
+    nearest = np.min(np.abs(start[inside][:, None] - result.poles), axis=1)
     converged = np.abs(characteristic_function(RICH, start[inside])) < 1e-6 * DRIVE.inertia
     np.testing.assert_allclose(nearest[converged], 0, atol=1e-5)
 
@@ -229,25 +232,27 @@ def test_a_mode_on_the_edge_of_the_band_is_refused() -> None:
 
 
 def test_modes_of_several_windows_are_those_of_each() -> None:
-    """Windows of unlike numbers of modes, two figures of which vary along axes of their own."""
+    """Windows with different numbers of modes, whose length and inertia vary along axes of their own."""
     lengths, inertias = np.array([1800.0, 3400.0]), np.array([20.0, 90.0, 300.0])
-    law = MudDrag(1200.0, np.array([[0.02], [0.05]])[:, None], 0.1397)
+    law = StokesLayerDrag(1200.0, np.array([[0.02], [0.05]])[:, None], 0.1397)
     pipe = Section(lengths[:, None, None], 1.6e-5, 100.0, 2e8, laws=(law,))
-    found = modes(DrillingSystem(DRIVE, (pipe,), Bit(inertias[:, None], 30.0)), highest=3.0)
-    assert found.poles.shape[:2] == (2, 3)
+    result = modes(DrillingSystem(DRIVE, (pipe,), Bit(inertias[:, None], 30.0)), highest=3.0)
+    assert result.poles.shape[:2] == (2, 3)
     for row, length in enumerate(lengths):
         for column, inertia in enumerate(inertias):
-            one_pipe = Section(length, 1.6e-5, 100.0, 2e8, laws=(MudDrag(1200.0, (0.02, 0.05)[row], 0.1397),))
-            one = modes(DrillingSystem(DRIVE, (one_pipe,), Bit(inertia, 30.0)), highest=3.0)
-            count = one.poles.size
-            np.testing.assert_allclose(found.poles[row, column, :count], one.poles, rtol=1e-12)
-            assert np.all(np.isnan(found.frequency[row, column, count:]))
-            assert np.all(np.isnan(found.damping_ratio[row, column, count:]))
-    assert np.isnan(found.poles[0, 0, -1])
-    assert not np.isnan(found.poles[1]).all(axis=0).any()
+            single_pipe = Section(
+                length, 1.6e-5, 100.0, 2e8, laws=(StokesLayerDrag(1200.0, (0.02, 0.05)[row], 0.1397),)
+            )
+            alone = modes(DrillingSystem(DRIVE, (single_pipe,), Bit(inertia, 30.0)), highest=3.0)
+            count = alone.poles.size
+            np.testing.assert_allclose(result.poles[row, column, :count], alone.poles, rtol=1e-12)
+            assert np.all(np.isnan(result.frequency[row, column, count:]))
+            assert np.all(np.isnan(result.damping_ratio[row, column, count:]))
+    assert np.isnan(result.poles[0, 0, -1])
+    assert not np.isnan(result.poles[1]).all(axis=0).any()
 
 
-def test_figures_that_vary_along_frequency_are_no_windows() -> None:
+def test_quantities_that_vary_along_frequency_are_refused() -> None:
     several = Section(np.array([2000.0, 2500.0]), 1.6e-5)
     with pytest.raises(SettingsError, match="shape"):
         modes(DrillingSystem(DRIVE, (several,), Bit(60.0)))

@@ -14,7 +14,7 @@ from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from drillid.physics.time_responses import bit_step_response
 
 REFERENCE = Path(__file__).parents[4] / "shared" / "reference"
-KNOWN = KnownEquipment(Controller(1500.0, 800.0))
+EQUIPMENT = KnownEquipment(Controller(1500.0, 800.0))
 
 pytestmark = pytest.mark.skipif(not REFERENCE.exists(), reason=f"the reference tables are not at {REFERENCE}")
 
@@ -25,7 +25,7 @@ def table(name: str) -> pd.DataFrame:
 
 def systems() -> list[tuple[str, DrillingSystem]]:
     rows = table("table1.csv").set_index("measurement")[list(PARAMETERS)]
-    return [(str(name), drilling_system(row.to_numpy(), KNOWN)) for name, row in rows.iterrows()]
+    return [(str(name), drilling_system(row.to_numpy(), EQUIPMENT)) for name, row in rows.iterrows()]
 
 
 @pytest.mark.parametrize("column", ["command", "bit_stiff", "bit_soft"])

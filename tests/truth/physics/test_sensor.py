@@ -1,4 +1,4 @@
-"""Records that are not the truth: linear transfers against the time-domain simulator and its recorder."""
+"""Recorded responses: linear transfers against the time-domain simulator and its recorder."""
 
 from dataclasses import replace
 from typing import Any
@@ -85,8 +85,8 @@ def test_recorded_mobility_is_the_true_one_times_the_transfer_of_its_channel(
     assert worst(measured, truth) > 10 * LARGEST_ERROR
 
 
-def test_what_both_channels_share_drops_out(plain: Simulation) -> None:
-    """Like filters and clocks leave the mobility; of unlike ones their ratio is left."""
+def test_a_transfer_common_to_both_channels_cancels(plain: Simulation) -> None:
+    """Equal filters and clocks leave the mobility unchanged; different ones change it by their ratio."""
     filtered = Recorder(SAMPLE_INTERVAL, filter_frequency=5.0, clock_offset=0.02)
     later = replace(filtered, clock_offset=0.05)
     measured = row_mobility(later.record(plain.speed, TIME_STEP), filtered)
@@ -97,7 +97,7 @@ def test_what_both_channels_share_drops_out(plain: Simulation) -> None:
 
 
 @pytest.mark.parametrize("controller", [CONTROLLER, MATCHED], ids=["PI", "impedance matching"])
-def test_a_scale_that_control_sees_changes_the_rig(controller: Controller) -> None:
+def test_a_scale_of_the_control_sensor_changes_the_rig(controller: Controller) -> None:
     system = replace(SYSTEM, top_drive=replace(TOP_DRIVE, controller=controller))
     result = vibrated(NonlinearRig(system, sensor=SpeedSensor(scale=1.1)))
     measured = [
@@ -113,7 +113,7 @@ def test_a_scale_that_control_sees_changes_the_rig(controller: Controller) -> No
 
 
 def test_jitter_of_the_delay_acts_by_its_mean() -> None:
-    """At 12 ms and 5 Hz the mean takes 7 %; what it leaves to chance falls with the number of periods."""
+    """At 12 ms and 5 Hz the mean reduces the torque by 7 %; the random part falls with the number of periods."""
     shaken = replace(SYSTEM, top_drive=replace(TOP_DRIVE, delay_jitter=0.012))
     periods = 15
     result = vibrated(shaken, periods, 20.0)
@@ -135,9 +135,9 @@ def test_jitter_of_time_stamps_acts_by_its_mean() -> None:
     nominal = SAMPLE_INTERVAL * np.arange(40000)
     rms, frequency = 0.02, 4.0
     rows = np.exp(2j * np.pi * frequency * (nominal - rms * generator.standard_normal(nominal.size)))
-    seen = np.mean(rows * np.exp(-2j * np.pi * frequency * nominal))
+    measured = np.mean(rows * np.exp(-2j * np.pi * frequency * nominal))
     transfer = Recording(clock_jitter=rms).transfer(laplace(np.array([frequency])))[0]
-    assert abs(seen - transfer) < 4 / np.sqrt(nominal.size)
+    assert abs(measured - transfer) < 4 / np.sqrt(nominal.size)
     assert abs(transfer - 1) > 0.1
 
 
@@ -148,11 +148,13 @@ def test_no_size_is_no_effect() -> None:
 
 
 def test_derivatives_are_exact() -> None:
-    """Central differences, good to about 1e-8, in every size of the transfer and of the scale that control sees."""
+    """Central differences, good to about 1e-8, for every parameter of the transfer and the scale of the control's sensor."""
     point = np.array([1.02, 0.03, 0.02, 6.0, 1.1])
 
-    def response(scale: object, offset: object, jitter: object, corner: object, seen: object) -> Any:
-        return recorded(command_mobility(sensed(SYSTEM, seen), S), S, Recording(scale, offset, jitter, corner, 3))
+    def response(scale: object, offset: object, jitter: object, corner: object, sensor_scale: object) -> Any:
+        return recorded(
+            command_mobility(sensed(SYSTEM, sensor_scale), S), S, Recording(scale, offset, jitter, corner, 3)
+        )
 
     value, slopes = derivatives(response, point)
     assert slopes.shape == (5, FREQUENCIES.size)
@@ -164,13 +166,13 @@ def test_derivatives_are_exact() -> None:
         np.testing.assert_allclose(slopes[row], difference, rtol=1e-6, atol=1e-8 * np.max(np.abs(value)) / size)
 
 
-def test_one_description_stands_for_many_records() -> None:
+def test_one_description_covers_many_records() -> None:
     several = Recording(
         clock_offset=np.array([[0.0], [0.01], [0.02]]), filter_frequency=np.array([[5.0], [7.0], [9.0]])
     )
-    one = Recording(clock_offset=0.01, filter_frequency=7.0)
+    single = Recording(clock_offset=0.01, filter_frequency=7.0)
     assert several.transfer(S).shape == (3, FREQUENCIES.size)
-    np.testing.assert_allclose(several.transfer(S)[1], one.transfer(S), rtol=1e-14)
+    np.testing.assert_allclose(several.transfer(S)[1], single.transfer(S), rtol=1e-14)
 
 
 def test_a_filter_without_order_is_refused() -> None:

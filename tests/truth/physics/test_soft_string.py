@@ -49,7 +49,7 @@ def test_build_section_against_its_closed_form() -> None:
 
 
 def test_a_turn_pulls_across_the_weight() -> None:
-    """North is passed on the way; weight and pull of the turn add at right angles."""
+    """The azimuth passes through north; weight and pull of the turn add at right angles."""
     forces = side_forces(Survey.from_degrees([0, 2000], [90, 90], [330, 30]), [PIPE], MUD, -3e5)
     turn = np.radians(60) / 2000
     np.testing.assert_allclose(forces.side_force, np.hypot(WEIGHT, 3e5 * turn))

@@ -32,7 +32,7 @@ CONTROLLERS = {
 
 @pytest.mark.parametrize("controller", CONTROLLERS.values(), ids=CONTROLLERS.keys())
 def test_block_diagram(controller: Controller) -> None:
-    """Speed, command, motor torque and reckoned string torque as unknowns of the diagram's own equations."""
+    """Speed, command, motor torque and estimated string torque as unknowns of the diagram's own equations."""
     top_drive = TopDrive(1100.0, 0.04, controller, lag=0.02, gain=0.95)
     system = DrillingSystem(top_drive, (PIPE,), BIT)
     matching = controller.matching or ImpedanceMatching(0.0, 0.0)

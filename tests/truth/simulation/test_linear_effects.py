@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, MudDrag, RootDrag
+from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, RootDrag, StokesLayerDrag
 from drillid.physics.equipment import (
     Bit,
     Controller,
@@ -97,7 +97,7 @@ MATCHED = 0.5 / PIPE.characteristic_admittance
         ),
         pytest.param(replace(SYSTEM, motor=Motor(2e4, 50.0, 15.0), bit=Bit(25.0, 40.0)), id="motor"),
         pytest.param(damped(RootDrag(200.0)), id="root-drag"),
-        pytest.param(damped(MudDrag(1200.0, 0.03, 0.1397, 0.1214)), id="mud-drag"),
+        pytest.param(damped(StokesLayerDrag(1200.0, 0.03, 0.1397, 0.1214)), id="mud-drag"),
         pytest.param(damped(ConstantLossFactor(0.02), RootDrag(100.0)), id="loss-factor-and-drag"),
     ],
 )
@@ -122,14 +122,14 @@ def test_ideal_hysteretic_damping_is_simulated_as_its_causal_relative() -> None:
 
 def test_stribeck_cutting_has_its_slope_at_small_amplitude() -> None:
     rig = NonlinearRig(SYSTEM, cutting=Cutting(0.05, 0.02, Weakening(6.0)))
-    linear = rig.about(SPEED, WEIGHT)
+    linear = rig.linearised(SPEED, WEIGHT)
     assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
     assert mobility_error(rig, SYSTEM, bit_torque=0.0, amplitude=2.0) > 10 * LARGEST_ERROR
 
 
 def test_blades_feed_back_what_they_cut_a_blade_time_ago() -> None:
     rig = NonlinearRig(SYSTEM, regenerative=RegenerativeBit(5, 1.5e5, 0.004, 1.0))
-    linear = rig.about(SPEED, WEIGHT)
+    linear = rig.linearised(SPEED, WEIGHT)
     assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
     assert mobility_error(rig, SYSTEM, bit_torque=0.0, amplitude=2.0) > 10 * LARGEST_ERROR
 
@@ -153,17 +153,19 @@ def test_a_gear_whose_teeth_stay_in_contact_is_nearly_rigid() -> None:
 )
 def test_linear_laws_of_cutting_become_a_rig_that_has_them(law: StribeckCutting | RegenerativeCutting) -> None:
     linear = replace(SYSTEM, bit=Bit(40.0, 40.0, (law,)))
-    rig = NonlinearRig.of(linear, WEIGHT)
+    rig = NonlinearRig.from_linear(linear, WEIGHT)
     assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
     s = laplace(FREQUENCIES)
-    np.testing.assert_allclose(command_mobility(rig.about(SPEED, WEIGHT), s), command_mobility(linear, s), rtol=1e-12)
+    np.testing.assert_allclose(
+        command_mobility(rig.linearised(SPEED, WEIGHT), s), command_mobility(linear, s), rtol=1e-12
+    )
 
 
 def test_laws_of_cutting_without_weight_or_twice_are_refused() -> None:
     law = StribeckCutting(2500.0, 1000.0, 6.0, SPEED)
     for laws, weight in (((law,), 0.0), ((law, law), WEIGHT)):
         with pytest.raises(SettingsError, match="cutting needs"):
-            NonlinearRig.of(replace(SYSTEM, bit=Bit(40.0, 40.0, laws)), weight)
+            NonlinearRig.from_linear(replace(SYSTEM, bit=Bit(40.0, 40.0, laws)), weight)
 
 
 def test_simulated_torque_into_the_string_is_what_an_instrumented_sub_shows() -> None:
@@ -182,7 +184,7 @@ def test_simulated_torque_into_the_string_is_what_an_instrumented_sub_shows() ->
 def test_linear_laws_of_cutting_are_refused_rather_than_dropped() -> None:
     rig = NonlinearRig(SYSTEM, cutting=Cutting(0.05, 0.02))
     with pytest.raises(SettingsError, match="laws of cutting are linear"):
-        simulate(rig.about(SPEED, WEIGHT), np.zeros(10), np.ones(10), np.zeros(10))
+        simulate(rig.linearised(SPEED, WEIGHT), np.zeros(10), np.ones(10), np.zeros(10))
 
 
 def test_a_motor_too_stiff_for_the_time_step_is_refused() -> None:

@@ -9,7 +9,7 @@ from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.excitation.torques import exponential_sweeps
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, TopDrive
-from drillid.physics.nonlinear import Course, DriveLimits, Gear, NonlinearRig, SpeedSensor, WallContact
+from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, WallContact
 from drillid.physics.responses import command_mobility, laplace
 from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, Simulation, simulate
 from tests.truth.rigs import FREQUENCIES, PERIOD, SPEED, SYSTEM, TOP_DRIVE, closure, lines_of, multisine, steps_in
@@ -18,7 +18,9 @@ PHASES = ((10, 20), (30, 40), (50, 60))
 FREE = replace(SYSTEM, top_drive=TopDrive(1100.0, 0.0413, Controller(0.0)))
 
 
-def swept(rig: DrillingSystem | NonlinearRig | Course, amplitude: float = 600.0, bit_torque: float = 4e3) -> Simulation:
+def swept(
+    rig: DrillingSystem | NonlinearRig | VaryingRig, amplitude: float = 600.0, bit_torque: float = 4e3
+) -> Simulation:
     """A minute of sweeps, every step recorded."""
     time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     return simulate(

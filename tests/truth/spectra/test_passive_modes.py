@@ -29,9 +29,9 @@ def test_modes_of_the_string_are_found_without_a_sweep() -> None:
     assert np.all(np.abs(ratios.mean(axis=0) - 1) < 0.25)
 
 
-def test_white_noise_has_no_modes_and_a_short_record_is_told() -> None:
+def test_white_noise_has_no_sharp_modes_and_a_short_record_is_told() -> None:
     noise = np.random.default_rng(0).normal(size=30000)
     found = passive_modes(noise, RATE, (0.1, 4.0))
-    assert found.frequency.size == 0 or found.damping_ratio.min() > 0.05 or found.damping_ratio_error.min() > 0.1
+    assert np.all(found.damping_ratio > 0.1)  # chance makes humps, but no peaks
     with pytest.raises(EstimationError, match="too short"):
         passive_modes(noise[:1000], RATE, (0.1, 4.0))

@@ -52,3 +52,18 @@ def test_every_fault_is_told_with_its_remedy() -> None:
         Rig.checked(changed(name=None, controler={}), "toy.yaml")
     assert error.value.what == "the key 'name' is missing; unknown key 'controler'"
     assert error.value.remedy == "Add 'name'. Did you mean 'controller'?"
+
+
+@pytest.mark.parametrize(("depth", "length"), [(0.0, 90.0), (2999.9, 90.0), (3000.0, 100.0), (9000.0, 100.0)])
+def test_collars_are_those_of_the_run_that_drills_at_a_depth(depth: float, length: float) -> None:
+    size = {"outer_diameter": "165.1 mm", "inner_diameter": "71.4 mm"}
+    collars = [size | {"length": "100 m", "from_depth": "3000 m"}, size | {"length": "90 m"}]
+    found = Rig.checked(changed(collars=collars), "toy.yaml").collars_at(depth)
+    assert found is not None
+    assert found.length == length
+
+
+def test_above_all_runs_there_are_no_collars() -> None:
+    later = {"outer_diameter": "165.1 mm", "inner_diameter": "71.4 mm", "length": "90 m", "from_depth": "1000 m"}
+    rig = Rig.checked(changed(collars=[later]), "toy.yaml")
+    assert rig.collars_at(999.9) is None

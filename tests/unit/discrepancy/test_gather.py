@@ -86,7 +86,7 @@ def test_silent_data_sheet_leave_the_prior_open() -> None:
     assert known.collar_length == 60.0
 
 
-def test_data_sheet_are_taken_with_their_tolerances() -> None:
+def test_data_sheets_are_taken_with_their_tolerances() -> None:
     data_sheet = RIG.model_dump(exclude_none=True) | {
         "drive_delay": {"value": "40 ms", "tolerance": "4 ms"},
         "top_drive_inertia": {"value": "1000 kg m^2", "relative": "2 %"},

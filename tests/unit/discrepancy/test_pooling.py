@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from drillid.discrepancy.detectors.detection import STANDS_OUT, Detection, Lines
+from drillid.discrepancy.detectors.detection import Detection, Lines
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
+from drillid.discrepancy.rules import LINE_KEPT
 
 
 def detections(cause: str, sizes: list[float], score: float = 1.5) -> list[Detection]:
@@ -57,7 +58,7 @@ def tones(generator: np.random.Generator, windows: int, ratio: float) -> list[De
         noise = generator.standard_normal((5000, 2)) / np.sqrt(2)
         noise[1234] += np.sqrt(ratio) * np.array([np.cos(window), np.sin(window)])
         log_ratio = np.sum(noise**2, axis=1)
-        place, best = np.flatnonzero(log_ratio > STANDS_OUT), int(np.argmax(log_ratio))
+        place, best = np.flatnonzero(log_ratio > LINE_KEPT), int(np.argmax(log_ratio))
         size, error = np.sqrt(np.maximum(2 * log_ratio - 2, 0.0))[place], np.ones(place.size)
         kept = (one.astype(np.float32) for one in (log_ratio[place], size, error))
         lines = Lines(1e-3, 5000, best, place.astype(np.int32), *kept)

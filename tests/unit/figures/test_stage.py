@@ -52,6 +52,10 @@ def _style() -> Iterator[None]:
         yield
 
 
+def test_every_figure_has_its_words_in_the_order_of_the_report() -> None:
+    assert list(DRAWINGS) == list(FIGURES)
+
+
 def image(axis: Axes) -> QuadMesh:
     return next(child for child in axis.collections if isinstance(child, QuadMesh))
 

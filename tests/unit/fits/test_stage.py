@@ -12,7 +12,6 @@ from drillid.config.settings import Settings
 from drillid.errors import EstimationError
 from drillid.fits.datasheet import knowledge, speed_controller
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
-from drillid.physics.equipment import polar_moment
 from drillid.physics.parameters import PARAMETERS
 from tests.simulated import RIG, SHALLOW, Processed
 
@@ -53,7 +52,7 @@ def test_correlations_are_correlations(healthy: Processed) -> None:
     assert np.linalg.eigvalsh(correlation).min() > -1e-9
 
 
-def test_the_controller_is_read_from_the_command_where_the_data_sheet_are_silent(
+def test_the_controller_is_read_from_the_command_where_the_data_sheets_are_silent(
     healthy: Processed, tmp_path: Path
 ) -> None:
     spectra = healthy.dataset("spectra", "spectra")
@@ -113,18 +112,6 @@ def test_a_window_of_a_sweep_that_does_not_repeat_is_fitted_too(troubled: Proces
     assert float(fits["chi2_per_dof"]) == pytest.approx(1, abs=0.3)
 
 
-def test_knowledge_follows_the_data_sheet() -> None:
-    prior = knowledge(rig(**DATA_SHEET), 960.0)
-    told = dict(zip(PARAMETERS, zip(prior.value, prior.error, strict=True), strict=True))
-    moment = polar_moment(0.0889, 0.0702)
-    assert told["delay"] == pytest.approx((0.028, 0.003))
-    assert told["inertia_td"] == pytest.approx((455.0, 22.75))
-    assert told["polar_moment"] == pytest.approx((moment, 0.05 * moment))
-    assert told["length"] == pytest.approx((900.0, 90.0))
-    assert np.isnan([told[name] for name in ("kappa", "delta", "damping_bha", "inertia_bha")]).all()
-    assert np.isnan(knowledge(RIG, 960.0).value).all()
-
-
 def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
     data_sheet = rig(**DATA_SHEET)
@@ -144,7 +131,7 @@ def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path
     np.testing.assert_allclose(again["value"], alone["value"], rtol=1e-6)
 
 
-def test_a_tight_wrong_paper_shows(healthy: Processed, tmp_path: Path) -> None:
+def test_a_tight_wrong_data_sheet_shows(healthy: Processed, tmp_path: Path) -> None:
     """It pulls the fit off the data, which refuse it with a reason; a wide one is overruled by them."""
     well = healthy.copied(tmp_path / "results")
     wrong = {"top_drive_inertia": {"value": "600 kg m^2", "relative": "0.1 %"}}

@@ -1,11 +1,14 @@
 """How wells are laid out in jobs."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
-from drillid.config.settings import FleetSettings, Settings
+from drillid.config.settings import FleetSettings, Settings, SimulateSettings
 from drillid.config.sheets import Listing
+from drillid.errors import SettingsError
+from drillid.fleet.manifest import KEY, write_manifest
 from drillid.fleet.plan import Plan
 
 
@@ -29,3 +32,40 @@ def test_memory_goes_with_the_largest_log_and_its_format(tmp_path: Path, sizes: 
     assert found.memory_mb(tuple(found.wells)) == memory
     several = plan(tmp_path, 3, small_csv=0, **sizes)
     assert several.memory_mb(tuple(several.wells)) == memory * several.threads(tuple(several.wells))
+
+
+def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: Path) -> None:
+    wells = {name: Listing(name, tmp_path / "toy.yaml", ()) for name in ("W1", "W2", "W3")}
+    found = Plan(Settings(results=str(tmp_path)), wells)
+    for well in wells:
+        (tmp_path / "fits" / well).mkdir(parents=True)
+        (tmp_path / "fits" / well / KEY).write_text('{"key": "1"}')
+        write_manifest(tmp_path / f"fits/{well}.json", [well])
+    found.drop_untrue_manifests()
+    assert len(list(tmp_path.glob("fits/*.json"))) == 3
+    found.forget("fits", ["W2"])
+    shutil.rmtree(tmp_path / "fits/W3")
+    found.drop_untrue_manifests()
+    assert list(tmp_path.glob("fits/*.json")) == [tmp_path / "fits/W1.json"]
+
+
+def test_a_well_that_never_finished_is_in_the_manifest_without_a_key(tmp_path: Path) -> None:
+    wells = {"W1": Listing("W1", tmp_path / "toy.yaml", ())}
+    found = Plan(Settings(results=str(tmp_path)), wells)
+    (tmp_path / "fits/W1").mkdir(parents=True)
+    write_manifest(tmp_path / "fits/W1.json", wells)
+    found.drop_untrue_manifests()
+    assert (tmp_path / "fits/W1.json").exists()
+    (tmp_path / "fits/W1").rmdir()
+    found.drop_untrue_manifests()
+    assert not (tmp_path / "fits/W1.json").exists()
+
+
+def test_simulated_logs_lie_in_raw_and_are_stands_in_order() -> None:
+    logs = tuple(Path(f"results/raw/W1/{name}.csv") for name in "ab")
+    settings = Settings(results="results", simulate=SimulateSettings())
+    found = Plan(settings, {"W1": Listing("W1", Path("toy.yaml"), logs)}).simulated_logs()
+    assert found == {"W1/a.csv": ("W1", 0), "W1/b.csv": ("W1", 1)}
+    elsewhere = Plan(settings, {"W1": Listing("W1", Path("toy.yaml"), (Path("raw/a.csv"),))})
+    with pytest.raises(SettingsError, match="Place it in results/raw"):
+        elsewhere.simulated_logs()

@@ -9,8 +9,8 @@ import pytest
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.datasets.store import WellFolders
-from drillid.fleet.provenance import PACKAGE
-from drillid.fleet.stages import STAGES, Stage, own_modules
+from drillid.fleet.provenance import PACKAGE, closure
+from drillid.fleet.stages import STAGES, Stage
 
 RULES = PACKAGE.parent / "workflow/rules"
 INFRASTRUCTURE = ("drillid.config", "drillid.datasets", "drillid.errors", "drillid.units")
@@ -19,7 +19,8 @@ INFRASTRUCTURE = ("drillid.config", "drillid.datasets", "drillid.errors", "drill
 
 def sources(stage: Stage) -> list[ast.Module]:
     """Syntax trees of the modules that belong to the stage."""
-    modules = [name for name in own_modules(stage) if not name.startswith(INFRASTRUCTURE)]
+    other_stages = {other.module for other in STAGES.values()} - {stage.module}
+    modules = [name for name in sorted(closure(stage.module) - other_stages) if not name.startswith(INFRASTRUCTURE)]
     files = [PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py") for name in modules]
     return [ast.parse(file.read_text()) for file in files if file.is_file()]
 

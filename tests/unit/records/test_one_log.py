@@ -225,3 +225,12 @@ def test_a_log_of_few_rows_or_values_tells_how_many(tmp_path: Path) -> None:
 def test_a_log_in_descending_time_is_told_from_coarse_stamps(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"time stamps go backwards.*in the order of time"):
         record(LOG.iloc[::-1], tmp_path)
+
+
+@pytest.mark.parametrize(("rows", "filled"), [(5, True), (6, False)])
+def test_a_hole_is_filled_up_to_the_stated_length_and_open_beyond(rows: int, filled: bool, tmp_path: Path) -> None:
+    """0.1 s at 50 Hz is five samples."""
+    samples, _ = record(LOG.drop(index=range(1000, 1000 + rows)), tmp_path)
+    expected = RecordFlag.INTERPOLATED if filled else RecordFlag.GAP
+    assert flagged(samples, expected) == list(range(1000, 1000 + rows))
+    assert np.isnan(samples["speed"].values[1000 : 1000 + rows]).all() != filled

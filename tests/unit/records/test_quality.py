@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drillid.records.quality import quantisation_step, runs, spikes
+from drillid.records.quality import quantisation_step, runs, spikes, stuck
 from tests.raw_logs import RATE
 
 
@@ -37,3 +37,19 @@ def test_steps_and_kinks_are_no_spikes_but_spikes_on_them_are(height: float, at:
 def test_runs() -> None:
     assert runs(np.array([True, False, True, True])).tolist() == [[0, 1], [2, 4]]
     assert runs(np.zeros(3, dtype=bool)).size == 0
+
+
+@pytest.mark.parametrize(("samples", "found"), [(99, False), (100, False), (101, True)])
+def test_a_sensor_is_stuck_once_it_keeps_a_value_longer_than_stated(samples: int, found: bool) -> None:
+    signal = np.arange(1.0, 1001.0)
+    signal[300 : 300 + samples] = signal[300]
+    marks = stuck(signal, np.ones(1000, dtype=bool), RATE, longest_s=2.0)
+    assert marks.tolist() == [found and 300 <= place < 300 + samples for place in range(1000)]
+
+
+def test_a_value_of_zero_or_without_others_that_move_is_no_stuck_sensor() -> None:
+    signal = np.arange(1.0, 1001.0)
+    signal[300:600] = signal[300]
+    assert not stuck(signal, np.zeros(1000, dtype=bool), RATE, longest_s=2.0).any()
+    signal[300:600] = 0.0
+    assert not stuck(signal, np.ones(1000, dtype=bool), RATE, longest_s=2.0).any()

@@ -246,7 +246,7 @@ def test_an_interval_tells_the_level_there_and_the_usual_one(found: Identified) 
     assert 1.7 < inertia.least_ratio < 2.0
 
 
-def test_the_data_sheet_are_taken_out_of_what_the_data_say() -> None:
+def test_the_data_sheets_are_taken_out_of_what_the_data_say() -> None:
     alone, deviation, data_sheet, tolerance = 1105.0, 20.0, 1000.0, 30.0
     weights = 1 / deviation**2, 1 / tolerance**2
     joint = (alone * weights[0] + data_sheet * weights[1]) / sum(weights)

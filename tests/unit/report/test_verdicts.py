@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.catalogue.cause import ACTIONS
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.verdicts import told
@@ -17,10 +16,6 @@ from tests.verdicts import LAG
 def row(verdict: Verdict) -> dict[Any, Any]:
     """As verdicts.csv holds it."""
     return verdict_table("W1", [verdict]).to_dict("records")[0]
-
-
-def test_every_cause_has_something_to_do() -> None:
-    assert ACTIONS.keys() == CATALOGUE.keys()
 
 
 @pytest.mark.parametrize("name", list(CATALOGUE))

@@ -1,4 +1,8 @@
-"""Verdicts on the motor bench and the field start: their names, and what their gains do and do not show."""
+"""The status quo of verdicts on the motor bench and the field start: what their gains do and do not show.
+
+Nobody documents what is wrong with these simulations, so nothing here is a truth; `make discoveries` prints the rows,
+and their numbers are stored in motor_discoveries.json and field_discoveries.json (`python -m tests.baselines.make`).
+"""
 
 from pathlib import Path
 
@@ -15,7 +19,6 @@ from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
 from benchmarks.field.log import FieldLog, read_field_log
-from drillid.arrays import Complex
 from drillid.units import RPM
 from tests.drawn import check_visible, kept_figures, line
 
@@ -49,7 +52,6 @@ def test_speed_leaves_a_class_that_the_angle_separates(examined: MotorExamined) 
     assert speed.verdict == "drive_lag|recorder_filter"
     assert speed.gain[1] > 0
     assert angle.verdict == "recorder_filter"
-    assert angle.size[0] == pytest.approx(7.8e-3, rel=0.01)
     assert angle.gain[1] > 0.99
     assert examined.by_angle.evidence["drive_lag"] < 0
     assert rest.verdict == "unknown"
@@ -107,9 +109,8 @@ def test_the_figures_are_drawn(
     ]
     assert misfit.get_xlabel() == record.get_xlabel() == "frequency, Hz"
     np.testing.assert_allclose(line(size, "by the angle")[1], np.abs(examined.angle[1].value))
-    np.testing.assert_allclose(
-        line(record, "recorded speed per derivative of the angle")[1], np.abs(ratio_of(examined))
-    )
+    ratio = np.abs(examined.ratio[1].value)
+    np.testing.assert_allclose(line(record, "recorded speed per derivative of the angle")[1], ratio)
     assert [label.get_text() for label in evidence.get_yticklabels()] == [*examined.by_speed.evidence, "unknown"]
     torque, bit, bars = figures[1].axes
     np.testing.assert_allclose(line(torque, "measured")[1], log.torque / 1e3)
@@ -120,8 +121,3 @@ def test_the_figures_are_drawn(
     assert heights[:: len(found)] == pytest.approx([1.0] * 4)  # viscous drag by itself
     for figure in figures:
         check_visible(figure)
-
-
-def ratio_of(examined: MotorExamined) -> Complex:
-    """Recorded speed per derivative of the angle, even periods."""
-    return examined.ratio[1].value
