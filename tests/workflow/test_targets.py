@@ -1,7 +1,9 @@
 """Rules and wells as targets: a run up to a stage, without one, with one forced, for one well, and after a deletion."""
 
 import json
+import re
 import shutil
+import zipfile
 
 from tests.workflow.toys import Checkout
 
@@ -59,3 +61,18 @@ def test_wells_of_one_batch_share_a_job_and_are_kept_one_by_one(checkout: Checko
     checkout.run(*ONE_BATCH, "--until", "windows")
     assert checkout.journal() == ["records W-2"]
     assert checkout.would_run(*ONE_BATCH, "--until", "windows") == []
+
+
+def test_the_archived_report_sorts_figures_tables_and_the_report(finished: Checkout) -> None:
+    finished.run("--report", "archive.zip")
+    with zipfile.ZipFile(finished.root / "archive.zip") as archive:
+        page = archive.read("archive/report.html").decode()
+    texts = {name: re.findall(rf"var {name} = (\{{.*\}});\n", page) for name in ("categories", "results")}
+    shown = {name: json.loads(text) for name, (text,) in texts.items()}
+    results = "results/main"
+    figures = {well: [f"{results}/figures/{well}/figure_6.png"] for well in WELLS}
+    tables, pages = [f"{results}/problems.csv", f"{results}/verdicts.csv"], [f"{results}/report.html"]
+    assert shown["categories"] == {"Figures": figures, "Tables": {"Other": tables}, "Report": {"Other": pages}}
+    labels = [shown["results"][path]["labels"] for path in (*figures["W1"], *tables, *pages)]
+    assert labels == [{"figure": "figure_6"}, {"table": "problems"}, {"table": "verdicts"}, {"report": "fleet"}]
+    assert "logs of well W1" in shown["results"][figures["W1"][0]]["caption"]
