@@ -1,6 +1,6 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run field bench blind discoveries test lint format lock docs tutorial clean
+.PHONY: help setup demo rigs run field bench blind discoveries test mutants lint format lock docs tutorial clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
@@ -24,6 +24,7 @@ help:
 	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; CASES=40 for a quick look"
 	@echo "make discoveries    what the simulations get wrong on wells, motor bench and field start, and why"
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
+	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
 	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
 	@echo "make tutorial    run docs/tutorial.py and write docs/tutorial.md with its figures"
 
@@ -73,6 +74,11 @@ discoveries: $(READY)
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder tests/workflow tests
+
+# two at a time; one thread each
+mutants: export OPENBLAS_NUM_THREADS := 1
+mutants: $(READY)
+	$(BIN)/python -m tests.mutants $(ROOMS)
 
 lint: $(READY)
 	$(BIN)/ruff check

@@ -6,7 +6,7 @@ F(2, 2ν) when doubled shares are counted; sums of such terms are matched by mom
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import chdtrc, ndtr, ndtri, stdtr
+from scipy.special import chdtrc, ndtri, stdtr
 
 from drillid.arrays import Floats
 
@@ -14,8 +14,6 @@ TWO_SIDED = 1.96
 """Standard errors to either side of a value that a 95 % interval holds."""
 ONE_SIDED = 1.645
 """Standard errors below a value to its 95 % limit; to either side they make a 90 % interval."""
-_BISECTIONS = 40
-_TINY = 1e-300
 
 
 def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:
@@ -53,28 +51,3 @@ def sum_of_ratios_probability(
 def to_normal(ratio: Floats, degrees_of_freedom: Floats) -> Floats:
     """Real errors over their estimated deviation (Student's t with 2ν degrees of freedom) as standard normal values."""
     return np.asarray(ndtri(np.clip(stdtr(2 * degrees_of_freedom, ratio), 1e-300, 1 - 1e-16)), dtype=float)
-
-
-def mixture_half_width(weights: Floats, means: Floats, deviations: Floats) -> Floats:
-    """Half-width of the central 95 % of Gaussian mixtures over that of a standard normal.
-
-    Parameters
-    ----------
-    weights : shape (component,), sum 1
-    means, deviations : shape (component, quantity)
-
-    Returns
-    -------
-    Equivalent standard deviation, shape (quantity,)
-    """
-    reach = float(ndtri(0.975))
-    lowest, highest = np.min(means - 9 * deviations, axis=0), np.max(means + 9 * deviations, axis=0)
-    edges = []
-    for p_value in (0.025, 0.975):
-        low, high = lowest.copy(), highest.copy()
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2
-            below = weights @ ndtr((middle - means) / np.maximum(deviations, _TINY)) < p_value
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        edges.append((low + high) / 2)
-    return np.asarray((edges[1] - edges[0]) / (2 * reach), dtype=float)

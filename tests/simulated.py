@@ -2,9 +2,10 @@
 
 import importlib
 import shutil
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Well
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
+from drillid.discrepancy.sets import read_verdicts
 from drillid.excitation.torques import coloured_noise, exponential_sweeps
 from drillid.physics.eight_parameters import KnownEquipment
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
@@ -170,6 +172,10 @@ class Processed:
     def dataset(self, stage: str, name: str) -> xr.Dataset:
         """One of its datasets, in memory."""
         return self.folders.read(stage, name).load()
+
+    def verdicts(self) -> list[dict[Hashable, Any]]:
+        """Rows of verdicts.csv."""
+        return read_verdicts(self.folders.stage("discrepancy") / "verdicts.csv").to_dict("records")
 
     def run(self, stage: str, rig: Rig | None = None, settings: Settings | None = None) -> list[Problem]:
         """Do one stage again, with another rig or other settings where given."""

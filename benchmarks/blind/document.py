@@ -68,7 +68,7 @@ catalogue holds.
 The false-alarm limit is the one-sided 95 % limit of Clopper and Pearson over {nulls} cases that hide nothing;
 `accuracy_at_2x` counts {at_2x} cases, of which the ideal test itself would detect `ideal_power_at_2x`, as some effects
 stop growing with their size; `unknown_share` {removed_at_2x}, `coverage95` {covered_of},
-`signs_named` {signs_of} single causes that are not linear, or tones, and show;
+`detections_named` {signs_of} single causes that are not linear, or tones, and show;
 `location_within_5pct` {located_of}, where a zone alone is named and a place is stated: the engine states one where it
 is sure of it to 95 %, as it is of `zones_placed` of the zones that it names. `accuracy_at_2x_in_turn` leaves out the
 cases that were turned to such zones.

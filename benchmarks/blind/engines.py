@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -32,9 +31,6 @@ class Answer:
     """Chance of so much misfit in the extended model where it is right; NaN where nothing was extended."""
     failure: str = ""
     """Why the engine gave no verdict; empty where it did."""
-
-
-Engine = Callable[[Case], Answer]
 
 
 def discovery(case: Case) -> Answer:

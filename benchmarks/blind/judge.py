@@ -15,8 +15,7 @@ from benchmarks.blind.generator.effects_string import zone_middle
 from benchmarks.blind.ideal.alike import UNTOLD, imitated, same, stands_in
 from benchmarks.blind.ideal.ideal import Ideal, threshold
 from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.verdicts.engine import LINEAR_SHARE
-from drillid.discrepancy.verdicts.naming import SAME
+from drillid.discrepancy.rules import RESPONSES_SHARE, SAME
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, kind
 from drillid.fleet.provenance import digest, source_hash
 
@@ -248,7 +247,7 @@ def _named(same: tuple[str, ...], verdicts: list[Verdict]) -> bool:
 def _second_none(answer: Answer, verdict: Verdict | None) -> bool | None:
     if verdict is None or np.isnan(answer.second_pass):
         return None
-    return bool(answer.second_pass >= ERROR_RATE * LINEAR_SHARE)
+    return bool(answer.second_pass >= ERROR_RATE * RESPONSES_SHARE)
 
 
 def _covered(hidden: Hidden | None, verdict: Verdict | None) -> bool | None:

@@ -40,7 +40,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
     - coverage95, gain_positive, second_pass_none: of right names of single causes
     - location_within_5pct: of these where a zone alone is named and its place is stated; zones_placed: share that is
-    - signs_named: single causes that are not linear, or tones, and show, that are named right
+    - detections_named: single causes that are not linear, or tones, and show, that are named right
     """
     nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
     kept, removed = found[~found["removed"]], found[found["removed"]]
@@ -68,7 +68,7 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "unknown_share_any": _share(removed[removed["large"]]["named"] == UNKNOWN),
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
         "zones_placed": _share(zones["location_error"].notna()),
-        "signs_named": _share(signs["right"]),
+        "detections_named": _share(signs["right"]),
         "failures": int((table["failure"] != "").sum()),
         "single_linear": len(single),
         "nulls": len(nulls),

@@ -18,7 +18,7 @@ from benchmarks.field.start_up import BOUNDS, DEPTH, FITTED_S, JITTER
 from benchmarks.field.well_b import EQUIPMENT, SURVEY
 from drillid.arrays import Floats
 from drillid.physics.nonlinear import NonlinearRig
-from drillid.simulation.start_up import RATE, Friction, rig_at, start_up
+from drillid.simulation.start_up import RATE, WellFriction, rig_at, start_up
 from drillid.statistics import TWO_SIDED
 from drillid.units import RPM
 
@@ -36,7 +36,7 @@ SERIES = {"torque": (1e-3, "kN m rms"), "bit speed": (1 / RPM, "rpm rms")}
 class Misses:
     """Simulated less measured series of one model, (jitter, samples) each, in the units of SERIES."""
 
-    friction: Friction
+    friction: WellFriction
     fitted: tuple[str, ...]
     """Names of its figures that were fitted."""
     miss: Mapping[str, Floats]
@@ -54,7 +54,7 @@ class Misses:
         return np.array([np.nanmean(power[a:b]) for a, b in pairwise(edges)])
 
 
-def misses(friction: Friction, fitted: tuple[str, ...], log: FieldLog, stiffness: float = 1.0) -> Misses:
+def misses(friction: WellFriction, fitted: tuple[str, ...], log: FieldLog, stiffness: float = 1.0) -> Misses:
     """Simulate with all friction at each of JITTER.
 
     Parameters
@@ -105,7 +105,7 @@ def intervals(model: Misses, log: FieldLog) -> dict[str, tuple[float, float, flo
     scale = {name: model.rms(name, 0, FITTED_S) for name in SERIES}
     cut = slice(None, round(FITTED_S * RATE) + 1)
 
-    def series(friction: Friction) -> Floats:
+    def series(friction: WellFriction) -> Floats:
         found = misses(friction, model.fitted, log).miss
         both = np.concatenate([(found[name][:, cut] / scale[name]).ravel() for name in SERIES])
         return np.asarray(np.nan_to_num(both), dtype=float)
@@ -126,7 +126,7 @@ def intervals(model: Misses, log: FieldLog) -> dict[str, tuple[float, float, flo
     }
 
 
-def _inside(friction: Friction, name: str, step: float) -> float:
+def _inside(friction: WellFriction, name: str, step: float) -> float:
     """The figure moved by a step, a breakaway not below 1."""
     value = float(getattr(friction, name) * np.exp(step))
     return max(value, 1.0) if name.endswith("breakaway") else value

@@ -13,18 +13,18 @@ from benchmarks.field.log import FieldLog, read_field_log
 from benchmarks.field.start_up import DATA, DEPTH, FITTED_S, LADDER
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
-from drillid.simulation.start_up import Friction
+from drillid.simulation.start_up import WellFriction
 
 VISCOUS, SLIDING, BREAKAWAY, CONTACT, REST = LADDER
 SOLID = "+ assembly's own friction"
-SOLID_STEEL = Friction(0.1866, 1.0376, 0.9458, 1.5843, threshold=3.2386, kappa=3866.4)
+SOLID_STEEL = WellFriction(0.1866, 1.0376, 0.9458, 1.5843, threshold=3.2386, kappa=3866.4)
 """Fitted as CONTACT, by `benchmarks.field.start_up.fit`, with the assembly's inertia held at that of solid steel."""
 STIFFER = "+ own friction, stiffer pipe"
-STIFFER_PIPE = Friction(0.06715, 1.3929, 2.8276, 1.7594, threshold=7.8071, kappa=10180.0)
+STIFFER_PIPE = WellFriction(0.06715, 1.3929, 2.8276, 1.7594, threshold=7.8071, kappa=10180.0)
 STIFFNESS = 71.05 / 61
 """Fitted as SOLID_STEEL, with the pipe's shear modulus as a further figure, in the place of the assembly's inertia."""
 _OWN_FRICTION = LADDER[CONTACT][1][:-1]
-MODELS: Mapping[str, tuple[Friction, tuple[str, ...], float]] = {
+MODELS: Mapping[str, tuple[WellFriction, tuple[str, ...], float]] = {
     **{name: (*LADDER[name], 1.0) for name in (VISCOUS, SLIDING, BREAKAWAY)},
     SOLID: (SOLID_STEEL, _OWN_FRICTION, 1.0),
     STIFFER: (STIFFER_PIPE, (*_OWN_FRICTION, "pipe's stiffness"), STIFFNESS),

@@ -14,7 +14,7 @@ import numpy as np
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.catalogue import OperatingPoint, WindowModel
-from drillid.discrepancy.catalogue.cause import WIDE
+from drillid.discrepancy.rules import WIDE_PRIOR
 from drillid.physics.dual_numbers import Dual, derivatives
 from drillid.physics.responses import laplace
 
@@ -118,7 +118,7 @@ class Problem:
     def prior(self) -> Floats:
         """Standard deviations of the figures' normal priors about zero."""
         further = 0 if self.disturbance is None else len(self.disturbance.basis)
-        return np.repeat([_PRIOR_LOGARITHM, WIDE, 1.0], [self.start.size, len(self.given), further])
+        return np.repeat([_PRIOR_LOGARITHM, WIDE_PRIOR, 1.0], [self.start.size, len(self.given), further])
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Of the figures."""
@@ -196,7 +196,7 @@ def log_evidence(base: Fit, more: Fit) -> float:
     from scipy.special import log_ndtr
 
     with_cause, without = np.linalg.slogdet(more.information)[1], np.linalg.slogdet(base.information)[1]
-    evidence = base.cost - more.cost - 0.5 * (with_cause - without) - np.log(WIDE)
+    evidence = base.cost - more.cost - 0.5 * (with_cause - without) - np.log(WIDE_PRIOR)
     if CATALOGUE[more.problem.given[-1].cause].size.low >= 0:
         size, error = more.size
         evidence += np.log(2.0) + log_ndtr(size / error)

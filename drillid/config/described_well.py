@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from drillid.config.validation import KeyFault, Strict
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.simulation.start_up import Equipment, Friction
+from drillid.simulation.start_up import WellEquipment, WellFriction
 from drillid.units import Density, Metres, Pressure, TorsionalDamping, TorsionalInertia, TorsionalStiffness
 
 
@@ -93,10 +93,10 @@ class DescribedWell(Strict):
     """Friction along the string."""
 
     @property
-    def described_equipment(self) -> Equipment:
+    def described_equipment(self) -> WellEquipment:
         """Equipment of the simulation."""
         control = Controller(self.top_drive.proportional, self.top_drive.integral)
-        return Equipment(
+        return WellEquipment(
             TopDrive(self.top_drive.inertia, 0.0, control),
             (self.pipe.outer_diameter, self.pipe.inner_diameter),
             self.pipe_shear_modulus,
@@ -106,6 +106,6 @@ class DescribedWell(Strict):
         )
 
     @property
-    def described_friction(self) -> Friction:
+    def described_friction(self) -> WellFriction:
         """Friction of the simulation."""
-        return Friction(**{each.name: getattr(self.friction, each.name) for each in fields(Friction)})
+        return WellFriction(**{each.name: getattr(self.friction, each.name) for each in fields(WellFriction)})

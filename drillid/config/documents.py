@@ -80,12 +80,6 @@ def schema_yaml(model: type[BaseModel]) -> str:
     return f"# {_NOTE}\n" + yaml.safe_dump(schema, sort_keys=False, allow_unicode=True, width=_WIDTH)
 
 
-def schema_definitions(model: type[BaseModel]) -> dict[str, Any]:
-    """JSON schemas of a model and of all models inside it, by their names."""
-    schema = model.model_json_schema()
-    return {model.__name__: schema, **schema.get("$defs", {})}
-
-
 def config_yaml() -> str:
     """The default configuration with a comment above every key."""
     return (

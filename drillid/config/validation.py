@@ -2,15 +2,13 @@
 
 import difflib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 from drillid.errors import SettingsError
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 
 class KeyFault(ValueError):
@@ -66,7 +64,7 @@ def _explain(model: type[BaseModel], error: ValidationError) -> tuple[str, str]:
     return "; ".join(what for what, _ in found), ". ".join(dict.fromkeys(remedy for _, remedy in found))
 
 
-def _explain_one(model: type[BaseModel], item: "ErrorDetails") -> tuple[str, str]:
+def _explain_one(model: type[BaseModel], item: ErrorDetails) -> tuple[str, str]:
     key = ".".join(str(part) for part in item["loc"])
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, KeyFault):

@@ -5,11 +5,11 @@ string driven from the top and M = 1/(J_td s + Y_in), reciprocity gives
 
     ω_td = M u − M A τ,    ω_bit = A M u − B τ,
 
-B being the bit mobility under a top drive without control. The controller has no part in it. τ is taken as a
-stationary coloured noise of stated size, and so are the errors of the logged speed and torque; bit speed and bit
-torque are then the Wiener estimates, acausal within the window, and their error spectra are those of the posterior.
-Where the string carries nothing of τ to the top, the estimate falls back to what the known torque alone moves,
-and its error to the prior's. Wiener (1949), Extrapolation, Interpolation, and Smoothing of Stationary Time Series.
+B being the bit mobility under a top drive without control. The controller does not enter. τ is modelled as
+stationary coloured noise of stated variance, and so are the errors of the logged speed and torque; bit speed and
+bit torque are then the Wiener estimates, non-causal within the window, with the error spectra of the posterior.
+Where the string transmits nothing of τ to the top, the estimate falls back to the response to the known torque
+alone, and its error to that of the prior. Wiener (1949), Extrapolation, Interpolation, and Smoothing of Stationary Time Series.
 """
 
 from collections.abc import Sequence
@@ -24,14 +24,14 @@ from drillid.physics.responses import bit_mobility, bit_speed_ratio, laplace, st
 from drillid.physics.top_drive import control, drive
 
 _REMEMBERED = 0.999
-"""Share of a filter's energy within its memory."""
+"""Share of a filter's energy that defines its memory."""
 _TAPER_S = 5.0
 """Longest cosine taper at either end, s."""
 
 
 @dataclass(frozen=True)
 class NoiseLevels:
-    """What is known of the noise before a window is looked at; spectra are one-sided densities."""
+    """Prior noise levels; spectra are one-sided densities."""
 
     bit_torque: float
     """N m rms, variation of the torque on bit about its mean."""
@@ -54,7 +54,7 @@ class NoiseLevels:
         return density
 
     def bit_torque_above(self, frequency: float) -> float:
-        """N m rms of the torque on bit above a frequency (Hz), which no log sampled at twice that can show."""
+        """N m rms of the torque on bit above a frequency (Hz), such as the log's Nyquist frequency."""
         return float(self.bit_torque * np.sqrt(2 / np.pi * np.arctan(self.bandwidth / frequency)))
 
 
@@ -73,15 +73,15 @@ class BitMotion:
     torque_error: float
     """N m, likewise of torque, about the mean torque."""
     edge: int
-    """Samples at either end whose estimates lack data: those under the taper and those that remember them."""
+    """Samples at either end whose estimates lack data: those under the taper, and the filters' memory beyond them."""
     drawn_speed: Floats
-    """(draws, samples) rad/s, bit speed by each draw of the model."""
+    """(draws, samples) rad/s, bit speed for each draw of the model."""
     frequency: Floats
     """Hz."""
     speed_error_density: Floats
     """(rad/s)²/Hz, of bit speed given the model."""
     observed_share: Floats
-    """Share of the prior variance of bit speed that the data have removed, 0 to 1."""
+    """Share by which the data reduce the prior variance of bit speed, 0 to 1."""
 
     @property
     def inner(self) -> slice:
@@ -97,7 +97,7 @@ class Severity:
     error: float
     """Standard error from that of the bit's speed and from the spread of the model's draws."""
     interval: tuple[float, float]
-    """Within which it lies with a chance of 95 %; not about the middle, as extremes are not."""
+    """95 % interval, central in probability; it is asymmetric, as extremes are."""
 
 
 def sense_bit(
@@ -107,16 +107,16 @@ def sense_bit(
 
     Parameters
     ----------
-    system : the identified model; figures of shape (draws, 1) stand for draws from the fit's uncertainty, whose
+    system : the identified model; parameters of shape (draws, 1) are draws from the fit's posterior, whose
         spread enters the errors
-    torque_command : (samples,) N m, whole command before the drive's delay
+    torque_command : (samples,) N m, total command before the drive's delay
     speed : (samples,) rad/s, of the top drive
     rate : samples per s
 
     Raises
     ------
     EstimationError
-        If a sample is missing, or the window is too short for what the model remembers.
+        If a sample is missing, or the window is too short for the model's memory.
     """
     _check_series(torque_command, speed)
     samples = speed.size
@@ -125,17 +125,17 @@ def sense_bit(
     estimators = _Estimators.of(system, frequency, rate, noise)
     taper = _taper(samples, rate)
     driven = _spectrum(torque_command, taper) * drive(system.top_drive, laplace(frequency))
-    turned = _spectrum(speed, taper)
+    measured = _spectrum(speed, taper)
     bit_speed, bit_torque = (
-        _to_time(filters[0] * driven + filters[1] * turned, padded)[..., :samples]
+        _to_time(filters[0] * driven + filters[1] * measured, padded)[..., :samples]
         for filters in (estimators.speed, estimators.torque)
     )
     edge = _tapered(samples, rate) + estimators.memory(padded)
     if 2 * edge >= samples:
         raise EstimationError(
             "virtual bit sensor",
-            f"the window of {samples / rate:.0f} s is shorter than what the model remembers at its two ends",
-            "Take a longer window, or state a larger error of the logged speed",
+            f"the window of {samples / rate:.0f} s is shorter than the model's memory at its two ends",
+            "Use a longer window, or state a larger error of the logged speed",
         )
     inner = slice(edge, samples - edge)
     width = rate / padded
@@ -158,8 +158,8 @@ def sense_bit(
 def command_of_control(controller: Controller, torque_sweep: Floats, speed: Floats, rate: float) -> Floats:
     """Torque command (N m) about its mean from the injected sweep and the speed, for logs without a command.
 
-    The set point must be constant. What drifts over the window as slowly as the window is long is not valid, and
-    the mean torque stays unknown, so that torque on bit is known about its mean only.
+    The set point must be constant. Drift over periods as long as the window is not valid, and the mean torque stays
+    unknown, so that the torque on bit is known about its mean only.
     """
     if controller.matching is not None:
         raise SettingsError(
@@ -168,15 +168,15 @@ def command_of_control(controller: Controller, torque_sweep: Floats, speed: Floa
     samples = speed.size
     taper = _taper(samples, rate)
     frequency = np.asarray(np.fft.rfftfreq(2 * samples, 1 / rate)[1:], dtype=float)
-    given_back = _to_time(control(controller, laplace(frequency)) * _spectrum(speed, taper), 2 * samples)[0, :samples]
-    return np.asarray(torque_sweep - given_back - np.mean(torque_sweep - given_back), dtype=float)
+    feedback = _to_time(control(controller, laplace(frequency)) * _spectrum(speed, taper), 2 * samples)[0, :samples]
+    return np.asarray(torque_sweep - feedback - np.mean(torque_sweep - feedback), dtype=float)
 
 
 def severity(motion: BitMotion, span: float, draws: int = 200, seed: int | Sequence[int] = 0) -> list[Severity]:
     """Severity index of each whole span within the inner samples.
 
-    Each of the draws adds to the estimate an error from its spectrum, since an estimate alone that lacks
-    part of the motion has a peak to peak that is too small.
+    Each draw adds an error from the error spectrum to the estimate, since the estimate alone lacks part of the
+    motion and its peak-to-peak value is too small.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def severity(motion: BitMotion, span: float, draws: int = 200, seed: int | Seque
     Raises
     ------
     EstimationError
-        If no span fits, or the string does not turn forward in the mean.
+        If no span fits, or the mean rotation is not forward.
     """
     length = round(span * motion.rate)
     estimate = motion.speed[motion.inner]
@@ -195,15 +195,15 @@ def severity(motion: BitMotion, span: float, draws: int = 200, seed: int | Seque
     generator = np.random.default_rng(seed)
     size = 2 * motion.frequency.size
     scale = np.sqrt(motion.speed_error_density * motion.rate * size / 4)
-    spans: list[Floats] = []
+    drawn_indices: list[Floats] = []
     for _ in range(draws):
         noise = generator.standard_normal(scale.size) + 1j * generator.standard_normal(scale.size)
         model = motion.drawn_speed[generator.integers(motion.drawn_speed.shape[0]), motion.inner]
         drawn = model + _to_time(scale * noise, size)[0, : model.size]
         blocks = drawn[: count * length].reshape(count, length)
-        spans.append(np.ptp(blocks, axis=1) / (2 * blocks.mean(axis=1)))
-    table = np.array(spans)
-    return [Severity(float(one.mean()), float(one.std()), _central(one)) for one in table.T]
+        drawn_indices.append(np.ptp(blocks, axis=1) / (2 * blocks.mean(axis=1)))
+    table = np.array(drawn_indices)
+    return [Severity(float(index.mean()), float(index.std()), _central(index)) for index in table.T]
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,12 +233,12 @@ class _Estimators:
         speed_density = np.maximum(prior - np.abs(shared) ** 2 / innovation, 0.0)
         torque_density = rock - np.abs(top_by_bit * rock) ** 2 / innovation
         filters = ((by_torque - gain * mobility, gain), (-torque_gain * mobility, torque_gain))
-        speed, torque = (np.stack([np.atleast_2d(one) for one in pair]) for pair in filters)
-        densities = (np.atleast_2d(one) for one in (speed_density, torque_density, prior))
+        speed, torque = (np.stack([np.atleast_2d(transfer) for transfer in pair]) for pair in filters)
+        densities = (np.atleast_2d(density) for density in (speed_density, torque_density, prior))
         return cls(speed, torque, *densities)
 
     def memory(self, padded: int) -> int:
-        """Samples to either side that hold nearly all energy of the filters of bit speed, for any draw."""
+        """Samples to either side with nearly all energy of the filters of bit speed, the longest of all draws."""
         responses = _to_time(self.speed.reshape(-1, self.speed.shape[-1]), padded) ** 2
         half = padded // 2
         folded = responses[:, :half] + responses[:, : -half - 1 : -1]
@@ -249,12 +249,14 @@ class _Estimators:
 def _check_series(torque_command: Floats, speed: Floats) -> None:
     if torque_command.shape != speed.shape or not np.all(np.isfinite(torque_command) & np.isfinite(speed)):
         raise EstimationError(
-            "virtual bit sensor", "torque and speed must be of one length without gaps", "Take a window without gaps"
+            "virtual bit sensor",
+            "torque and speed must be of equal length and without gaps",
+            "Choose a window without gaps",
         )
 
 
 def _mean_torque(system: DrillingSystem, command: float, speed: float) -> float:
-    """Mean torque on bit (N m): the drive's less what mud takes from the turning string."""
+    """Mean torque on bit (N m): the drive's less the drag of mud on the turning string."""
     drag = np.mean(np.real(string_admittance(system, laplace(np.full(1, 1e-9)))))
     return float(np.mean(system.top_drive.gain) * command - drag * speed)
 
@@ -276,7 +278,7 @@ def _error(density: Floats, width: float, estimates: Floats) -> float:
 
 
 def _central(drawn: Floats) -> tuple[float, float]:
-    """Central 95 % of what was drawn."""
+    """Central 95 % of the draws."""
     low, high = np.quantile(drawn, (0.025, 0.975))
     return float(low), float(high)
 
@@ -288,5 +290,5 @@ def _taper(samples: int, rate: float) -> Floats:
 
 
 def _tapered(samples: int, rate: float) -> int:
-    """Samples at either end that the taper lessens."""
+    """Samples at either end that the taper attenuates."""
     return min(samples // 2, round(_TAPER_S * rate))

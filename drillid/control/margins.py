@@ -1,7 +1,7 @@
 """Loop of the speed control, its margins and its stability.
 
 The loop is opened where the torque command goes to the drive. With T_com = −A E (H ω + Z F T_string),
-T_string = T_m − J s ω, T_m = D T_com and ω = T_m/(J_td s + Y_in), what comes back for a torque sent out is −L,
+T_string = T_m − J s ω, T_m = D T_com and ω = T_m/(J_td s + Y_in), a unit of torque returns as −L,
 
     L(s) = D A E [(H − Z F J s)/(J_td s + Y_in) + Z F],
 
@@ -20,12 +20,12 @@ from drillid.physics.responses import laplace, string_admittance
 from drillid.physics.top_drive import control, drive, matching_transfer
 
 Loop = Callable[[Complex], Complex]
-"""L of the Laplace variable (frequency,), with leading axes of its own."""
+"""L of the Laplace variable (frequency,); the result may have leading axes."""
 
 GRID = np.geomspace(1e-3, 50.0, 3000)
-"""Hz; string modes of a few kilometres are some hundred points wide each."""
+"""Hz; each mode of a string of a few kilometres spans some hundred points."""
 _LARGEST_TURN = 0.8
-"""rad; largest turn of 1 + L between neighbouring frequencies where encirclements are counted."""
+"""rad; largest change of arg(1 + L) between neighbouring frequencies in the count of encirclements."""
 _MOST_HALVINGS = 24
 
 
@@ -51,7 +51,7 @@ class Margins:
 
 
 def loop_transfer(system: DrillingSystem, s: Complex) -> Complex:
-    """L(s), without unit, of the module's description; shape of the system's figures and of s."""
+    """L(s) of the module docstring, dimensionless; broadcast shape of the system's parameters and s."""
     controller, driven = system.top_drive.controller, drive(system.top_drive, s)
     speed_per_torque = 1 / (system.top_drive.inertia * s + string_admittance(system, s))
     speed_filter = 1 / (1 + s * controller.speed_filter)
@@ -59,16 +59,16 @@ def loop_transfer(system: DrillingSystem, s: Complex) -> Complex:
     if controller.matching is None:
         loop: Complex = gain * speed_filter * speed_per_torque
         return loop
-    given_up = matching_transfer(controller.matching, s)
-    held = speed_filter - given_up * controller.matching.inertia * s
-    return np.asarray(gain * (held * speed_per_torque + given_up), dtype=complex)
+    reduction = matching_transfer(controller.matching, s)
+    speed_loop = speed_filter - reduction * controller.matching.inertia * s
+    return np.asarray(gain * (speed_loop * speed_per_torque + reduction), dtype=complex)
 
 
 def margins(loop: Loop, frequency: Floats = GRID) -> Margins:
     """Margins of a loop that is stable when closed, read from L on a grid (Hz) with crossings in between.
 
-    Crossings of the unit circle and of the negative real axis are found by straight lines between neighbouring
-    points, in log |L| and phase; the distance from −1 by the distance of −1 from each chord.
+    Crossings of the unit circle and of the negative real axis are interpolated linearly in log |L| and phase; the
+    modulus margin is the least distance of −1 from the chords between neighbouring points.
     """
     values = np.asarray(loop(laplace(frequency)), dtype=complex)
     chord = np.diff(values, axis=-1)
@@ -83,18 +83,18 @@ def margins(loop: Loop, frequency: Floats = GRID) -> Margins:
 
 
 def _gain_margins(size: Floats, turn: Floats, step: Floats) -> tuple[Floats, Floats]:
-    """Where the angle from −1 passes 0, not where it jumps by a full turn; (...) each."""
+    """From |L| where its phase passes −180°, excluding jumps by a full turn; (...) each."""
     start, end = turn[..., :-1], turn[..., :-1] + step
     crosses = (start * end <= 0) & (step != 0)
     share = np.divide(-start, step, out=np.zeros_like(step), where=step != 0)
-    there = size[..., :-1] + share * np.diff(size, axis=-1)
-    gain = np.exp(np.min(np.where(crosses & (there < 0), -there, np.inf), axis=-1))
-    reduction = np.exp(np.max(np.where(crosses & (there >= 0), -there, -np.inf), axis=-1))
+    at_crossing = size[..., :-1] + share * np.diff(size, axis=-1)
+    gain = np.exp(np.min(np.where(crosses & (at_crossing < 0), -at_crossing, np.inf), axis=-1))
+    reduction = np.exp(np.max(np.where(crosses & (at_crossing >= 0), -at_crossing, -np.inf), axis=-1))
     return gain, reduction
 
 
 def _phase_margins(size: Floats, turn: Floats, step: Floats, frequency: Floats) -> tuple[Floats, Floats]:
-    """Angles at |L| = 1 and the delays that use up their lag; (...) each."""
+    """Least phase margin at |L| = 1, and least delay that uses it up; (...) each."""
     rise = np.diff(size, axis=-1)
     crosses = (size[..., :-1] * size[..., 1:] <= 0) & (rise != 0)
     share = np.divide(-size[..., :-1], rise, out=np.zeros_like(rise), where=rise != 0)
@@ -106,15 +106,15 @@ def _phase_margins(size: Floats, turn: Floats, step: Floats, frequency: Floats) 
 
 
 def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highest: float = 200.0) -> Integers:
-    """Poles of the closed loop in the right half plane, by Nyquist's count; L is stable but for an integrator.
+    """Poles of the closed loop in the right half plane by the Nyquist criterion; L is stable but for an integrator.
 
-    1 + L turns by π/2 for a closed loop that is stable where L has an integrator, and by 0 where it has none,
-    less π for each unstable pole. Frequencies are added where it turns too far between two of them.
+    The phase of 1 + L changes by π/2 for a stable closed loop where L has an integrator, and by 0 where it has none,
+    less π for each unstable pole. Frequencies are inserted where the phase changes too much between neighbours.
 
     Parameters
     ----------
     integrating : whether L grows as 1/s towards low frequency
-    lowest, highest : Hz, beyond which |1 + L| must turn no more
+    lowest, highest : Hz, beyond which the phase of 1 + L must be constant
 
     Returns
     -------
@@ -123,7 +123,7 @@ def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highe
     Raises
     ------
     EstimationError
-        If a pole lies on the imaginary axis, or 1 + L still turns at the highest frequency.
+        If a pole lies on the imaginary axis, or the phase of 1 + L still changes at the highest frequency.
     """
     frequency = np.geomspace(lowest, highest, 1200)
     values = 1 + np.asarray(loop(laplace(frequency)), dtype=complex)
@@ -137,22 +137,26 @@ def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highe
         frequency = np.insert(frequency, coarse + 1, between)
         values = np.insert(values, coarse + 1, 1 + np.asarray(loop(laplace(between)), dtype=complex), axis=-1)
     raise EstimationError(
-        "stability of the loop", "a pole lies on the imaginary axis", "Change the gains a little, they are at the limit"
+        "stability of the loop",
+        "a pole lies on the imaginary axis",
+        "Change the gains slightly; they are at the stability limit",
     )
 
 
 def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
-    # beyond the grid 1 + L goes on to −j∞ or to a positive number at low frequency, and to a positive one at high
+    # beyond the grid 1 + L tends to −j∞ or a positive number at low frequency, and to a positive one at high
     begin = -np.pi / 2 if integrating else 0.0
     beyond = np.angle(values[..., 0] * np.exp(-1j * begin)) - np.angle(values[..., -1])
     poles = -(begin + turned + beyond) / np.pi
     whole = np.rint(poles)
     if np.max(np.abs(poles - whole)) > 1e-6:
-        raise EstimationError("stability of the loop", "its turns are no whole number", "Count over a wider band")
+        raise EstimationError(
+            "stability of the loop", "the count of encirclements is not an integer", "Use a wider band"
+        )
     return np.asarray(whole, dtype=np.int64)
 
 
 def is_stable(system: DrillingSystem) -> bool:
-    """Whether every system that the figures describe is stable under its speed control."""
+    """Whether every sample of the system is stable under its speed control."""
     integrating = bool(np.all(np.asarray(system.top_drive.controller.integral) != 0))
     return not np.any(unstable_poles(lambda s: loop_transfer(system, s), integrating=integrating))

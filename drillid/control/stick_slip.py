@@ -1,8 +1,8 @@
-"""Lowest rotation at which steady drilling is stable, against weight on bit, for a bit whose torque falls with speed.
+"""Lowest rotational speed at which steady drilling is stable, against weight on bit, for a bit whose torque falls with speed.
 
 About a steady speed Ω the rock adds the admittance T'(Ω) at the bit, negative where torque falls. Steady rotation is
-stable while −T'(Ω) stays below the least real part that the admittance Y = 1/(bit mobility) has where its imaginary
-part passes zero: there the negative damping of the rock outweighs that of string and top drive.
+stable as long as −T'(Ω) is below the least real part of the admittance Y = 1/(bit mobility) at the zeros of its
+imaginary part: beyond it the negative damping of the rock exceeds the damping of string and top drive.
 """
 
 from collections.abc import Mapping
@@ -25,15 +25,15 @@ _BAND = np.geomspace(0.02, 10.0, 8000)
 _SPEEDS = np.linspace(0.05, 60.0, 6000)
 """rad/s, searched for the lowest stable speed."""
 _PULSE = 0.5
-"""s, of the torque that starts the vibration whose growth is looked at."""
+"""s, of the torque that starts the vibration whose growth is measured."""
 
 
 def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[float, float]:
-    """Fall of torque per speed at the bit that the system just bears, and the frequency at which it then vibrates.
+    """Critical fall of torque per speed at the bit, and the frequency of the vibration at the stability limit.
 
     Parameters
     ----------
-    system : plain figures, stable without the rock
+    system : of plain numbers, stable without the rock
     stiff : clamp the top drive
 
     Returns
@@ -44,7 +44,7 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
     Raises
     ------
     EstimationError
-        If no fall of torque makes the system vibrate in the band searched.
+        If no fall of torque destabilises the system in the searched band.
     """
     rock_free = replace(system, bit=replace(system.bit, cutting=()))
 
@@ -55,14 +55,14 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
     before = np.flatnonzero(np.signbit(imaginary[:-1]) != np.signbit(imaginary[1:]))
     share = imaginary[before] / (imaginary[before] - imaginary[before + 1])
     frequency = _BAND[before] + share * (_BAND[before + 1] - _BAND[before])
-    there = admittance(frequency)
-    # a string without damping changes sign through infinity too
-    through_zero = np.abs(there.imag) < np.minimum(np.abs(imaginary[before]), np.abs(imaginary[before + 1]))
-    bearing = np.where(through_zero & (there.real > 0), there.real, np.inf)
-    if not np.any(np.isfinite(bearing)):
+    at_crossing = admittance(frequency)
+    # for an undamped string the imaginary part also changes sign through infinity
+    through_zero = np.abs(at_crossing.imag) < np.minimum(np.abs(imaginary[before]), np.abs(imaginary[before + 1]))
+    critical = np.where(through_zero & (at_crossing.real > 0), at_crossing.real, np.inf)
+    if not np.any(np.isfinite(critical)):
         raise EstimationError("stick-slip", "no torque that falls with speed makes the bit vibrate", "Check the system")
-    least = int(np.argmin(bearing))
-    return float(bearing[least]), float(frequency[least])
+    least = int(np.argmin(critical))
+    return float(critical[least]), float(frequency[least])
 
 
 def lowest_stable_speed(cutting: Cutting, weight: float, slope: float) -> float:
@@ -98,19 +98,19 @@ class StickSlipMap:
     speed: Mapping[str, Floats]
     """By controller's name, (weight,) rad/s."""
     frequency: Mapping[str, float]
-    """By controller's name, Hz, of the vibration that sets in."""
+    """By controller's name, Hz, of the vibration at the stability limit."""
 
 
 def stick_slip_map(
     system: DrillingSystem, cutting: Cutting, weight: Floats, controllers: Mapping[str, Controller]
 ) -> StickSlipMap:
     """Lowest stable speed at each weight (N) under each controller."""
-    borne = {name: critical_slope(controlled_by(system, controller)) for name, controller in controllers.items()}
+    limits = {name: critical_slope(controlled_by(system, controller)) for name, controller in controllers.items()}
     speed = {
-        name: np.array([lowest_stable_speed(cutting, float(one), slope) for one in weight])
-        for name, (slope, _) in borne.items()
+        name: np.array([lowest_stable_speed(cutting, float(load), slope) for load in weight])
+        for name, (slope, _) in limits.items()
     }
-    return StickSlipMap(weight, speed, {name: frequency for name, (_, frequency) in borne.items()})
+    return StickSlipMap(weight, speed, {name: frequency for name, (_, frequency) in limits.items()})
 
 
 def simulated_growth(
@@ -125,7 +125,7 @@ def simulated_growth(
     ----------
     weight : N
     speed : rad/s
-    frequency : Hz, of the vibration that is followed; others may die out beside it
+    frequency : Hz, of the vibration that is measured; others may decay at the same time
     duration : s
     """
     steps = round(duration / TIME_STEP)
@@ -133,8 +133,8 @@ def simulated_growth(
     pulse[: round(_PULSE / TIME_STEP)] = 1e-4 * weight * cutting.static
     rig = NonlinearRig(system, cutting=cutting)
     result = simulate(rig, np.zeros(steps), np.full(steps, speed), pulse, weight_on_bit=weight)
-    turning = (result.bit_speed - speed) * np.exp(-2j * np.pi * frequency * result.time)
-    quarters = np.array_split(turning, 4)
+    baseband = (result.bit_speed - speed) * np.exp(-2j * np.pi * frequency * result.time)
+    quarters = np.array_split(baseband, 4)
     early, late = (float(abs(np.hanning(quarters[number].size) @ quarters[number])) for number in (1, 3))
     return float(np.log(late / early) / (duration / 2))
 
@@ -144,7 +144,7 @@ def simulated_lowest_speed(
 ) -> float:
     """Speed (rad/s) between two at which the simulated growth passes zero, to the tolerance (rad/s).
 
-    The vibration that is followed has the frequency predicted by `critical_slope`.
+    The measured vibration has the frequency predicted by `critical_slope`.
 
     Raises
     ------

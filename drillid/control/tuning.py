@@ -1,4 +1,4 @@
-"""Speed control tuned to an identified system: least vibration of the bit that the whole loop's margins allow."""
+"""Speed control tuned to an identified system: least vibration of the bit subject to the loop's margins."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -21,11 +21,11 @@ Goal = Literal["peak", "mean square", "decay"]
 
 _LINES = 400
 _LAGS = (20.0, 0.05)
-"""s, length and spacing of the step response whose decay is judged."""
+"""s, length and spacing of the step response of the goal "decay"."""
 _EVALUATIONS = 160
 _MOST_DRAWS = 100
-_REFUSED = 1e6
-"""Cost of settings whose margins are too small, above every goal in units of the present one."""
+_INFEASIBLE = 1e6
+"""Cost of settings whose margins are too small, above every goal relative to its present value."""
 
 UNITS: Mapping[str, str] = {
     "proportional": "kN m/rpm",
@@ -49,7 +49,7 @@ _SI_UNITS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Limits:
+class RequiredMargins:
     """Margins that every sample of the system must keep."""
 
     gain: float = 2.0
@@ -59,31 +59,31 @@ class Limits:
     sensitivity: float = 1.8
     """Largest sensitivity; 1 over the modulus margin."""
 
-    def lacking(self, found: Margins) -> float:
-        """How far the worst sample is from these margins, 0 where all are kept."""
+    def shortfall(self, actual: Margins) -> float:
+        """Relative shortfall of the worst sample below these margins, summed; 0 where all are kept."""
         shortfalls = (
-            np.max(self.gain / found.gain - 1),
-            np.max(self.gain * found.gain_reduction - 1),
-            np.max(self.phase / found.phase - 1),
-            np.max(found.sensitivity / self.sensitivity - 1),
+            np.max(self.gain / actual.gain - 1),
+            np.max(self.gain * actual.gain_reduction - 1),
+            np.max(self.phase / actual.phase - 1),
+            np.max(actual.sensitivity / self.sensitivity - 1),
         )
-        return float(sum(max(float(one), 0.0) for one in shortfalls))
+        return float(sum(max(float(shortfall), 0.0) for shortfall in shortfalls))
 
 
 @dataclass(frozen=True, eq=False)
 class Tuning:
-    """Settings with what they reach."""
+    """Tuned settings and their performance."""
 
     controller: Controller
     value: float
-    """Goal reached by the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), by the goal."""
+    """Goal of the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), by the goal."""
     present: float
-    """The same for the controller that the system came with."""
+    """The same for the present controller."""
     margins: Margins
     """Of each sample."""
 
     def in_units(self, units: Mapping[str, str] = UNITS) -> dict[str, tuple[float, str]]:
-        """Settings in the rig's own units; those that are switched off are left out."""
+        """Settings in the rig's units, without those that are switched off."""
         return in_units(self.controller, units)
 
 
@@ -97,8 +97,8 @@ def in_units(controller: Controller, units: Mapping[str, str] = UNITS) -> dict[s
     """
     from drillid.units import to_si_factor
 
-    own = [controller] if controller.matching is None else [controller, controller.matching]
-    values = {name: getattr(part, name) for part in own for name in _SI_UNITS if getattr(part, name, None)}
+    parts = [controller] if controller.matching is None else [controller, controller.matching]
+    values = {name: getattr(part, name) for part in parts for name in _SI_UNITS if getattr(part, name, None)}
     converted = {}
     for name, value in values.items():
         unit = units.get(name, _SI_UNITS[name])
@@ -117,7 +117,7 @@ def controlled_by(system: DrillingSystem, controller: Controller) -> DrillingSys
 def sampled_systems(
     value: Floats, covariance: Floats, known: KnownEquipment, count: int = 12, seed: int = 0
 ) -> DrillingSystem:
-    """The system at a fit's values, and at draws from its uncertainty within the physical bounds.
+    """The system at a fit's values, and at draws from its posterior within the physical bounds.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def sampled_systems(
 
     Returns
     -------
-    One description whose figures have the shape (count, 1).
+    One description whose quantities have the shape (count, 1).
 
     Raises
     ------
@@ -135,7 +135,7 @@ def sampled_systems(
     """
     generator = np.random.default_rng(seed)
     kept = [value]
-    # parameters differ by twenty orders of magnitude, which no factorisation of their own covariance bears
+    # parameters differ by twenty orders of magnitude, so that the unscaled covariance cannot be factorised
     deviation = np.sqrt(np.diag(covariance))
     scale = np.where(deviation > 0, deviation, 1.0)
     scaled = covariance / np.outer(scale, scale)
@@ -156,7 +156,7 @@ def first_sample(system: DrillingSystem) -> DrillingSystem:
 
 
 def bit_vibration(system: DrillingSystem, goal: Goal, band: tuple[float, float]) -> Floats:
-    """What the goal counts, for each sample of the system.
+    """Value of the goal for each sample of the system.
 
     peak : largest |bit mobility| in the band, rad/(N m s)
     mean square : mean of its square over the band in Hz
@@ -176,19 +176,19 @@ def tune(
     goal: Goal = "peak",
     *,
     band: tuple[float, float] = (0.05, 3.0),
-    limits: Limits | None = None,
+    required: RequiredMargins | None = None,
     stiffness: float = 12.0,
 ) -> Tuning:
-    """Settings of a family that make the goal least for the worst sample, with the margins kept by all samples.
+    """Settings of a family that minimise the goal of the worst sample, with the margins kept by all samples.
 
     A coarse search over the settings' range is followed by Nelder and Mead's simplex. Filters of the present
     controller stay as they are.
 
     Parameters
     ----------
-    system : figures plain, or of shape (sample, 1)
-    band : Hz, in which the bit's mobility counts
-    stiffness : proportional gain of the speed control below impedance matching, per Y₀ of the pipe
+    system : of plain numbers, or of shape (sample, 1)
+    band : Hz, in which the bit's mobility is evaluated
+    stiffness : proportional gain of the inner speed control under impedance matching, per Y₀ of the pipe
 
     Raises
     ------
@@ -197,37 +197,37 @@ def tune(
     """
     from scipy.optimize import minimize
 
-    asked = limits or Limits()
+    margins_to_keep = required or RequiredMargins()
     build, axes = _family(system, family, stiffness)
     present = float(np.max(bit_vibration(system, goal, band)))
 
     def cost(settings: Any) -> float:
-        inside = [np.clip(one, axis[0], axis[-1]) for one, axis in zip(settings, axes, strict=True)]
+        inside = [np.clip(setting, axis[0], axis[-1]) for setting, axis in zip(settings, axes, strict=True)]
         outside = float(np.sum(np.abs(np.asarray(settings) - inside)))
         candidate = controlled_by(system, build(*inside))
-        lacking = asked.lacking(margins(lambda s: loop_transfer(candidate, s)))
-        if lacking + outside > 0:
-            return _REFUSED * (1 + lacking + outside)
+        shortfall = margins_to_keep.shortfall(margins(lambda s: loop_transfer(candidate, s)))
+        if shortfall + outside > 0:
+            return _INFEASIBLE * (1 + shortfall + outside)
         if not is_stable(candidate):
-            return 10 * _REFUSED
+            return 10 * _INFEASIBLE
         return float(np.max(bit_vibration(candidate, goal, band))) / present
 
     coarse = min(itertools.product(*axes), key=cost)
-    if cost(coarse) >= _REFUSED:
+    if cost(coarse) >= _INFEASIBLE:
         raise EstimationError(
             f"control with {family}", "no settings keep the margins", "Relax the margins or shorten the drive's delay"
         )
     steps = [(axis[1] - axis[0]) / 2 for axis in axes]
     simplex = [np.array(coarse)] + [np.array(coarse) + step * np.eye(len(axes))[row] for row, step in enumerate(steps)]
     options = {"maxfev": _EVALUATIONS, "initial_simplex": np.stack(simplex), "xatol": 1e-3, "fatol": 1e-5}
-    found = minimize(cost, coarse, method="Nelder-Mead", options=options)
-    controller = build(*found.x)
+    result = minimize(cost, coarse, method="Nelder-Mead", options=options)
+    controller = build(*result.x)
     tuned = controlled_by(system, controller)
-    return Tuning(controller, float(found.fun) * present, present, margins(lambda s: loop_transfer(tuned, s)))
+    return Tuning(controller, float(result.fun) * present, present, margins(lambda s: loop_transfer(tuned, s)))
 
 
 def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:
-    """A controller of the settings, and the coarse values of each setting, rising."""
+    """Controller as a function of the settings, and the coarse grid of each setting, rising."""
     present = system.top_drive.controller
     pipe = float(np.mean(system.string[0].characteristic_admittance))
     inertia = float(np.mean(system.top_drive.inertia))
@@ -245,8 +245,8 @@ def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[C
             matching=None,
         )
 
-    def matched(match: float, low_pass: float) -> Controller:
-        matching = ImpedanceMatching(float(np.exp(match)) / pipe, inertia, float(np.exp(low_pass)), 5.0)
+    def matched(impedance: float, low_pass: float) -> Controller:
+        matching = ImpedanceMatching(float(np.exp(impedance)) / pipe, inertia, float(np.exp(low_pass)), 5.0)
         stiff = stiffness * pipe
         return replace(present, proportional=stiff, integral=stiff, compensated_inertia=0.0, matching=matching)
 

@@ -1,4 +1,4 @@
-"""The recorder of a demo rig: columns, units and resolution of its logs, its file format and its faults."""
+"""Log files of a demo rig: columns, units and resolution, file format and recording faults."""
 
 import datetime
 import gzip
@@ -31,26 +31,26 @@ class LogColumn:
 
 @dataclass(frozen=True)
 class Faults:
-    """What the recorder does wrong, in each file."""
+    """Recording faults, in each file."""
 
     jitter: float = 0.0
     """s, root mean square error of the time stamps."""
     dropped_share: float = 0.0
-    """Share of rows that are lost, one by one."""
+    """Share of rows that are lost individually."""
     speed_spikes: int = 0
     """Samples at which the speed reads zero while the string turns."""
     gap: float = 0.0
-    """s, rows lost in one piece; after just half of the drilled time."""
+    """s, length of one gap in the middle of the drilled time."""
 
 
 @dataclass(frozen=True)
-class Recorder:
-    """How one rig writes its logs."""
+class LogWriter:
+    """Log format of one rig, and its faults."""
 
     time_header: str
     columns: tuple[LogColumn, ...]
     zone: str | None = None
-    """Time zone of stamps written without one; None for UTC with its mark."""
+    """Time zone of stamps written without zone; None for UTC stamps marked as such."""
     faults: Faults = Faults()
 
     def write(
@@ -74,7 +74,7 @@ class Recorder:
         columns: dict[str, Floats] = {}
         for column in self.columns:
             factor = to_si_factor(column.unit, CHANNEL_UNITS[column.channel])
-            # The sum turns −0.0 into 0.0, which no recorder writes with a sign.
+            # The sum turns −0.0 into 0.0, as no rig logs a signed zero.
             columns[column.header] = np.round(values[column.channel] / factor, column.decimals) + 0.0
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.name.endswith(".parquet"):
@@ -109,7 +109,7 @@ class Recorder:
         import pyarrow as pa
         from pyarrow import csv
 
-        table = pa.table({self.time_header: self._written(times), **columns})
+        table = pa.table({self.time_header: self._formatted(times), **columns})
         buffer = io.BytesIO()
         buffer.write((",".join(table.column_names) + "\n").encode())
         csv.write_csv(table, buffer, csv.WriteOptions(include_header=False, quoting_style="none"))
@@ -117,7 +117,7 @@ class Recorder:
         content = gzip.compress(buffer.getvalue(), mtime=0) if path.suffix == ".gz" else buffer.getvalue()
         path.write_bytes(content)
 
-    def _written(self, times: Stamps) -> NDArray[np.str_]:
+    def _formatted(self, times: Stamps) -> NDArray[np.str_]:
         if self.zone is None:
             return np.strings.add(np.datetime_as_string(times, unit="ms"), "Z")
         start = times[0].item().replace(tzinfo=datetime.UTC)

@@ -1,6 +1,6 @@
-"""The embedded demo fleet: three small wells, what is true of them, and the raw logs that their rigs write.
+"""The embedded demo fleet: true parameters of three small wells, and the raw logs that their rigs write.
 
-Nothing in the workflow but the rule that writes the logs may read this truth; tests compare results with it.
+Only the rule that writes the logs may read this truth; tests compare results with it.
 """
 
 import dataclasses
@@ -13,7 +13,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.config.settings import SimulateSettings
-from drillid.demo.logs import Faults, LogColumn, Recorder
+from drillid.demo.logs import Faults, LogColumn, LogWriter
 from drillid.errors import SettingsError
 from drillid.excitation.torques import coloured_noise, exponential_sweeps
 from drillid.physics.equipment import (
@@ -31,34 +31,34 @@ from drillid.units import RPM, STANDARD_GRAVITY
 STAND_LENGTH = 30.0
 """m drilled with each stand."""
 _LEAD_IN_S = 30.0
-"""Simulated before each log starts, so that noise and sweep are in swing."""
+"""Simulated before each log starts, so that transients have decayed."""
 _LIFT_OFF_S, _SLOW_DOWN_S, _STANDSTILL_S = 5.0, 20.0, 30.0
-"""After drilling: the bit comes off bottom, the set point reaches zero, the string stands still."""
+"""s after drilling: the bit is off bottom, the set point reaches zero, the string is at rest."""
 _BLOCK_WEIGHT = 25e3 * STANDARD_GRAVITY
 _BUOYANCY = 0.85
 
 
 @dataclass(frozen=True)
-class Pipe:
+class PipeSize:
     """Size of pipe or collars: outer and inner diameter, m."""
 
     outer_diameter: float
     inner_diameter: float
 
     def section(self, length: float) -> Section:
-        """A length of it in mud."""
+        """A section of this pipe in mud."""
         moment = polar_moment(self.outer_diameter, self.inner_diameter)
         return Section(length, moment, kappa=200.0, delta=2.5e8)
 
     def weight(self, length: float) -> float:
-        """Weight in mud, N."""
+        """Buoyed weight, N."""
         area = np.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
         return float(_BUOYANCY * STEEL_DENSITY * STANDARD_GRAVITY * area * length)
 
 
 @dataclass(frozen=True)
 class WashOut:
-    """An interval in which the hole is too wide: the assembly whirls, damped by and moving more mud."""
+    """An interval of enlarged hole, in which the whirling assembly has additional damping and moves more mud."""
 
     from_depth: float
     to_depth: float
@@ -72,14 +72,14 @@ class DemoWell:
     first_depth: float
     """m, hole depth at which the first stand starts."""
     top_drive: TopDrive
-    pipe: Pipe
-    collars: Pipe
+    pipe: PipeSize
+    collars: PipeSize
     collars_length: float
     bit: Bit
     speed: float
     """rad/s, set point."""
     bit_torque: float
-    """N m, mean torque at the lower end of the string: what rock and bottom-hole assembly take together."""
+    """N m, mean torque at the lower end of the string, of rock and bottom-hole assembly together."""
     bit_noise: float
     """N m, root mean square of the bit torque's noise."""
     bit_noise_bandwidth: float
@@ -89,14 +89,14 @@ class DemoWell:
     weight_on_bit: float
     flow: float
     standpipe_pressure: float
-    recorder: Recorder
+    log_writer: LogWriter
     wash_out: WashOut | None = None
 
     def system(self, stand: int) -> DrillingSystem:
         """The equipment while a stand (counted from 0) is drilled.
 
-        The top drive follows the pipe down, so the string keeps its length within a stand; it is taken as
-        the hole's mean depth in it.
+        The top drive follows the pipe down, so that the string keeps its length within a stand; it is set to
+        the hole's mean depth in the stand.
         """
         depth = self.first_depth + STAND_LENGTH * (stand + 0.5)
         bit = self.bit
@@ -112,9 +112,9 @@ class DemoWell:
         return self.pipe.weight(pipe.length) + self.collars.weight(collars.length) + _BLOCK_WEIGHT
 
 
-_FIVE_AND_A_HALF = Pipe(0.1397, 0.1214)
-_FIVE = Pipe(0.1270, 0.1086)
-_COLLARS = Pipe(0.1651, 0.0714)
+_FIVE_AND_A_HALF = PipeSize(0.1397, 0.1214)
+_FIVE = PipeSize(0.1270, 0.1086)
+_COLLARS = PipeSize(0.1651, 0.0714)
 
 _METRIC = (
     LogColumn("TQ_CMD", "torque_command", "kN m", 3),
@@ -168,7 +168,7 @@ WELLS = {
         weight_on_bit=9.1e3 * STANDARD_GRAVITY,
         flow=2700 / 6e4,
         standpipe_pressure=210e5,
-        recorder=Recorder("TIME", _METRIC),
+        log_writer=LogWriter("TIME", _METRIC),
         wash_out=WashOut(2990.0, 3050.0, Bit(35.0, 300.0)),
     ),
     "D02": DemoWell(
@@ -186,7 +186,7 @@ WELLS = {
         weight_on_bit=8.0e3 * STANDARD_GRAVITY,
         flow=2400 / 6e4,
         standpipe_pressure=185e5,
-        recorder=Recorder(
+        log_writer=LogWriter(
             "time",
             _NEWTONS,
             zone="Asia/Muscat",
@@ -208,7 +208,7 @@ WELLS = {
         weight_on_bit=7.2e3 * STANDARD_GRAVITY,
         flow=2100 / 6e4,
         standpipe_pressure=160e5,
-        recorder=Recorder("Time", _US, faults=Faults(dropped_share=0.0005)),
+        log_writer=LogWriter("Time", _US, faults=Faults(dropped_share=0.0005)),
     ),
 }
 """The demo fleet."""
@@ -250,7 +250,7 @@ def write_demo_log(well: str, stand: int, path: Path, settings: SimulateSettings
     truth = WELLS[well]
     generator = np.random.default_rng([settings.seed, zlib.crc32(well.encode()), stand])
     time, channels = _stand(truth, stand, settings, generator)
-    truth.recorder.write(Path(path), time, channels, settings.drilling_s, generator)
+    truth.log_writer.write(Path(path), time, channels, settings.drilling_s, generator)
 
 
 def _stand(
@@ -290,7 +290,7 @@ def _speed_set(truth: DemoWell, after: Floats) -> Floats:
 def _slow_channels(
     truth: DemoWell, stand: int, settings: SimulateSettings, time: Floats, generator: np.random.Generator
 ) -> dict[str, Floats]:
-    """Everything but speed and torque command: the string hangs while lifted, then stands in the slips."""
+    """All channels but speed and torque command: the string hangs while lifted, then rests in the slips."""
     after = time - settings.drilling_s
     on_bottom = np.clip(1 - after / _LIFT_OFF_S, 0, 1)
     pumping = np.clip(1 - (after - _SLOW_DOWN_S) / 5, 0, 1)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
-from drillid.discrepancy.detectors.detect import read_detections
+from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
 from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
@@ -97,7 +97,7 @@ def prior(known: Knowledge, bit_depth: float) -> Prior:
 
 def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:
     """Detections of all windows that have a fit; None stands for one without."""
-    read = (read_detections(record, window) for window, record in enumerate(records) if record is not None)
+    read = (detect(record, window) for window, record in enumerate(records) if record is not None)
     return tuple(detection for detections in read for detection in detections)
 
 

@@ -1,1 +1,1 @@
-"""Torques to excite a rig with, and their design."""
+"""Excitation torques and their design."""

@@ -1,7 +1,7 @@
-"""What an excitation is worth before it is played: crest, power, coherence and standard errors; and the best one.
+"""Experiment design: crest factor, power, coherence and expected standard errors of an excitation; optimal spectra.
 
-The expected errors are the Cramér–Rao bound of the eight parameters for the command mobility read at the lines of a
-periodic torque. With the one-sided noise density S(f) of the top drive's speed, a window of T seconds and P_k the
+The expected errors are the Cramér–Rao bound of the eight parameters for the command mobility measured at the lines
+of a periodic torque. With the one-sided noise density S(f) of the top drive's speed, a window of T seconds and P_k the
 power (N² m²) of line k, the complex mobility at the line has the variance S/(T P_k), and
 
     F = Σ P_k · 2T Re(∂M/∂p ∂M*/∂p)/S(f_k),    covariance ≥ F⁻¹.
@@ -21,7 +21,7 @@ from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import torque_transfers
 
 _ROUNDS = 20000
-_ENOUGH = 1e-6
+_TOLERANCE = 1e-6
 """Relative distance from the optimum at which the search ends."""
 _LINES_PER_BAND = 40
 
@@ -56,12 +56,12 @@ def power_per_band(torque: Floats, rate: float, edges: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Situation:
-    """A rig as far as it is known before the measurement, and what disturbs it."""
+class Experiment:
+    """Nominal rig, noise, duration and prior of a planned measurement."""
 
     parameters: Floats
-    """(8,) expected, in the order of the schema."""
-    known: KnownEquipment
+    """(8,) nominal, in the order of the schema."""
+    equipment: KnownEquipment
     noise_frequency: Floats
     """Hz, rising."""
     bit_torque_density: Floats
@@ -69,34 +69,34 @@ class Situation:
     duration: float
     """s, length of the window."""
     prior_error: Floats | None = None
-    """(8,) standard errors that are known beforehand; NaN where nothing is."""
+    """(8,) prior standard errors; NaN where there is no prior."""
 
     def speed_noise(self, frequency: Floats) -> Floats:
         """One-sided power density of the top drive's speed without sweep, (rad/s)²/Hz.
 
-        By reciprocity a torque at the bit moves the top as a torque at the top moves the bit.
+        By reciprocity the top's response to a torque at the bit is the bit's response to a torque at the top.
         """
         s = laplace(frequency)
-        system = drilling_system(self.parameters, self.known)
+        system = drilling_system(self.parameters, self.equipment)
         at_top = command_mobility(system, s) / torque_transfers(system.top_drive, s)[0]
         density = np.interp(frequency, self.noise_frequency, self.bit_torque_density)
         return np.asarray(np.abs(bit_speed_ratio(system, s) * at_top) ** 2 * density, dtype=float)
 
     def coherence(self, frequency: Floats, density: Floats) -> Floats:
         """Coherence γ² of a sweep of the given one-sided power density (N m)²/Hz with the speed."""
-        mobility, _ = command_mobility_with_derivatives(self.parameters, self.known, laplace(frequency))
-        answered = np.abs(mobility) ** 2 * density
-        return np.asarray(answered / (answered + self.speed_noise(frequency)), dtype=float)
+        mobility, _ = command_mobility_with_derivatives(self.parameters, self.equipment, laplace(frequency))
+        response = np.abs(mobility) ** 2 * density
+        return np.asarray(response / (response + self.speed_noise(frequency)), dtype=float)
 
     def information(self, frequency: Floats) -> Floats:
         """Fisher information per power of a line, (frequency, 8, 8), for parameters in units of their own values."""
-        _, slopes = command_mobility_with_derivatives(self.parameters, self.known, laplace(frequency))
+        _, slopes = command_mobility_with_derivatives(self.parameters, self.equipment, laplace(frequency))
         slopes = slopes * self.parameters[:, None]
         products = np.einsum("if,jf->fij", slopes, np.conj(slopes)).real
         information: Floats = 2 * self.duration * products / self.speed_noise(frequency)[:, None, None]
         return information
 
-    def known_before(self) -> Floats:
+    def prior_information(self) -> Floats:
         """Information of the prior, (8, 8), for parameters in units of their own values."""
         if self.prior_error is None:
             return np.zeros((len(PARAMETERS),) * 2)
@@ -111,7 +111,7 @@ class Situation:
             If the lines do not determine the parameters.
         """
         inside = power > 0
-        total = np.einsum("f,fij->ij", power[inside], self.information(frequency[inside])) + self.known_before()
+        total = np.einsum("f,fij->ij", power[inside], self.information(frequency[inside])) + self.prior_information()
         return _inverse(total) * np.outer(self.parameters, self.parameters)
 
     def standard_errors(self, frequency: Floats, power: Floats) -> Floats:
@@ -128,7 +128,7 @@ def lines_within(torque: Floats, rate: float, band: tuple[float, float]) -> tupl
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Power over bands that makes the expected error of the chosen parameters least."""
+    """Power per band that minimises the expected error of the chosen parameters."""
 
     edges: Floats
     """(bands + 1,) Hz."""
@@ -137,7 +137,7 @@ class Design:
     criterion: float
     """Mean square of the chosen relative errors ("errors"), or log of their determinant ("volume")."""
     distance: float
-    """How much any band's worth exceeds the mean, relative; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
+    """Relative excess of the largest sensitivity of a band over the mean; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
 
     def sweep(self, time: Floats, period: float) -> Floats:
         """Sweep of constant amplitude that repeats after a period (s), N m at each time (s); its peak is √2 its rms."""
@@ -161,7 +161,7 @@ Limit = Literal["rms", "peak"]
 
 
 def design(
-    situation: Situation,
+    experiment: Experiment,
     amplitude: float,
     chosen: tuple[str, ...] = tuple(PARAMETERS),
     *,
@@ -169,11 +169,11 @@ def design(
     limit: Limit = "rms",
     criterion: Criterion = "errors",
 ) -> Design:
-    """Power per half octave that makes the errors of the chosen parameters least, for a torque of limited amplitude.
+    """Power per half octave that minimises the errors of the chosen parameters, for a torque of limited amplitude.
 
-    Convex, solved by the multiplicative algorithm: each band's power grows with what the band is worth, to the power
-    ½ (Silvey, Titterington and Torsney 1978; monotone after Yu 2010, Annals of Statistics 38, 1593–1606).
-    At a limit of peak torque the rms is that of a sweep, whose crest factor √2 multisines hardly reach.
+    Convex, solved by the multiplicative algorithm: each band's power is multiplied by the root of its sensitivity, the
+    fall of the criterion per power (Silvey, Titterington and Torsney 1978; monotone after Yu 2010, Annals of Statistics 38, 1593–1606).
+    Under a limit of peak torque the rms is that of a sweep; its crest factor √2 is hardly reached by multisines.
 
     Parameters
     ----------
@@ -192,45 +192,45 @@ def design(
     names = list(PARAMETERS)
     unknown = [name for name in chosen if name not in names]
     if unknown or not chosen:
-        raise SettingsError("design", f"no parameters {unknown} to be chosen", f"Choose from {', '.join(names)}")
+        raise SettingsError("design", f"there are no parameters {unknown}", f"Choose from {', '.join(names)}")
     rows = np.array([names.index(name) for name in chosen])
     edges = half_octaves(*band)
     mean_square = amplitude**2 if limit == "rms" else amplitude**2 / 2
-    per_band = band_information(situation, edges) * mean_square
-    before = situation.known_before()
+    per_band = band_information(experiment, edges) * mean_square
+    prior = experiment.prior_information()
     share = np.full(edges.size - 1, 1 / (edges.size - 1))
-    worth, value = _worth(share, per_band, before, rows, criterion)
+    sensitivity, value = _sensitivity(share, per_band, prior, rows, criterion)
     for _ in range(_ROUNDS):
-        mean = float(share @ worth)
-        if worth.max() <= mean * (1 + _ENOUGH):
+        mean = float(share @ sensitivity)
+        if sensitivity.max() <= mean * (1 + _TOLERANCE):
             break
-        share = share * np.sqrt(worth)
+        share = share * np.sqrt(sensitivity)
         share /= share.sum()
-        worth, value = _worth(share, per_band, before, rows, criterion)
-    return Design(edges, share * mean_square, value, float(worth.max() / (share @ worth)) - 1)
+        sensitivity, value = _sensitivity(share, per_band, prior, rows, criterion)
+    return Design(edges, share * mean_square, value, float(sensitivity.max() / (share @ sensitivity)) - 1)
 
 
 def criterion_of(
-    situation: Situation, edges: Floats, power: Floats, chosen: tuple[str, ...], criterion: Criterion = "errors"
+    experiment: Experiment, edges: Floats, power: Floats, chosen: tuple[str, ...], criterion: Criterion = "errors"
 ) -> float:
     """The designer's criterion for any powers (bands,) in N² m², equal within a band."""
     rows = np.array([list(PARAMETERS).index(name) for name in chosen])
-    return _worth(power, band_information(situation, edges), situation.known_before(), rows, criterion)[1]
+    return _sensitivity(power, band_information(experiment, edges), experiment.prior_information(), rows, criterion)[1]
 
 
-def band_information(situation: Situation, edges: Floats) -> Floats:
+def band_information(experiment: Experiment, edges: Floats) -> Floats:
     """Mean information per power within each band, (bands, 8, 8)."""
     centres = (np.arange(_LINES_PER_BAND) + 0.5) / _LINES_PER_BAND
     frequency = edges[:-1, None] + np.diff(edges)[:, None] * centres
-    whole = situation.information(frequency.ravel())
-    return np.asarray(whole.reshape(*frequency.shape, *whole.shape[1:]).mean(axis=1), dtype=float)
+    per_line = experiment.information(frequency.ravel())
+    return np.asarray(per_line.reshape(*frequency.shape, *per_line.shape[1:]).mean(axis=1), dtype=float)
 
 
-def _worth(
-    share: Floats, per_band: Floats, before: Floats, rows: Integers, criterion: Criterion
+def _sensitivity(
+    share: Floats, per_band: Floats, prior: Floats, rows: Integers, criterion: Criterion
 ) -> tuple[Floats, float]:
     """Fall of the criterion per share of each band, (bands,), and the criterion."""
-    covariance = _inverse(np.einsum("b,bij->ij", share, per_band) + before)
+    covariance = _inverse(np.einsum("b,bij->ij", share, per_band) + prior)
     block = covariance[np.ix_(rows, rows)]
     weight: Floats
     if criterion == "errors":

@@ -1,4 +1,4 @@
-"""Distortion of even and odd order, and aliasing, read from the response to a periodic excitation."""
+"""Distortion of even and odd order, and aliasing, from the response to a periodic excitation."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,14 @@ from drillid.arrays import Booleans, Floats
 from drillid.errors import EstimationError
 
 _EXCITED = 1e-8
-"""Share of the strongest line's power above which a line counts as excited."""
+"""Power relative to the strongest line above which a line counts as excited."""
 
 
 @dataclass(frozen=True, eq=False)
 class Distortion:
     """Levels of speed per band, (bands,): root mean square of the lines of one kind, rad/s per line; NaN without any.
 
-    A level of distortion holds the noise too, so it says something only where it stands above the level of noise.
+    A level of distortion includes the noise, so it is significant only above the noise level.
     """
 
     edges: Floats
@@ -31,11 +31,11 @@ class Distortion:
 
 
 def distortion(speed: Floats, sweep: Floats, rate: float, period: float, edges: Floats) -> Distortion:
-    """Levels of even and odd distortion from whole periods of speed and of an excitation that leaves lines out.
+    """Levels of even and odd distortion from whole periods of speed and of an excitation that omits lines.
 
     Parameters
     ----------
-    speed, sweep : (samples,) rad/s and N m, in step with each other and settled
+    speed, sweep : (samples,) rad/s and N m, synchronous and without transient
     rate : Hz
     period : s
     edges : (bands + 1,) Hz
@@ -74,11 +74,11 @@ def _levels(frequency: Floats, power: Floats, kind: Booleans, edges: Floats) -> 
 def sweep_orders(
     speed: Floats, phase: Floats, orders: tuple[int, ...], rate: float, sections: int = 8
 ) -> tuple[Floats, Floats, Floats]:
-    """Parts of the speed at multiples of a sweep's frequency while it runs: distortion, and folded images of it.
+    """Components of the speed at multiples of a sweep's frequency: distortion and its aliases.
 
-    Each section of the sweep is fitted by least squares with sines and cosines of n φ(t), whose size and phase run
-    linearly through the section, and a straight line. Where n times the frequency exceeds half the sample rate, the
-    part is what aliasing folds back.
+    Each section of the sweep is fitted by least squares with sines and cosines of n φ(t), whose coefficients are
+    linear over the section, and a straight line. Where n times the frequency exceeds half the sample rate, the
+    component is an alias.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def sweep_orders(
     -------
     frequency : (sections,) Hz, mean frequency of the sweep
     amplitude : (orders, sections) rad/s, in the middle of the section
-    error : (orders, sections) rad/s, standard error of each from what the fit leaves over, as if that were white
+    error : (orders, sections) rad/s, standard error of each from the residuals of the fit, assumed white
     """
     pieces = np.array_split(np.arange(speed.size), sections)
     frequency = np.array(
@@ -99,16 +99,16 @@ def sweep_orders(
     )
     amplitude, error = np.empty((2, len(orders), sections))
     for number, piece in enumerate(pieces):
-        place = np.linspace(-1, 1, piece.size)
+        position = np.linspace(-1, 1, piece.size)
         turns = np.outer(phase[piece], orders)
         waves = np.stack([np.cos(turns), np.sin(turns)], axis=-1).reshape(piece.size, -1)
-        columns = np.column_stack([waves, waves * place[:, None], np.ones(piece.size), place])
-        found, _, rank, _ = np.linalg.lstsq(columns, speed[piece], rcond=None)
+        columns = np.column_stack([waves, waves * position[:, None], np.ones(piece.size), position])
+        coefficients, _, rank, _ = np.linalg.lstsq(columns, speed[piece], rcond=None)
         if rank < columns.shape[1]:
-            raise EstimationError("sweep orders", "two orders cannot be told apart", "Take fewer orders or sections")
-        left = speed[piece] - columns @ found
-        variance = np.sum(left**2) / (piece.size - rank) * np.diag(np.linalg.inv(columns.T @ columns))
+            raise EstimationError("sweep orders", "two orders cannot be distinguished", "Use fewer orders or sections")
+        residual = speed[piece] - columns @ coefficients
+        variance = np.sum(residual**2) / (piece.size - rank) * np.diag(np.linalg.inv(columns.T @ columns))
         size = 2 * len(orders)
-        amplitude[:, number] = np.hypot(*found[:size].reshape(-1, 2).T)
+        amplitude[:, number] = np.hypot(*coefficients[:size].reshape(-1, 2).T)
         error[:, number] = np.sqrt(variance[:size].reshape(-1, 2).mean(axis=1))
     return frequency, amplitude, error

@@ -1,4 +1,4 @@
-"""Torques that excite the string: sweeps, multisines and noise, and the coloured torque noise of the bit."""
+"""Excitation torques: sweeps, multisines and noise; the coloured torque noise of the bit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ SWEEP_PERIOD = 120.0
 """Seconds after which the sweeps repeat."""
 
 _CLIP_SHARES = np.repeat((0.70, 0.74, 0.78, 0.82, 0.86, 0.90), 60)
-"""Share of the peak at which each round of the search for low crest factor clips."""
+"""Clipping level of each iteration of the search for low crest factor, relative to the peak."""
 _SAMPLES_PER_CYCLE = 8
-"""Samples per cycle of the highest line, at which a multisine's peak is looked for."""
+"""Samples per cycle of the highest line at which a multisine's peak is evaluated."""
 
 
 def exponential_sweeps(
@@ -26,12 +26,12 @@ def exponential_sweeps(
     bands: Sequence[tuple[float, float]] = SWEEP_BANDS,
     period: float = SWEEP_PERIOD,
 ) -> Floats:
-    """Sum of simultaneous exponential sweeps, repeated for ever.
+    """Sum of simultaneous exponential sweeps, repeated periodically.
 
     The instantaneous frequency rises as f₁ r^(t/T) with r = f₂/f₁, so the phase in closed form is
-    φ(t) = 2π f₁ T/ln r (r^(t/T) − 1). The cycles of one period are brought to the nearest whole number,
-    by scaling f₁ and f₂ alike, so that the torque and not only its bands repeat without a jump; that
-    moves a band's edges by at most half a cycle in its count.
+    φ(t) = 2π f₁ T/ln r (r^(t/T) − 1). The number of cycles in a period is rounded to a whole number
+    by scaling f₁ and f₂ alike, so that the torque is continuous from period to period; this shifts a
+    band's edges by at most half a cycle in its count.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def exponential_phase(time: ArrayLike, band: tuple[float, float], period: float 
 
 
 def linear_sweep(time: ArrayLike, amplitude: float, band: tuple[float, float], period: float = SWEEP_PERIOD) -> Floats:
-    """Sweep whose frequency rises linearly, φ(t) = 2π (f₁ t + (f₂ − f₁) t²/2T), repeated for ever.
+    """Sweep whose frequency rises linearly, φ(t) = 2π (f₁ t + (f₂ − f₁) t²/2T), repeated periodically.
 
     As with the exponential sweeps, the frequencies are scaled so that a period holds whole cycles.
 
@@ -83,26 +83,26 @@ def linear_sweep(time: ArrayLike, amplitude: float, band: tuple[float, float], p
 
 
 def powered_sweep(time: ArrayLike, amplitude: float, edges: Floats, power: Floats, period: float) -> Floats:
-    """Sweep of constant amplitude that stays in each band as long as the band's power asks, repeated for ever.
+    """Sweep of constant amplitude that stays in each band in proportion to its power, repeated periodically.
 
-    Power per band of such a sweep is its time there. Within a band the frequency rises linearly.
+    The power per band of such a sweep is its time in the band. Within a band the frequency rises linearly.
 
     Parameters
     ----------
     time : s since the start of a period, any shape
     amplitude : N m
     edges : (bands + 1,) Hz, rising
-    power : (bands,) wanted power in any unit; bands without power are jumped over
+    power : (bands,) power in any unit; bands without power are skipped
     period : s
 
     Returns
     -------
     Torque, N m, in the shape of `time`.
     """
-    wanted = power > 0
-    if edges.shape != (power.size + 1,) or np.any(power < 0) or not wanted.any():
+    excited = power > 0
+    if edges.shape != (power.size + 1,) or np.any(power < 0) or not excited.any():
         raise SettingsError("sweep", "it needs one power ≥ 0 for each band, and some power", "Correct the powers")
-    lower, upper, share = edges[:-1][wanted], edges[1:][wanted], power[wanted] / power.sum()
+    lower, upper, share = edges[:-1][excited], edges[1:][excited], power[excited] / power.sum()
     begin = np.concatenate([[0.0], np.cumsum(share)])
     cycles = np.concatenate([[0.0], np.cumsum((lower + upper) / 2 * share * period)])
     scale = max(1, round(cycles[-1])) / cycles[-1]
@@ -133,7 +133,7 @@ class Multisine:
         return float(np.sqrt(np.sum(self.amplitudes**2) / 2))
 
     def sampled(self, samples: int) -> Floats:
-        """One period at so many equally spaced instants, shape (samples,), N m.
+        """One period at equally spaced instants, shape (samples,), N m.
 
         Raises
         ------
@@ -147,18 +147,20 @@ class Multisine:
         return np.fft.irfft(spectrum, samples)
 
     def torque(self, steps: int, time_step: float) -> Floats:
-        """Torque at so many steps from the start of a period, N m; the period is a whole number of steps."""
+        """Torque at each step from the start of a period, shape (steps,), N m; a period must be a whole number of steps."""
         samples = round(self.period / time_step)
         if abs(samples * time_step - self.period) > 1e-9 * self.period:
-            raise SettingsError("multisine", "its period is no whole number of time steps", "Choose another time step")
+            raise SettingsError(
+                "multisine", "its period is not a whole number of time steps", "Choose another time step"
+            )
         return np.resize(self.sampled(samples), steps)
 
     def with_low_crest(self) -> "Multisine":
-        """The same amplitudes with phases that keep the peak low: clip the torque, keep the new phases, again.
+        """The same amplitudes with phases of low crest factor: iteratively clip the torque and keep the new phases.
 
-        Begins at Schroeder's phases for this spectrum (1970, IEEE Transactions on Information Theory 16, 85–89);
-        the rounds are those of van der Ouderaa, Schoukens and Renneboog (1988, IEEE Transactions on
-        Instrumentation and Measurement 37, 145–147). The best of all rounds is returned.
+        Starts from Schroeder's phases for this spectrum (1970, IEEE Transactions on Information Theory 16, 85–89);
+        the iteration is that of van der Ouderaa, Schoukens and Renneboog (1988, IEEE Transactions on
+        Instrumentation and Measurement 37, 145–147). The best iterate is returned.
         """
         samples = _SAMPLES_PER_CYCLE * int(self.harmonics[-1])
         share = np.concatenate([[0.0], np.cumsum(self.amplitudes**2)[:-1]]) / np.sum(self.amplitudes**2)
@@ -178,9 +180,9 @@ class Multisine:
 def odd_multisine(
     generator: np.random.Generator, rms: float, band: tuple[float, float], period: float, group: int = 4
 ) -> tuple[Multisine, Integers]:
-    """Odd multisine with random phases: one odd line of each group of odd lines is left out, at random.
+    """Odd multisine with random phases and random odd detection lines, one omitted from each group of odd lines.
 
-    A distortion of even order shows on even lines alone, one of odd order also on the odd lines left out
+    Distortion of even order appears on even lines only, that of odd order also on the omitted odd lines
     (Pintelon and Schoukens 2012, System Identification, chapter 4). Power falls as 1/f, as in an exponential sweep.
 
     Parameters
@@ -188,22 +190,22 @@ def odd_multisine(
     rms : N m
     band : Hz, lower and upper frequency
     period : s
-    group : number of odd lines, of which one is left out
+    group : number of odd lines of which one is omitted
 
     Returns
     -------
-    multisine, and the odd lines left out, (groups,)
+    multisine, and the omitted odd lines, (groups,)
     """
     first, last = int(np.ceil(band[0] * period)), int(np.floor(band[1] * period))
     odd = np.arange(first + (first + 1) % 2, last + 1, 2)
     groups = odd.size // group
     if group < 2 or groups == 0:
         raise SettingsError("multisine", f"{odd.size} odd lines lie in its band", "Lengthen the period")
-    left_out = odd[np.arange(groups) * group + generator.integers(0, group, groups)]
-    excited = np.setdiff1d(odd, left_out)
+    omitted = odd[np.arange(groups) * group + generator.integers(0, group, groups)]
+    excited = np.setdiff1d(odd, omitted)
     amplitudes = 1 / np.sqrt(excited)
     amplitudes *= rms / np.sqrt(np.sum(amplitudes**2) / 2)
-    return Multisine(period, excited, amplitudes, generator.uniform(0, 2 * np.pi, excited.size)), left_out
+    return Multisine(period, excited, amplitudes, generator.uniform(0, 2 * np.pi, excited.size)), omitted
 
 
 def white_noise(generator: np.random.Generator, samples: int, rms: float) -> Floats:
@@ -216,12 +218,12 @@ def band_limited_noise(
 ) -> Floats:
     """Gaussian noise with equal power at all frequencies of a band (Hz) and none outside, shape (samples,).
 
-    The rms holds in the mean over realisations; the series repeats itself after its length.
+    The rms is that of the ensemble; the series is periodic with its length.
     """
     frequency = np.fft.rfftfreq(samples, time_step)
     inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
     if not inside.any():
-        raise SettingsError("band-limited noise", "no line of its length lies in the band", "Lengthen it")
+        raise SettingsError("band-limited noise", "no line of the series lies in the band", "Lengthen the series")
     spectrum = generator.standard_normal((2, frequency.size)) * inside
     scale = samples * rms / (2 * np.sqrt(inside.sum()))
     return np.asarray(scale * np.fft.irfft(spectrum[0] + 1j * spectrum[1], samples), dtype=float)
@@ -236,13 +238,13 @@ def coloured_noise_density(frequency: ArrayLike, rms: float, bandwidth: float) -
 def coloured_noise(
     generator: np.random.Generator, samples: int, time_step: float, rms: float, bandwidth: float
 ) -> Floats:
-    """Stationary Gaussian noise behind a first-order low pass.
+    """Stationary Gaussian noise through a first-order low pass.
 
     Parameters
     ----------
     samples : length of the series
     time_step : s
-    rms : root mean square in the mean over realisations, unit of the result
+    rms : root mean square of the ensemble, unit of the result
     bandwidth : Hz, corner frequency of the low pass
 
     Returns

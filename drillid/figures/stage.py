@@ -16,16 +16,18 @@ if TYPE_CHECKING:
 
 
 def drawings() -> dict[str, Callable[[WellResults], Figure]]:
-    """Every figure of `drillid.figures.captions.FIGURES` with the function that draws it."""
-    from drillid.figures import depth as figures_depth
-    from drillid.figures import prediction as figures_prediction
-    from drillid.figures import tracks as figures_tracks
-    from drillid.figures import verdicts as figures_verdicts
-    from drillid.figures import windows as figures_windows
-    from drillid.figures.captions import FIGURES
+    """Every figure of `drillid.figures.captions.FIGURES` with the function of its name that draws it."""
+    from drillid.figures import depth, prediction, tracks, verdicts, windows
 
-    modules = (figures_tracks, figures_verdicts, figures_windows, figures_depth, figures_prediction)
-    return {name: next(getattr(module, name) for module in modules if hasattr(module, name)) for name in FIGURES}
+    functions = (
+        *(tracks.parameters, tracks.anomaly),
+        *(verdicts.verdicts, verdicts.evidence, verdicts.distinguishability),
+        *(prediction.model_residuals, prediction.held_out, prediction.reflectogram),
+        *(windows.spectrograms, windows.command_mobility_measured, windows.command_mobility_fitted),
+        *(depth.command_mobility_depth, depth.bit_step_stiff, depth.bit_step_controlled),
+        *(depth.bit_mobility_stiff, depth.bit_mobility_controlled, depth.residuals),
+    )
+    return {draw.__name__: draw for draw in functions}
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.compiled import compiler
-from drillid.physics.kernel import BLOCK, OPTIONS, SIZE, WIDTH, Line, tabulate
+from drillid.physics.kernel import BLOCK, OPTIONS, SIZE, WIDTH, TransmissionLine, tabulate
 
 compiled = compiler("physics", "fits", **OPTIONS)
 _DELTA = 1
@@ -16,7 +16,7 @@ _DELTA = 1
 class Data(NamedTuple):
     """Measured mobility and prior knowledge."""
 
-    line: Line
+    line: TransmissionLine
     mobility: Complex
     """rad/(N m s), (frequency,)."""
     variance: Floats
@@ -54,7 +54,7 @@ def curvature(scaled: Floats, data: Data, robust: bool, gradient: Floats, hessia
     gradient[:] = 0.0
     hessian[:] = 0.0
     cost = 0.0
-    for block in range(data.line.given.shape[0]):
+    for block in range(data.line.blocks.shape[0]):
         first = BLOCK * block
         size = min(BLOCK, data.line.frequencies - first)
         tabulate(values, data.line, block, table)

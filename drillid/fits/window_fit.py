@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -132,13 +132,6 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
     data = likelihood(measured, known, prior)
     points, costs = optima(data, measured, known, prior, settings.starts)
     return _judge(data, measured, known, prior, points, costs, settings)
-
-
-def fit_many(
-    measured: Sequence[Measured], known: Sequence[KnownEquipment], priors: Sequence[Prior], settings: FitsSettings
-) -> list[Fit]:
-    """Fits of many windows, each with its own equipment and prior."""
-    return [fit(*window, settings) for window in zip(measured, known, priors, strict=True)]
 
 
 def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:

@@ -1,5 +1,6 @@
 """How the workflow is laid out: wells in batches, and what each stage of a batch depends on."""
 
+import itertools
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -68,9 +69,13 @@ class Plan:
                 path.unlink(missing_ok=True)
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
-        """Take the wells' keys away, so that the stage does them again although nothing has changed."""
-        for well in wells:
-            Path(self.settings.results, stage, well, KEY).unlink(missing_ok=True)
+        """Take the wells' keys away, so that the stage and what follows from it are done again though nothing changed."""
+        again = {stage}
+        for later in STAGES.values():
+            if again.intersection(later.upstream):
+                again.add(later.name)
+        for name, well in itertools.product(again, wells):
+            Path(self.settings.results, name, well, KEY).unlink(missing_ok=True)
 
     def threads(self, wells: Sequence[str]) -> int:
         """Processes that a job over these wells starts on its own machine."""

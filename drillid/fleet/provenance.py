@@ -1,5 +1,7 @@
 """Hashes of code and inputs, so that results notice when either changes."""
 
+from __future__ import annotations
+
 import ast
 import functools
 import hashlib
@@ -106,7 +108,7 @@ def closure(module: str) -> frozenset[str]:
 
 
 @functools.cache
-def _graph(package: str) -> "ImportGraph":
+def _graph(package: str) -> ImportGraph:
     """Imports among the modules of a package, those for type checkers apart."""
     import grimp
 

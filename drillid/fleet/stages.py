@@ -1,10 +1,9 @@
 """What every stage reads, as data: earlier datasets, sections of the settings, parts of the rig description."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from drillid.fleet.provenance import closure, file_manifest, source_hash, yaml_digest
+from drillid.fleet.provenance import file_manifest, source_hash, yaml_digest
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
@@ -90,9 +89,3 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",
         "logs": "" if stage.reads else logs,
     }
-
-
-def own_modules(stage: Stage) -> Iterable[str]:
-    """Modules that the stage uses and that are no stage of their own."""
-    others = {other.module for other in STAGES.values()} - {stage.module}
-    return sorted(closure(stage.module) - others)

@@ -1,4 +1,4 @@
-"""The lower end: bit, laws of cutting about a steady speed, mud motor."""
+"""The lower end: bit, cutting laws linearised about a steady speed, mud motor."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from drillid.physics.equipment import Bit, Motor, RegenerativeCutting, StribeckC
 
 
 def bit_load(bit: Bit, s: Complex) -> Complex:
-    """Y_L = J_bha s + Y_bha + laws of cutting, N m s/rad."""
+    """Y_L = J_bha s + Y_bha + cutting laws, N m s/rad."""
     admittance: Complex = bit.inertia * s + bit.damping
     for law in bit.cutting:
         admittance = admittance + cutting_admittance(law, s)
@@ -17,16 +17,16 @@ def bit_load(bit: Bit, s: Complex) -> Complex:
 
 
 def cutting_admittance(law: RegenerativeCutting | StribeckCutting, s: Complex) -> Any:
-    """Torque that the rock takes more per bit speed, N m s/rad; a negative real part feeds vibration.
+    """Cutting torque per bit speed, N m s/rad; a negative real part feeds vibration.
 
     Stribeck: the slope of the torque at the mean speed, −(T_s − T_d) (Ω/Ω_s)^n exp(−(Ω/Ω_s)^n) n/Ω.
 
-    Regenerative: with the rate of penetration V imposed, a blade cuts V times the time since the blade ahead
-    was there, t with φ(τ) − φ(τ − t) = 2π/n. To first order in vibration,
+    Regenerative: with the rate of penetration V imposed, the depth of cut of a blade is V t, t being the time since
+    the blade ahead passed: φ(τ) − φ(τ − t) = 2π/n. To first order in the vibration,
 
         Y = −n T₀/(2π) (1 − e^(−s t₀))/s,   t₀ = 2π/(n Ω),
 
-    which at low frequency is the slope −T₀/Ω of T ∝ V/Ω. Torsional part of Richard, Germay and Detournay 2007,
+    which tends to the slope −T₀/Ω of T ∝ V/Ω at low frequency. Torsional part of Richard, Germay and Detournay 2007,
     Journal of Sound and Vibration 305, 432–456.
     """
     if isinstance(law, StribeckCutting):
@@ -43,7 +43,7 @@ def motor_impedance(motor: Motor, s: Complex) -> Complex:
 
 
 def above_motor(motor: Motor | None, load: Complex, s: Complex) -> Complex:
-    """Admittance (N m s/rad) that the string sees where the motor carries `load`."""
+    """Admittance (N m s/rad) that loads the string where the motor carries `load`."""
     if motor is None:
         return load
     admittance: Complex = motor.inertia * s + load / (1 + load * motor_impedance(motor, s))
@@ -51,14 +51,14 @@ def above_motor(motor: Motor | None, load: Complex, s: Complex) -> Complex:
 
 
 def below_motor(motor: Motor | None, impedance: Complex, s: Complex) -> Complex:
-    """Impedance (rad/(N m s)) that the bit sees where the string shows `impedance` to the motor."""
+    """Impedance (rad/(N m s)) above the bit, `impedance` being that of the string above the motor."""
     if motor is None:
         return impedance
-    seen: Complex = motor_impedance(motor, s) + impedance / (1 + motor.inertia * s * impedance)
-    return seen
+    total: Complex = motor_impedance(motor, s) + impedance / (1 + motor.inertia * s * impedance)
+    return total
 
 
 def chain_through_motor(motor: Motor, s: Complex) -> tuple[Any, Any, Any, Any]:
-    """The motor's transfer matrix as its entries, row by row: the housing's inertia above the spring."""
+    """Entries of the motor's transfer matrix, row by row: the housing's inertia above the spring."""
     spring, housing = motor_impedance(motor, s), motor.inertia * s
     return 1.0, spring, housing, 1 + housing * spring

@@ -1,12 +1,12 @@
 """Damping along the string: each law is a small class that adds to the line's two immittances.
 
-Per length of string, the shunt admittance Y' (N s/rad: torque lost to the outside per metre and
-speed) begins as the inertia ρ IP s, and the series admittance times length B' = 1/Z' (N m² s/rad:
-torque per speed difference across a metre) as the stiffness G IP/s. A law adds to one or both;
+Without damping the shunt admittance per length Y' (N s/rad: torque lost to the surroundings per metre and
+speed) is the inertia ρ IP s, and the series admittance times length B' = 1/Z' (N m² s/rad: torque per
+speed difference across a metre) the stiffness G IP/s. A law adds to one or both;
 γ = √(Y'/B') and Y₀ = √(Y'B') follow (`drillid.physics.line.propagation`). A passive law has
 non-negative real parts on the imaginary axis, and every law has X(s*) = X(s)*.
 
-Figures may be floats, arrays that broadcast against s, or `drillid.physics.dual_numbers.Dual`.
+Parameters may be floats, arrays that broadcast against s, or `drillid.physics.dual_numbers.Dual`.
 """
 
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ from drillid.errors import SettingsError
 from drillid.physics.dual_numbers import lifted, primal
 
 _LEAST_BORE = 1e-9
-"""m; stands for a solid section."""
+"""m; bore diameter that represents a solid section."""
 
 
 class Steel(Protocol):
-    """What a law may know of the section it acts in."""
+    """Properties of a section that a damping law may depend on."""
 
     @property
     def polar_moment(self) -> Any:
@@ -38,7 +38,7 @@ class Steel(Protocol):
 
 
 class DampingLaw:
-    """The law that adds nothing; every other overrides one or both."""
+    """A law without effect; each subclass overrides one or both methods."""
 
     def shunt(self, section: Steel, s: Any) -> Any:
         """Addition to the shunt admittance per length, N s/rad."""
@@ -75,9 +75,9 @@ class KelvinVoigt(DampingLaw):
 
 @dataclass(frozen=True)
 class HystereticLoss(DampingLaw):
-    """Ideal structural damping: G → G (1 + jη sign ω), the same loss in every cycle at any frequency.
+    """Ideal structural damping: G → G (1 + jη sign ω), the same loss per cycle at every frequency.
 
-    Off the imaginary axis sign ω is continued as sign Im s. That is analytic in either half plane, so that
+    Off the imaginary axis sign ω is continued as sign Im s. This is analytic in either half plane, so that
     modes exist, but not across the real axis: the law is not causal (Crandall 1970, Journal of Sound and
     Vibration 11, 3–18) and has no response in time. `ConstantLossFactor` is its causal relative.
     """
@@ -91,13 +91,13 @@ class HystereticLoss(DampingLaw):
         Raises
         ------
         SettingsError
-            For real s, which inverse Laplace transforms ask for.
+            For real s, which inverse Laplace transforms require.
         """
         sign = np.sign(np.imag(primal(s)))
         if np.any(sign == 0):
             raise SettingsError(
                 "damping law HystereticLoss",
-                "it is not causal, so that it has no step or impulse response",
+                "it is not causal and has no step or impulse response",
                 "Use ConstantLossFactor, which has the same loss factor",
             )
         return 1j * sign * self.loss_factor * section.shear_modulus * section.polar_moment / s
@@ -108,7 +108,7 @@ class ConstantLossFactor(DampingLaw):
     """Causal structural damping: the loss factor η at every frequency, G (1 + jη) at the reference frequency.
 
     G(s) = G √(1+η²) (s/ω_r)^(2/π · arctan η) (Kjartansson 1979, Journal of Geophysical Research 84,
-    4737–4748). It is analytic right of the negative real axis, so that steps, impulses and
+    4737–4748). It is analytic off the negative real axis, so that step and impulse responses and
     modes are all defined. Causality makes the steel stiffer with frequency: at η = 1 % by 0.64 % for
     each factor e.
     """
@@ -127,7 +127,7 @@ class ConstantLossFactor(DampingLaw):
 
 @dataclass(frozen=True)
 class RootDrag(DampingLaw):
-    """Drag that grows with the root of frequency, b IP √s: the high-frequency limit of `MudDrag` in one figure."""
+    """Drag that grows with the root of frequency, b IP √s: the high-frequency limit of `StokesLayerDrag`."""
 
     coefficient: Any
     """b, N s^(3/2)/m⁴."""
@@ -138,17 +138,18 @@ class RootDrag(DampingLaw):
 
 
 @dataclass(frozen=True)
-class MudDrag(DampingLaw):
+class StokesLayerDrag(DampingLaw):
     """Drag of Newtonian mud on the pipe's outer wall and in its bore (Stokes' second problem on a cylinder).
 
-    The pipe turns to and fro about its axis and drags a layer of mud of thickness √(2μ/ρω), some
-    millimetres, thin against the annulus. The flow is u = Ωa K₁(λr)/K₁(λa) outside and u = Ωc I₁(λr)/I₁(λc)
+    The pipe oscillates about its axis and drags along a Stokes layer of mud of thickness √(2μ/ρω), some
+    millimetres, thin compared with the annulus. The flow is u = Ωa K₁(λr)/K₁(λa) outside and u = Ωc I₁(λr)/I₁(λc)
     in the bore, with λ = √(ρs/μ), outer radius a and bore radius c. The shear stress μ r d(u/r)/dr at the
     walls gives
 
         Y' = 2πμa² (2 + λa K₀(λa)/K₁(λa)) + 2πμc² (λc I₀(λc)/I₁(λc) − 2),
 
-    which tends to 2π (a³ + c³) √(ρμs) at high frequency; a slow bore turns as a solid, ρπc⁴s/2.
+    which tends to 2π (a³ + c³) √(ρμs) at high frequency; at low frequency the mud in the bore
+    turns as a solid, ρπc⁴s/2.
     Stokes 1851, Transactions of the Cambridge Philosophical Society 9, 8–106; Landau and Lifshitz,
     Fluid Mechanics, § 24.
     """
@@ -160,10 +161,10 @@ class MudDrag(DampingLaw):
     outer_diameter: Any
     """2a, m."""
     inner_diameter: Any = 0.0
-    """2c, m; 0 leaves out the bore."""
+    """2c, m; 0 omits the bore."""
 
     def shunt(self, section: Steel, s: Any) -> Any:
-        """Y' of the class's formula, N s/rad."""
+        """Y' of the class docstring, N s/rad."""
         inverse_depth = np.sqrt(self.density * s / self.viscosity)
         outer = self.outer_diameter / 2
         bore = np.maximum(self.inner_diameter, _LEAST_BORE) / 2

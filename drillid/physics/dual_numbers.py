@@ -2,8 +2,8 @@
 
 A `Dual` carries an array and its derivatives to P parameters through every ufunc that the physics
 uses, by the chain rule (Griewank and Walther 2008, Evaluating Derivatives, chapter 3). As the physics
-is written with ufuncs only, any figure of the equipment, and s itself, may be a Dual. There is no step
-size: derivatives are as exact as the values.
+is written with ufuncs only, any parameter of the equipment, and s itself, may be a Dual. There is no step
+size: the derivatives are as exact as the values.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from drillid.arrays import Array, Indices
 
 Slope = Callable[..., Any]
-"""Partial derivative of a ufunc to one of its arguments, from (result, *arguments)."""
+"""Partial derivative of a ufunc with respect to one argument, a function of (result, *arguments)."""
 
 _SLOPES: dict[np.ufunc, tuple[Slope, ...]] = {
     np.add: (lambda r, a, b: 1.0, lambda r, a, b: 1.0),
@@ -44,36 +44,36 @@ _SLOPES: dict[np.ufunc, tuple[Slope, ...]] = {
 _WITHOUT_SLOPE = frozenset(
     (np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.isfinite, np.isnan, np.sign)
 )
-"""Ufuncs that look at values only."""
+"""Ufuncs of the values alone."""
 
 
 class Dual(NDArrayOperatorsMixin):
     """An array and its derivatives.
 
-    Only derivatives to parameters that play a part are carried along: most figures of a rig enter late.
+    Only derivatives to parameters that take part are carried along: most parameters of a rig enter late.
 
     Parameters
     ----------
     value : shape (...)
     tangents : shape (P, ...), derivative to each parameter, broadcasts against `value`; or (K, ...) to some of them
-    places : (K,) which of the parameters; where not given all, or those that are not 0 in `tangents` of shape (P,)
-    parameters : P, where `places` are given
+    indices : (K,) of these parameters; by default all, or those that are not 0 in `tangents` of shape (P,)
+    parameters : P, needed with `indices`
     """
 
     def __init__(
-        self, value: ArrayLike, tangents: ArrayLike, places: Indices | None = None, parameters: int = 0
+        self, value: ArrayLike, tangents: ArrayLike, indices: Indices | None = None, parameters: int = 0
     ) -> None:
         self.value: Array = np.asarray(value)
         rows = np.asarray(tangents)
-        self.parameters = parameters if places is not None else rows.shape[0]
-        if places is None:
-            places = np.flatnonzero(rows) if rows.ndim == 1 else np.arange(rows.shape[0])
-            rows = rows[places] if rows.ndim == 1 else rows
-        self.places = places
+        self.parameters = parameters if indices is not None else rows.shape[0]
+        if indices is None:
+            indices = np.flatnonzero(rows) if rows.ndim == 1 else np.arange(rows.shape[0])
+            rows = rows[indices] if rows.ndim == 1 else rows
+        self.indices = indices
         self.tangents: Array = _aligned(rows, self.value.ndim)
 
     def __repr__(self) -> str:
-        return f"Dual({self.value!r}, {self.tangents!r}, {self.places!r}, {self.parameters})"
+        return f"Dual({self.value!r}, {self.tangents!r}, {self.indices!r}, {self.parameters})"
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         """Apply a ufunc to the values, and the chain rule to the tangents; other ufuncs raise TypeError."""
@@ -86,7 +86,7 @@ class Dual(NDArrayOperatorsMixin):
             return NotImplemented
         result = np.asarray(ufunc(*values))
         parts = [
-            (argument.places, slope(result, *values) * _aligned(argument.tangents, result.ndim))
+            (argument.indices, slope(result, *values) * _aligned(argument.tangents, result.ndim))
             for argument, slope in zip(inputs, _SLOPES[ufunc], strict=True)
             if isinstance(argument, Dual)
         ]
@@ -95,43 +95,43 @@ class Dual(NDArrayOperatorsMixin):
     def full_tangents(self) -> Array:
         """Derivatives to all parameters, in the shape (P, *value.shape)."""
         full = np.zeros((self.parameters, *self.value.shape), dtype=self.tangents.dtype)
-        full[self.places] = self.tangents
+        full[self.indices] = self.tangents
         return full
 
 
 def _summed(parts: list[tuple[Indices, Array]]) -> tuple[Array, Indices]:
-    """Sum of one or two tangents of some parameters each, and which parameters the sum has."""
+    """Sum of the tangents of one or two arguments, and the indices of the sum's parameters."""
     first, tangents = parts[0]
     if len(parts) == 1:
         return tangents, first
     second, others = parts[1]
     if np.array_equal(first, second):
         return tangents + others, first
-    places = np.union1d(first, second)
+    indices = np.union1d(first, second)
     shape = np.broadcast_shapes(tangents.shape[1:], others.shape[1:])
-    total = np.zeros((places.size, *shape), dtype=np.result_type(tangents, others))
-    total[np.searchsorted(places, first)] = tangents
-    total[np.searchsorted(places, second)] += others
-    return total, places
+    total = np.zeros((indices.size, *shape), dtype=np.result_type(tangents, others))
+    total[np.searchsorted(indices, first)] = tangents
+    total[np.searchsorted(indices, second)] += others
+    return total, indices
 
 
 def _aligned(tangents: Array, dimensions: int) -> Array:
-    """Tangents with axes of length 1 behind the first, so that values of so many dimensions broadcast."""
+    """Tangents with axes of length 1 behind the first, to broadcast against values of so many dimensions."""
     missing = dimensions + 1 - tangents.ndim
     return tangents.reshape(tangents.shape[0], *(1,) * missing, *tangents.shape[1:]) if missing > 0 else tangents
 
 
-def primal(figure: Any) -> Any:
+def primal(quantity: Any) -> Any:
     """The value without its derivatives."""
-    return figure.value if isinstance(figure, Dual) else figure
+    return quantity.value if isinstance(quantity, Dual) else quantity
 
 
 def lifted(function: Callable[[Any], Any], slope: Callable[[Any], Any], argument: Any) -> Any:
-    """Value of a function of one variable that is no ufunc of the table, with its derivative given as `slope`."""
+    """Value of a function of one variable outside the table of ufuncs, with its derivative given as `slope`."""
     if not isinstance(argument, Dual):
         return function(argument)
     return Dual(
-        function(argument.value), slope(argument.value) * argument.tangents, argument.places, argument.parameters
+        function(argument.value), slope(argument.value) * argument.tangents, argument.indices, argument.parameters
     )
 
 
@@ -143,11 +143,11 @@ def linear(operator: Callable[[Array], Array], argument: Any) -> Any:
 
 
 def derivatives(function: Callable[..., Any], parameters: ArrayLike) -> tuple[Array, Array]:
-    """Value of a function of P figures and its derivative to each.
+    """Value of a function of P parameters and its derivative to each.
 
     Parameters
     ----------
-    function : takes P figures of shape (..., 1), returns an array of shape (..., frequency)
+    function : takes P arguments of shape (..., 1), returns an array of shape (..., frequency)
     parameters : shape (..., P)
 
     Returns

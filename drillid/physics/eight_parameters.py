@@ -15,17 +15,17 @@ from drillid.physics.equipment import (
     Section,
     TopDrive,
 )
-from drillid.physics.kernel import Line, line_of, mobilities
+from drillid.physics.kernel import TransmissionLine, line_of, mobilities
 from drillid.physics.parameters import PARAMETERS
 from drillid.physics.top_drive import control
 
 
 @dataclass(frozen=True)
 class KnownEquipment:
-    """What the fit takes as given: the controller and, where the tally lists them, the collars.
+    """Equipment that the fit takes as known: the controller and, where the tally lists them, the collars.
 
     Collars are a section of their own between pipe and bit. They carry BHA inertia up to
-    their own; what is over is lumped at the bit, what is missing thins them out, so that the
+    their own; an excess is lumped at the bit, a deficit reduces their polar moment, so that the
     model stays passive for every positive BHA inertia.
     """
 
@@ -39,7 +39,7 @@ class KnownEquipment:
         if self.controller.matching is not None:
             raise SettingsError(
                 "eight-parameter model",
-                "it knows no controller that feeds the string's torque back",
+                "it has no feedback of the string's torque",
                 "Compose the model with drillid.physics.responses and drillid.physics.dual_numbers.derivatives",
             )
 
@@ -49,31 +49,33 @@ class KnownEquipment:
         return STEEL_DENSITY * self.collar_polar_moment * self.collar_length
 
 
-def drilling_system(parameters: Floats, known: KnownEquipment) -> DrillingSystem:
-    """The system that parameters of shape (..., 8) describe; its figures have shape (..., 1) for broadcasting."""
+def drilling_system(parameters: Floats, equipment: KnownEquipment) -> DrillingSystem:
+    """The system of parameters of shape (..., 8); its quantities have shape (..., 1) for broadcasting."""
     kappa, delta, length, polar, delay, inertia_td, damping_bha, inertia_bha = np.moveaxis(
         np.asarray(parameters, dtype=float)[..., None], -2, 0
     )
     string = [Section(length, polar, kappa, delta)]
-    collar_polar, lump = _split_inertia(inertia_bha, known)
-    if known.collar_length > 0:
-        string.append(Section(known.collar_length, collar_polar, kappa, delta))
-    return DrillingSystem(TopDrive(inertia_td, delay, known.controller), tuple(string), Bit(lump, damping_bha))
+    collar_polar, lump = _split_inertia(inertia_bha, equipment)
+    if equipment.collar_length > 0:
+        string.append(Section(equipment.collar_length, collar_polar, kappa, delta))
+    return DrillingSystem(TopDrive(inertia_td, delay, equipment.controller), tuple(string), Bit(lump, damping_bha))
 
 
-def _split_inertia(inertia_bha: Floats, known: KnownEquipment) -> tuple[Floats, Floats]:
-    carried = np.minimum(inertia_bha, known.collar_inertia)
-    per_length = STEEL_DENSITY * known.collar_length
+def _split_inertia(inertia_bha: Floats, equipment: KnownEquipment) -> tuple[Floats, Floats]:
+    carried = np.minimum(inertia_bha, equipment.collar_inertia)
+    per_length = STEEL_DENSITY * equipment.collar_length
     return carried / per_length if per_length else np.zeros_like(carried), inertia_bha - carried
 
 
-def compiled_line(known: KnownEquipment, s: Complex) -> Line:
-    """What the compiled model is given of equipment and frequencies, s of shape (frequency,)."""
-    collars = (known.collar_length, known.collar_polar_moment, known.collar_inertia)
-    return line_of(s, control(known.controller, s), STEEL_DENSITY * s, STEEL_SHEAR_MODULUS / s, collars)
+def compiled_line(equipment: KnownEquipment, s: Complex) -> TransmissionLine:
+    """Inputs of the compiled model from the known equipment and s of shape (frequency,)."""
+    collars = (equipment.collar_length, equipment.collar_polar_moment, equipment.collar_inertia)
+    return line_of(s, control(equipment.controller, s), STEEL_DENSITY * s, STEEL_SHEAR_MODULUS / s, collars)
 
 
-def command_mobility_with_derivatives(parameters: Floats, known: KnownEquipment, s: Complex) -> tuple[Complex, Complex]:
+def command_mobility_with_derivatives(
+    parameters: Floats, equipment: KnownEquipment, s: Complex
+) -> tuple[Complex, Complex]:
     """Command mobility and its derivative to each of the eight parameters.
 
     Parameters
@@ -86,10 +88,10 @@ def command_mobility_with_derivatives(parameters: Floats, known: KnownEquipment,
     mobility : shape (..., frequency), rad/(N m s)
     derivatives : shape (..., 8, frequency)
     """
-    given = np.asarray(parameters, dtype=float)
-    points = np.ascontiguousarray(given.reshape(-1, len(PARAMETERS)))
+    values = np.asarray(parameters, dtype=float)
+    points = np.ascontiguousarray(values.reshape(-1, len(PARAMETERS)))
     mobility = np.empty((len(points), s.size), dtype=complex)
     derivatives = np.empty((len(points), len(PARAMETERS), s.size), dtype=complex)
-    mobilities(points, compiled_line(known, s), mobility, derivatives)
-    shape = given.shape[:-1]
+    mobilities(points, compiled_line(equipment, s), mobility, derivatives)
+    shape = values.shape[:-1]
     return mobility.reshape(*shape, s.size), derivatives.reshape(*shape, len(PARAMETERS), s.size)

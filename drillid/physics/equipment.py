@@ -1,8 +1,8 @@
-"""The equipment, described once: the linear model and the time-domain simulator are both built from it.
+"""Description of the equipment, from which both the linear model and the time-domain simulator are built.
 
-Any figure may be an array that broadcasts against the Laplace variable, so that one
-description stands for many windows, or a `drillid.physics.dual_numbers.Dual`, which carries exact
-derivatives through every response; the simulator takes plain numbers only.
+Any quantity may be an array that broadcasts against the Laplace variable, so that one
+description covers many windows, or a `drillid.physics.dual_numbers.Dual`, which carries exact
+derivatives through every response; the simulator takes floats only.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ import numpy as np
 from drillid.errors import SettingsError
 from drillid.physics.damping import DampingLaw
 
-Figure = Any
+Quantity = Any
 """A float, an array of floats that broadcasts against s, or a Dual."""
 
 STEEL_DENSITY = 7850.0
@@ -38,42 +38,42 @@ class Section:
     (internal damping), density kg/m³, shear_modulus Pa, further damping laws.
     """
 
-    length: Figure
-    polar_moment: Figure
-    kappa: Figure = 0.0
-    delta: Figure = 0.0
-    density: Figure = STEEL_DENSITY
-    shear_modulus: Figure = STEEL_SHEAR_MODULUS
+    length: Quantity
+    polar_moment: Quantity
+    kappa: Quantity = 0.0
+    delta: Quantity = 0.0
+    density: Quantity = STEEL_DENSITY
+    shear_modulus: Quantity = STEEL_SHEAR_MODULUS
     laws: tuple[DampingLaw, ...] = ()
 
     @property
-    def inertia(self) -> Figure:
+    def inertia(self) -> Quantity:
         """Inertia of the whole section, kg m²."""
         return self.density * self.polar_moment * self.length
 
     @property
-    def characteristic_admittance(self) -> Figure:
+    def characteristic_admittance(self) -> Quantity:
         """IP √(ρG), Y₀ of the section without damping, N m s/rad."""
         return self.polar_moment * np.sqrt(self.density * self.shear_modulus)
 
 
 @dataclass(frozen=True)
 class ImpedanceMatching:
-    """String torque lowers the set point by Z F(s) T_string, so that the top drive takes up waves.
+    """String torque lowers the set point by Z F(s) T_string, so that the top drive absorbs waves.
 
-    T_string is reckoned from the drive's torque as T_m − J s ω. Under a stiff controller and a fast
-    drive the top then looks like the admittance 1/Z, whatever its inertia. F(s) is a low pass
+    T_string is estimated from the drive's torque as T_m − J s ω. Under a stiff controller and a fast
+    drive the top then has the admittance 1/Z, whatever its inertia. F(s) is a low pass
     1/(1 + s τ_low) and, so that the mean torque does not lower the mean speed, a high pass
     s τ_high/(1 + s τ_high).
     """
 
-    impedance: Figure
+    impedance: Quantity
     """Z, rad/(N m s): 1/Y₀ of the pipe to match it; 0 switches the matching off."""
-    inertia: Figure
-    """J that the controller reckons with, kg m²."""
-    low_pass: Figure = 0.0
+    inertia: Quantity
+    """J that the controller assumes, kg m²."""
+    low_pass: Quantity = 0.0
     """τ_low, s."""
-    high_pass: Figure | None = None
+    high_pass: Quantity | None = None
     """τ_high, s; None passes the mean."""
 
 
@@ -84,17 +84,17 @@ class Controller:
     H(s) = 1/(1 + s τ_H) and E(s) = 1/(1 + s τ_E).
     """
 
-    proportional: Figure
+    proportional: Quantity
     """P, N m s/rad."""
-    integral: Figure = 0.0
+    integral: Quantity = 0.0
     """I, N m/rad."""
-    speed_filter: Figure = 0.0
+    speed_filter: Quantity = 0.0
     """τ_H, s."""
-    torque_filter: Figure = 0.0
+    torque_filter: Quantity = 0.0
     """τ_E, s."""
-    compensated_inertia: Figure = 0.0
-    """J_c, kg m²: part of the top drive's inertia that torque in phase with acceleration makes up for."""
-    compensation_filter: Figure = 0.0
+    compensated_inertia: Quantity = 0.0
+    """J_c, kg m²: part of the top drive's inertia that torque in phase with acceleration compensates."""
+    compensation_filter: Quantity = 0.0
     """τ_c, s."""
     matching: ImpedanceMatching | None = None
     """Feedback of the string's torque."""
@@ -104,13 +104,13 @@ class Controller:
 class TopDrive:
     """Inertia J_td (kg m²), driven with the delay T_d (s), a first-order lag (s) and an actuator gain."""
 
-    inertia: Figure
-    delay: Figure
+    inertia: Quantity
+    delay: Quantity
     controller: Controller
-    lag: Figure = 0.0
-    gain: Figure = 1.0
+    lag: Quantity = 0.0
+    gain: Quantity = 1.0
     """Torque per commanded torque at low frequency."""
-    delay_jitter: Figure = 0.0
+    delay_jitter: Quantity = 0.0
     """s, root mean square of a normal variation of the delay."""
 
 
@@ -118,48 +118,48 @@ class TopDrive:
 class Motor:
     """A mud motor between string and bit: the inertia of its housing, and below it a spring with a damper."""
 
-    stiffness: Figure
+    stiffness: Quantity
     """N m/rad; infinite for a rigid joint."""
-    damping: Figure = 0.0
+    damping: Quantity = 0.0
     """N m s/rad, in parallel with the spring."""
-    inertia: Figure = 0.0
+    inertia: Quantity = 0.0
     """kg m², of the housing, at the string's lower end."""
 
 
 @dataclass(frozen=True)
 class RegenerativeCutting:
-    """A bit whose blades cut what the blade ahead has left, at a mean torque and speed."""
+    """A bit each of whose blades cuts the rock left by the blade ahead, linearised at a mean torque and speed."""
 
-    torque: Figure
+    torque: Quantity
     """Mean cutting torque T₀, N m."""
-    speed: Figure
+    speed: Quantity
     """Mean bit speed Ω, rad/s."""
-    blades: Figure
+    blades: Quantity
     """Number of blades n."""
 
 
 @dataclass(frozen=True)
 class StribeckCutting:
-    """Torque that falls from static to dynamic as the bit speeds up: T_d + (T_s − T_d) exp(−(Ω/Ω_s)^n)."""
+    """Torque that falls from static to dynamic with bit speed: T_d + (T_s − T_d) exp(−(Ω/Ω_s)^n)."""
 
-    static: Figure
+    static: Quantity
     """T_s, N m."""
-    dynamic: Figure
+    dynamic: Quantity
     """T_d, N m."""
-    threshold: Figure
+    threshold: Quantity
     """Ω_s, rad/s."""
-    speed: Figure
+    speed: Quantity
     """Mean bit speed Ω, rad/s."""
-    exponent: Figure = 1.0
-    """Exponent n; a large one comes close to a jump at the threshold."""
+    exponent: Quantity = 1.0
+    """n; a large exponent approaches a jump at the threshold."""
 
 
 @dataclass(frozen=True)
 class Bit:
-    """The lower end: a lumped inertia (kg m²) with viscous damping (N m s/rad) and laws of cutting."""
+    """The lower end: a lumped inertia (kg m²) with viscous damping (N m s/rad) and cutting laws."""
 
-    inertia: Figure
-    damping: Figure = 0.0
+    inertia: Quantity
+    damping: Quantity = 0.0
     cutting: tuple[RegenerativeCutting | StribeckCutting, ...] = ()
 
 
@@ -174,18 +174,18 @@ class DrillingSystem:
 
 
 def window_shape(part: Any) -> tuple[int, ...]:
-    """Shape of the windows that a part's figures stand for; () where all figures are plain numbers.
+    """Shape of the windows that a part describes; () where all quantities are plain numbers.
 
     Raises
     ------
     SettingsError
-        If a figure's last axis, that of frequency, is not of length 1.
+        If the last axis of a quantity, that of frequency, is not of length 1.
     """
-    shapes = [np.shape(figure) for figure in _figures(part) if np.ndim(figure) > 0]
+    shapes = [np.shape(quantity) for quantity in _quantities(part) if np.ndim(quantity) > 0]
     for shape in shapes:
         if shape[-1] != 1:
             raise SettingsError(
-                "equipment", f"a figure has the shape {shape}", "Give an array of windows the shape (..., 1)"
+                "equipment", f"a quantity has the shape {shape}", "Give an array of windows the shape (..., 1)"
             )
     return np.broadcast_shapes(*(shape[:-1] for shape in shapes))
 
@@ -195,28 +195,28 @@ def of_window(part: Part, index: tuple[int, ...], shape: tuple[int, ...]) -> Par
 
     Parameters
     ----------
-    part : any dataclass of figures, laws and parts, or a tuple of them
+    part : any dataclass of quantities, laws and parts, or a tuple of them
     index, shape : the window's, of `window_shape`
     """
 
-    def taken(value: Any) -> Any:
+    def select(value: Any) -> Any:
         if is_dataclass(value) and not isinstance(value, type):
-            changed: Any = value
-            return replace(changed, **{field.name: taken(getattr(value, field.name)) for field in fields(value)})
+            instance: Any = value
+            return replace(instance, **{field.name: select(getattr(value, field.name)) for field in fields(value)})
         if isinstance(value, tuple):
-            return tuple(taken(one) for one in value)
+            return tuple(select(item) for item in value)
         return np.broadcast_to(value, (*shape, 1))[index].item() if np.ndim(value) > 0 else value
 
-    one: Part = taken(part)
-    return one
+    selected: Part = select(part)
+    return selected
 
 
-def _figures(part: Any) -> Iterator[Any]:
+def _quantities(part: Any) -> Iterator[Any]:
     if is_dataclass(part) and not isinstance(part, type):
         for field in fields(part):
-            yield from _figures(getattr(part, field.name))
+            yield from _quantities(getattr(part, field.name))
     elif isinstance(part, tuple):
-        for one in part:
-            yield from _figures(one)
+        for item in part:
+            yield from _quantities(item)
     elif part is not None:
         yield part

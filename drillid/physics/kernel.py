@@ -15,26 +15,26 @@ from drillid.arrays import Complex, Floats
 from drillid.compiled import compiler
 
 OPTIONS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp", "afn"}, "error_model": "numpy"}
-"""How the model and whatever calls it are compiled."""
+"""Compiler options of the model and of all functions that call it."""
 compiled = compiler("physics", **OPTIONS)
 inlined = compiler("physics", forceinline=True, **OPTIONS)
 SIZE = 8
-"""Parameters, in the order of `drillid.physics.parameters.PARAMETERS`."""
+"""Number of parameters, in the order of `drillid.physics.parameters.PARAMETERS`."""
 _TURN = 2 * math.pi
 BLOCK = 104
-"""Frequencies whose derivatives are held at a time, few enough for the processor's nearest memory."""
+"""Frequencies whose derivatives are computed at a time, few enough for the processor's first-level cache."""
 WIDTH = 2 * (SIZE + 1)
-"""Numbers a frequency: real and imaginary part of the mobility and of each derivative."""
+"""Numbers per frequency: real and imaginary part of the mobility and of each derivative."""
 
 
-class Line(NamedTuple):
-    """What the model takes as given."""
+class TransmissionLine(NamedTuple):
+    """Inputs of the model beside its parameters: quantities per frequency, and the collars."""
 
-    given: Floats
-    """Of each block of frequencies (block, 8 BLOCK): real and imaginary parts of the Laplace variable s (1/s), of
+    blocks: Floats
+    """For each block of frequencies (block, 8 BLOCK): real and imaginary parts of the Laplace variable s (1/s), of
     ρs (kg/(m³ s)), of G/s (Pa s) and of the controller with its filters (N m s/rad), BLOCK numbers each."""
     frequencies: int
-    """Frequencies; the last block is filled up with the last frequency."""
+    """Number of frequencies; the last block is padded with the last frequency."""
     collar_length: float
     """m; 0 without collars."""
     collar_polar_moment: float
@@ -63,7 +63,7 @@ def root(z: complex) -> complex:
 
 @inlined
 def _decay(x: float) -> float:
-    """exp(−x) for x ≥ 0, 0 for what is below 1e-27: Taylor's series of x/64, squared six times."""
+    """exp(−x) for x ≥ 0, 0 where it is below 1e-27: Taylor's series of x/64, squared six times."""
     y = min(max(x, 0.0), 64.0) / 64.0
     t = 1.0 - y / 16.0
     t = 1.0 - t * y / 15.0
@@ -129,22 +129,22 @@ def _section(own: complex, load: complex, decay: complex) -> tuple[complex, comp
 
 
 @inlined
-def _given(given: Floats, which: int, j: int) -> complex:
-    return complex(given[2 * which * BLOCK + j], given[(2 * which + 1) * BLOCK + j])
+def _read(table: Floats, which: int, j: int) -> complex:
+    return complex(table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j])
 
 
 @inlined
-def _keep(table: Floats, which: int, j: int, value: complex) -> None:
+def _write(table: Floats, which: int, j: int, value: complex) -> None:
     table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j] = value.real, value.imag
 
 
 @compiled
-def tabulate(parameters: Floats, line: Line, block: int, table: Floats) -> None:
+def tabulate(parameters: Floats, line: TransmissionLine, block: int, table: Floats) -> None:
     """Command mobility and its derivatives to the eight parameters at a block of frequencies.
 
-    The table (WIDTH BLOCK,) holds real and imaginary part of the one and then of the others, BLOCK numbers each.
-    The loop calls nothing outside of this file, and all places in its arrays are known when it is compiled, so
-    that the processor does several frequencies at once.
+    The table (WIDTH BLOCK,) holds the real and imaginary parts of the mobility and then of each derivative, BLOCK
+    numbers each. The loop calls no function outside this file, and all indices into its arrays are known at
+    compile time, so that it is vectorised over frequencies.
     """
     kappa, delta, length, polar = parameters[0], parameters[1], parameters[2], parameters[3]
     delay, inertia_td, damping_bha, inertia_bha = parameters[4], parameters[5], parameters[6], parameters[7]
@@ -154,11 +154,11 @@ def tabulate(parameters: Floats, line: Line, block: int, table: Floats) -> None:
     collar_length, collar_polar, lump = line.collar_length, carried * per_inertia, inertia_bha - carried
     lumped = 1.0 if inertia_bha >= line.collar_inertia else 0.0
     thinned = (1.0 - lumped) * per_inertia
-    given = line.given[block]
+    inputs = line.blocks[block]
     for j in range(BLOCK):
-        s, series = _given(given, 0, j), _given(given, 2, j) + delta
+        s, series = _read(inputs, 0, j), _read(inputs, 2, j) + delta
         per_series = inverse(series)
-        gamma = root((_given(given, 1, j) + kappa) * per_series)
+        gamma = root((_read(inputs, 1, j) + kappa) * per_series)
         specific = series * gamma
         half = 0.5 * inverse(gamma)
         specific_delta = 0.5 * gamma
@@ -178,41 +178,43 @@ def tabulate(parameters: Floats, line: Line, block: int, table: Floats) -> None:
 
         delayed = falling(delay * s)
         below = inertia_td * s + load
-        per_total = inverse(below + delayed * _given(given, 3, j))
+        per_total = inverse(below + delayed * _read(inputs, 3, j))
         mobility = delayed * per_total
         slope = -mobility * per_total
         to_load, to_own, to_phase = slope * by_load, slope * by_own, slope * by_phase
-        _keep(table, 0, j, mobility)
-        _keep(table, 1, j, to_load * by_kappa + to_own * polar * half + to_phase * length * gamma_kappa)
-        _keep(table, 2, j, to_load * by_delta + to_own * polar * specific_delta + to_phase * length * gamma_delta)
-        _keep(table, 3, j, to_phase * gamma)
-        _keep(table, 4, j, to_own * specific)
-        _keep(table, 5, j, slope * s * below)
-        _keep(table, 6, j, slope * s)
-        _keep(table, 7, j, to_load * by_damping)
-        _keep(table, 8, j, to_load * by_inertia)
+        _write(table, 0, j, mobility)
+        _write(table, 1, j, to_load * by_kappa + to_own * polar * half + to_phase * length * gamma_kappa)
+        _write(table, 2, j, to_load * by_delta + to_own * polar * specific_delta + to_phase * length * gamma_delta)
+        _write(table, 3, j, to_phase * gamma)
+        _write(table, 4, j, to_own * specific)
+        _write(table, 5, j, slope * s * below)
+        _write(table, 6, j, slope * s)
+        _write(table, 7, j, to_load * by_damping)
+        _write(table, 8, j, to_load * by_inertia)
 
 
-def line_of(s: Complex, control: Complex, shunt: Complex, series: Complex, collars: tuple[float, float, float]) -> Line:
+def line_of(
+    s: Complex, control: Complex, shunt: Complex, series: Complex, collars: tuple[float, float, float]
+) -> TransmissionLine:
     """Inputs of shape (frequency,) cut into blocks; collars are length, polar moment and inertia."""
     blocks = max(1, -(-s.size // BLOCK))
     parts = np.empty((8, blocks * BLOCK))
     for i, values in enumerate((s, shunt, series, control)):
         parts[2 * i, : s.size], parts[2 * i + 1, : s.size] = values.real, values.imag
     parts[:, s.size :] = parts[:, s.size - 1 : s.size]
-    given = np.ascontiguousarray(parts.reshape(8, blocks, BLOCK).swapaxes(0, 1)).reshape(blocks, 8 * BLOCK)
-    return Line(given, s.size, *collars)
+    blocked = np.ascontiguousarray(parts.reshape(8, blocks, BLOCK).swapaxes(0, 1)).reshape(blocks, 8 * BLOCK)
+    return TransmissionLine(blocked, s.size, *collars)
 
 
 @compiled
-def mobilities(points: Floats, line: Line, mobility: Complex, derivatives: Complex) -> None:
+def mobilities(points: Floats, line: TransmissionLine, mobility: Complex, derivatives: Complex) -> None:
     """Command mobility (point, frequency) and derivatives (point, 8, frequency) of parameters (point, 8)."""
     table = np.empty(WIDTH * BLOCK)
     for row in range(points.shape[0]):
-        for block in range(line.given.shape[0]):
+        for block in range(line.blocks.shape[0]):
             first = BLOCK * block
             tabulate(points[row], line, block, table)
             for j in range(min(BLOCK, line.frequencies - first)):
-                mobility[row, first + j] = _given(table, 0, j)
+                mobility[row, first + j] = _read(table, 0, j)
                 for i in range(SIZE):
-                    derivatives[row, i, first + j] = _given(table, i + 1, j)
+                    derivatives[row, i, first + j] = _read(table, i + 1, j)

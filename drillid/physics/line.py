@@ -1,7 +1,7 @@
 """A uniform length of pipe as a damped transmission line (paper, equations 1–5).
 
-Speed plays voltage and torque, counted positive from the top towards the bit, plays current.
-All functions broadcast: s has shape (..., frequency), figures of a section broadcast against it.
+Speed corresponds to voltage, and torque, positive from the top towards the bit, to current.
+All functions broadcast: s has shape (..., frequency), the quantities of a section broadcast against it.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from drillid.physics.equipment import Section
 def immittances(section: Section, s: Complex) -> tuple[Any, Any]:
     """Sums over inertia, stiffness and all damping laws of a section.
 
-    Equations 1 to 4 with β = G/s + δ, as the units demand.
+    Equations 1 to 4 with β = G/s + δ, as the units require.
 
     Returns
     -------
@@ -36,8 +36,8 @@ def immittances(section: Section, s: Complex) -> tuple[Any, Any]:
 def propagation(section: Section, s: Complex) -> tuple[Complex, Complex]:
     """Propagation coefficient γ = √(Y'/B') and characteristic admittance Y₀ = √(Y'B').
 
-    Both are made of the same two roots, so that whatever the branch, also left of the
-    imaginary axis, γ and Y₀ change sign together and equation 5 stays the same; on the
+    Both are formed from the same two roots. On any branch, also left of the imaginary axis,
+    γ and Y₀ therefore change sign together, which leaves equation 5 unchanged; on the
     right a passive line attenuates: Re γ ≥ 0.
 
     Returns
@@ -72,7 +72,7 @@ def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:
 def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
     """Speed at the end that carries `load` per speed at the other: 1/(cosh γL + Y_L/Y₀ sinh γL), without overflow.
 
-    It is the same for −γ and −Y₀, and with them taken where a line feeds its waves.
+    The ratio is even in (γ, Y₀); both are negated where a line amplifies its waves (Re γ < 0).
     """
     gamma, characteristic = propagation(section, s)
     root = np.where(primal(gamma).real < 0, -1.0, 1.0)
@@ -83,7 +83,7 @@ def speed_ratio(section: Section, load: Complex, s: Complex) -> Complex:
 
 
 def chain_entries(section: Section, s: Complex) -> tuple[Any, Any, Any, Any]:
-    """The transfer matrix of equation 5 as its entries (cosh γL, Z₀ sinh γL, Y₀ sinh γL, cosh γL)."""
+    """Entries of the transfer matrix of equation 5, (cosh γL, Z₀ sinh γL, Y₀ sinh γL, cosh γL)."""
     gamma, characteristic = propagation(section, s)
     cosh, sinh = np.cosh(gamma * section.length), np.sinh(gamma * section.length)
     return cosh, sinh / characteristic, sinh * characteristic, cosh

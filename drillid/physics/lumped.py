@@ -6,34 +6,34 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.physics.bottom_end import above_motor, bit_load
-from drillid.physics.equipment import DrillingSystem, Figure, Section, TopDrive
+from drillid.physics.equipment import DrillingSystem, Quantity, Section, TopDrive
 from drillid.physics.line import immittances
 from drillid.physics.top_drive import torque_transfers
 
 
 @dataclass(frozen=True)
 class LumpedString:
-    """A spring with the bottom-hole assembly's inertia at its end; both dampings 0 is the figure's upper graph.
+    """A spring with the bottom-hole assembly's inertia at its end; without damping it is the figure's upper graph.
 
-    The paper's lumped model carries no inertia of the string itself; `of_section` shares it out as
+    The paper's lumped model has no inertia of the string itself; `of_section` distributes it as
     one element of the ladder does, half at the top and half below.
     """
 
-    stiffness: Figure
+    stiffness: Quantity
     """K_s, N m/rad."""
-    inertia_bha: Figure
+    inertia_bha: Quantity
     """J_bha, kg m²."""
-    internal_damping: Figure = 0.0
+    internal_damping: Quantity = 0.0
     """Y_int, N m s/rad, in parallel with the spring."""
-    external_damping: Figure = 0.0
+    external_damping: Quantity = 0.0
     """Y_ext, N m s/rad, between the bottom-hole assembly and the ground."""
-    inertia_top: Figure = 0.0
+    inertia_top: Quantity = 0.0
     """kg m², of the string at the top drive."""
-    external_damping_top: Figure = 0.0
+    external_damping_top: Quantity = 0.0
     """N m s/rad, of the string at the top drive."""
 
     @classmethod
-    def of_section(cls, section: Section, inertia_bha: Figure = 0.0, damping_bha: Figure = 0.0) -> "LumpedString":
+    def of_section(cls, section: Section, inertia_bha: Quantity = 0.0, damping_bha: Quantity = 0.0) -> "LumpedString":
         """One element of a uniform section with the paper's two dampings, loaded by a bottom-hole assembly."""
         half_inertia = section.inertia / 2
         half_drag = section.kappa * section.polar_moment * section.length / 2
@@ -48,8 +48,8 @@ class LumpedString:
         )
 
     @property
-    def clamped_mode(self) -> Figure:
-        """Pole above the real axis with the top clamped, 1/s; on the real axis where damping is overcritical."""
+    def clamped_mode(self) -> Quantity:
+        """Pole above the real axis with the top clamped, 1/s; on the real axis where the system is overdamped."""
         damping = self.internal_damping + self.external_damping
         half = damping / (2 * self.inertia_bha)
         return -half + np.sqrt(half * half - self.stiffness / self.inertia_bha + 0j)
@@ -71,8 +71,8 @@ class LumpedString:
 def ladder_input_admittance(section: Section, load: Complex, s: Complex, elements: int) -> Complex:
     """Admittance (N m s/rad) at one end of a section of `elements` equal lumps whose other end carries `load`.
 
-    Each element has half of its inertia and drag at either node and between them its stiffness in
-    parallel with its internal damping, whatever the laws, so that the error falls with elements⁻².
+    Each element has half of its inertia and drag at either node, and between them its stiffness in
+    parallel with its internal damping, whatever the laws, so that the error is of order elements⁻².
     One element is the lumped two-inertia model of figure 2.
     """
     step = section.length / elements

@@ -1,8 +1,8 @@
 """Modes of the drilling system: its poles in the complex plane, with frequency and damping.
 
-The characteristic function F(s) is what the motion of the upper end is short of zero for a unit speed of the
-bit: T₁ + Y_top ω₁, or ω₁ where the top is clamped. It is made of the sections' transfer matrices, so that it
-has no poles above the real axis, with any of the damping laws, and its zeros there are the modes.
+The characteristic function F(s) is the residual of the upper boundary condition for a unit speed of the bit:
+T₁ + Y_top ω₁, or ω₁ where the top is clamped. As a product of the sections' transfer matrices it has no poles
+above the real axis, with any of the damping laws, and its zeros there are the modes.
 """
 
 from collections.abc import Callable
@@ -20,12 +20,12 @@ from drillid.physics.line import chain_entries
 from drillid.physics.top_drive import top_admittance
 
 FASTEST_DECAY = 20.0
-"""1/s; faster decaying motion is not looked for."""
+"""1/s; modes that decay faster are not searched for."""
 FASTEST_GROWTH = 5.0
-"""1/s; faster growing motion is not looked for."""
+"""1/s; modes that grow faster are not searched for."""
 
 _LARGEST_TURN = 0.7
-"""rad; largest turn of F between neighbouring points of a contour."""
+"""rad; largest change of arg F between neighbouring points of a contour."""
 _MOST_HALVINGS = 30
 _NEWTON_STEPS = 60
 _SMALLEST_RECTANGLE = 1e-7
@@ -37,7 +37,7 @@ class Modes:
     """Poles above the real axis, in order of frequency."""
 
     poles: Complex
-    """Shape (..., mode), 1/s; NaN beyond the last of a window that has fewer than another."""
+    """Shape (..., mode), 1/s; padded with NaN for windows with fewer modes than others."""
 
     @property
     def frequency(self) -> Floats:
@@ -70,14 +70,14 @@ def modes(
     fastest_decay: float = FASTEST_DECAY,
     fastest_growth: float = FASTEST_GROWTH,
 ) -> Modes:
-    """All modes between two frequencies, of every window that the system stands for.
+    """All modes between two frequencies, of every window that the system describes.
 
-    The zeros of F are counted by its turns along rectangles (argument principle), which are halved until
-    each holds one; Newton's method with exact derivatives ends the search. So none is missed.
+    The zeros of F are counted by its winding number along rectangles (argument principle), which are bisected
+    until each holds one; Newton's method with exact derivatives refines it. So none is missed.
 
     Parameters
     ----------
-    system : figures plain, or of shape (..., 1)
+    system : quantities are plain numbers, or of shape (..., 1)
     lowest, highest : Hz
     stiff : clamp the top drive
     fastest_decay, fastest_growth : 1/s, bounds of the real part
@@ -89,9 +89,9 @@ def modes(
     """
     corners = complex(-fastest_decay, 2 * np.pi * lowest), complex(fastest_growth, 2 * np.pi * highest)
     shape = window_shape(system)
-    found = [_poles(of_window(system, index, shape), corners, stiff) for index in np.ndindex(shape)]
-    padded = np.full((len(found), max((poles.size for poles in found), default=0)), complex(np.nan, np.nan))
-    for row, poles in zip(padded, found, strict=True):
+    per_window = [_poles(of_window(system, index, shape), corners, stiff) for index in np.ndindex(shape)]
+    padded = np.full((len(per_window), max((poles.size for poles in per_window), default=0)), complex(np.nan, np.nan))
+    for row, poles in zip(padded, per_window, strict=True):
         row[: poles.size] = poles
     return Modes(padded.reshape(*shape, -1) if shape else padded[0])
 
@@ -118,41 +118,42 @@ def pole_derivatives(
 
     Parameters
     ----------
-    build : drilling system of P figures
+    build : drilling system of P parameters
     parameters : shape (..., P)
-    poles : 1/s, of the systems of these parameters; shape (..., mode) as `modes` gives them, or one of one system
+    poles : 1/s, of the systems of these parameters; shape (..., mode) as from `modes`, or a single pole
 
     Returns
     -------
-    slopes : shape (..., mode, P), 1/s per unit of each parameter; NaN where the pole is; (P,) for one pole
+    slopes : shape (..., mode, P), 1/s per unit of each parameter; NaN where the pole is; (P,) for a single pole
     """
-    places = np.asarray(poles, dtype=complex)
-    figures = parameters[..., None, :] if places.ndim else parameters
-    points = np.concatenate([places[..., None], np.broadcast_to(figures, (*places.shape, figures.shape[-1]))], axis=-1)
+    at = np.asarray(poles, dtype=complex)
+    values = parameters[..., None, :] if at.ndim else parameters
+    points = np.concatenate([at[..., None], np.broadcast_to(values, (*at.shape, values.shape[-1]))], axis=-1)
     with np.errstate(invalid="ignore"):
-        # windows with fewer modes are filled up with NaN
-        _, slopes = derivatives(lambda s, *given: characteristic_function(build(*given), s, stiff=stiff), points)
+        # windows with fewer modes are padded with NaN
+        _, slopes = derivatives(lambda s, *values: characteristic_function(build(*values), s, stiff=stiff), points)
         return np.asarray(-slopes[..., 1:, 0] / slopes[..., :1, 0], dtype=complex)
 
 
 def _zeros(function: Callable[[Any], Any], lower: complex, upper: complex, spacing: float) -> list[complex]:
-    """Zeros in the rectangle between two corners; F turns by less than a radian over `spacing` (1/s) far from them."""
+    """Zeros in a rectangle between corners; far from them arg F changes by less than 1 rad over `spacing` (1/s)."""
     zeros: list[complex] = []
     rectangles = [(lower, upper)]
     while rectangles:
         counted = [(*corners, *_along_boundary(function, *corners, spacing)) for corners in rectangles]
-        single = [one for one in counted if one[2] == 1]
-        divided = [one[:3] for one in counted if one[2] > 1]
-        for (low, high, turns, _), zero in zip(single, _newton(function, [one[3] for one in single]), strict=True):
+        single = [rectangle for rectangle in counted if rectangle[2] == 1]
+        divided = [rectangle[:3] for rectangle in counted if rectangle[2] > 1]
+        starts = [rectangle[3] for rectangle in single]
+        for (low, high, count, _), zero in zip(single, _newton(function, starts), strict=True):
             if low.real <= zero.real <= high.real and low.imag <= zero.imag <= high.imag:
                 zeros.append(complex(zero))
             else:
-                divided.append((low, high, turns))
+                divided.append((low, high, count))
         rectangles = []
-        for low, high, turns in divided:
+        for low, high, count in divided:
             size = high - low
             if max(size.real, size.imag) < _SMALLEST_RECTANGLE:
-                zeros += [(low + high) / 2] * turns
+                zeros += [(low + high) / 2] * count
             else:
                 rectangles += _parts(low, high)
     return zeros
@@ -161,7 +162,7 @@ def _zeros(function: Callable[[Any], Any], lower: complex, upper: complex, spaci
 def _parts(lower: complex, upper: complex) -> list[tuple[complex, complex]]:
     """Rectangle cut in two across its longer side."""
     size = upper - lower
-    # a cut off the middle seldom meets a zero, as symmetric systems have theirs on round places
+    # a cut off the middle seldom passes through a zero; those of symmetric systems lie at round fractions
     if size.imag >= size.real:
         middle = lower.imag + 0.4871 * size.imag
         return [(lower, complex(upper.real, middle)), (complex(lower.real, middle), upper)]
@@ -198,7 +199,7 @@ def _along_boundary(
 
 
 def _newton(function: Callable[[Any], Any], starts: list[complex]) -> Complex:
-    """Zeros near the starts, to rounding."""
+    """Zeros near the starting points, to rounding."""
     zeros = np.array(starts, dtype=complex)
     moving = np.arange(zeros.size)
     for _ in range(_NEWTON_STEPS):

@@ -1,7 +1,7 @@
-"""What the linear model leaves out: friction, cutting, play, limits and sensors, described once beside the equipment.
+"""Nonlinear parts of a rig: friction, cutting, play, limits and sensors, in addition to the linear equipment.
 
-Every part has sizes at which it does nothing; a `NonlinearRig` of defaults is its drilling system. Figures are plain
-numbers in SI units, for the time-domain simulator.
+Every part has parameters at which it has no effect; a `NonlinearRig` of defaults is its drilling system. Parameters
+are floats in SI units, for the time-domain simulator.
 """
 
 from collections.abc import Callable
@@ -14,9 +14,9 @@ from drillid.errors import SettingsError
 from drillid.physics.equipment import DrillingSystem, RegenerativeCutting, StribeckCutting
 
 _RATE = 1e-3
-"""m/s, rate of penetration of blades of which only the torque is known."""
+"""m/s, assumed rate of penetration where only the torque of the blades is known."""
 _STALL = 10.0
-"""Greatest depth of their cut per steady depth."""
+"""Their greatest depth of cut per steady depth of cut."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Weakening:
     """How friction falls from its static to its dynamic level as the speed v rises.
 
     level(v) = dynamic + (static − dynamic) exp(−(|v|/threshold)^exponent), after Stribeck (1902) in the form of
-    Armstrong-Hélouvry, Dupont and Canudas de Wit (1994), Automatica 30, 1083–1138. A large exponent comes close to
-    a jump at the threshold.
+    Armstrong-Hélouvry, Dupont and Canudas de Wit (1994), Automatica 30, 1083–1138. A large exponent
+    approaches a jump at the threshold.
     """
 
     threshold: float = 1.0
@@ -37,7 +37,7 @@ class Weakening:
             raise SettingsError(
                 "weakening of friction",
                 f"threshold {self.threshold} rad/s and exponent {self.exponent} must both be positive",
-                "Give static and dynamic friction the same level where there is no weakening",
+                "Set static and dynamic friction to the same level where there is no weakening",
             )
 
     def level(self, static: float, dynamic: float, speed: float) -> float:
@@ -54,55 +54,57 @@ class Weakening:
 class WallContact:
     """Coulomb friction between string and wall, as torque per length, constant within each piece of the string.
 
-    A string that starts from rest is held by (1 + rest exp(−φ/rest_angle)) times these levels, φ its own slip since:
+    For a string that starts from rest these levels are multiplied by 1 + rest exp(−φ/rest_angle), φ its slip since:
     the slip law of Ruina (1983), Journal of Geophysical Research 88, 10359–10370, without the slow healing.
     """
 
     edges: Floats
     """(pieces + 1,) m from the top of the string, rising."""
     static: Floats
-    """(pieces,) N, torque per length that a standing string can take."""
+    """(pieces,) N, static friction torque per length."""
     dynamic: Floats
-    """(pieces,) N, torque per length far above the threshold speed."""
+    """(pieces,) N, friction torque per length far above the threshold speed."""
     weakening: Weakening = Weakening()
     rest: Floats | float = 0.0
-    """(pieces,) or one for all, share by which a string that has rested long is held more than one that has turned."""
+    """(pieces,) or one for all, relative increase of friction after a long rest."""
     rest_angle: float = 10.0
-    """rad of slip, over which that share falls to 1/e."""
+    """rad of slip over which this increase falls to 1/e."""
 
     def __post_init__(self) -> None:
         pieces = self.edges.size - 1
         if np.any(np.asarray(self.rest) < 0) or np.shape(self.rest) not in ((), (pieces,)) or not self.rest_angle > 0:
             raise SettingsError(
                 "wall contact",
-                "shares of rest must not be negative, one for each piece or one for all, over an angle above 0",
-                "Correct them; a share of 0 is friction without memory",
+                "`rest` must be one value ≥ 0 for each piece or for all, and `rest_angle` must be positive",
+                "Correct them; rest = 0 is friction without memory",
             )
         fits = self.static.shape == self.dynamic.shape == (pieces,) and bool(np.all(np.diff(self.edges) > 0))
         if not (fits and np.all(self.dynamic >= 0) and np.all(self.static >= self.dynamic)):
             raise SettingsError(
                 "wall contact",
-                "it needs one static and one dynamic level for each piece, 0 ≤ dynamic ≤ static, and rising edges",
+                "it needs one static and one dynamic level for each piece, 0 ≤ dynamic ≤ static, and increasing edges",
                 "Build it with drillid.physics.soft_string.wall_contact, or correct the levels",
             )
 
-    def within(self, edges: Floats) -> tuple[Floats, Floats]:
-        """Static and dynamic torque (N m) between each pair of neighbouring edges (m), as exact integrals."""
+    def torque_between(self, edges: Floats) -> tuple[Floats, Floats]:
+        """Static and dynamic torque (N m) between neighbouring edges (m), integrated exactly."""
         return self._integrals(edges, self.static), self._integrals(edges, self.dynamic)
 
-    def rest_within(self, edges: Floats) -> Floats:
-        """Share of rest between each pair of neighbouring edges (m), weighted with static friction."""
-        held = self._integrals(edges, self.static)
-        return np.divide(self._integrals(edges, self.static * self.rest), held, np.zeros(held.size), where=held > 0)
+    def rest_between(self, edges: Floats) -> Floats:
+        """Mean of `rest` between neighbouring edges (m), weighted by static friction."""
+        static = self._integrals(edges, self.static)
+        return np.divide(
+            self._integrals(edges, self.static * self.rest), static, np.zeros(static.size), where=static > 0
+        )
 
     def _integrals(self, edges: Floats, level: Floats) -> Floats:
-        gathered = np.concatenate([[0.0], np.cumsum(level * np.diff(self.edges))])
-        return np.asarray(np.diff(np.interp(edges, self.edges, gathered)), dtype=float)
+        cumulative = np.concatenate([[0.0], np.cumsum(level * np.diff(self.edges))])
+        return np.asarray(np.diff(np.interp(edges, self.edges, cumulative)), dtype=float)
 
 
 @dataclass(frozen=True)
 class Cutting:
-    """Friction of cutting at the bit: torque proportional to the weight on it, weakening with speed."""
+    """Cutting friction at the bit: torque proportional to the weight on bit, weakening with speed."""
 
     static: float
     """m, torque per weight on bit at standstill."""
@@ -115,19 +117,19 @@ class Cutting:
             raise SettingsError("cutting", "it needs 0 ≤ dynamic ≤ static", "Correct the torques per weight on bit")
 
     def torque(self, weight: float, speed: float) -> float:
-        """Torque (N m) at a weight (N) and a speed (rad/s) of the turning bit."""
+        """Torque (N m) at a weight on bit (N) and a bit speed (rad/s)."""
         return weight * self.weakening.level(self.static, self.dynamic, speed)
 
 
 @dataclass(frozen=True)
 class RegenerativeBit:
-    """A bit whose blades cut what the blade ahead of each has left.
+    """A bit each of whose blades cuts the rock left by the blade ahead.
 
     Torsional form of Richard, Germay and Detournay (2007), Journal of Sound and Vibration 305, 432–456: each of N
     blades cuts the depth d = V t_N, with t_N the time since the bit was 2π/N behind its present angle, and the
-    torque is ½ ε a² N d. Axial motion is reduced to the rate V of penetration; the bit goes down at it until the
-    cut takes all the weight, N d = W/(ζ ε a), and no further. So a bit that stands is loaded up to a stalling
-    torque. One that turns backward or carries no weight cuts nothing.
+    torque is ½ ε a² N d. Axial motion is reduced to the rate of penetration V; the bit advances at this rate until
+    the cut carries all the weight, N d = W/(ζ ε a), and no further. A bit at standstill is thus loaded up to a
+    stalling torque. A bit that turns backward or carries no weight does not cut.
     """
 
     blades: int
@@ -145,7 +147,7 @@ class RegenerativeBit:
             )
 
     def carried(self, speed: float, weight: float) -> bool:
-        """Whether the weight (N) suffices for the rate of penetration at a steady speed in rad/s."""
+        """Whether the weight (N) sustains the rate of penetration at a steady speed in rad/s."""
         return self.rate * 2 * np.pi / speed <= self.depth_per_weight * weight
 
     def torque(self, speed: float, weight: float) -> float:
@@ -156,45 +158,45 @@ class RegenerativeBit:
 
 @dataclass(frozen=True)
 class Gear:
-    """Gear between motor and output of the top drive, with play; without play it is rigid."""
+    """Gear between motor and output of the top drive, with backlash; rigid without it."""
 
     play: float = 0.0
-    """rad, free angle between contact on either flank."""
+    """rad, backlash: free angle between contact on either flank."""
     output_inertia: float = 0.0
     """kg m², the part of the top drive's inertia below the gear."""
     stiffness: float = 5e6
-    """N m/rad, of teeth in contact."""
+    """N m/rad, with teeth in contact."""
     damping: float = 2e3
-    """N m s/rad, of teeth in contact."""
+    """N m s/rad, with teeth in contact."""
 
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """What the drive does to the delayed command between its gain and its lag: limits of torque and of its rate."""
+    """Limits of torque and of its rate, applied to the delayed command between the drive's gain and its lag."""
 
     torque: float = np.inf
-    """N m, of either sign; the integral of the speed control is held meanwhile."""
+    """N m, of either sign; at the limit the integral of the speed control is held (anti-windup)."""
     rate: float = np.inf
     """N m/s."""
     jitter_interval: float = 0.02
-    """s, for which each delay of a jittering drive holds; none falls below zero."""
+    """s, for which each random delay is held; a delay never falls below zero."""
 
 
 @dataclass(frozen=True)
 class SpeedSensor:
-    """What speed control and log see of the top drive's speed."""
+    """The top drive's speed as the speed control and the log read it."""
 
     scale: float = 1.0
     """Reading per true speed."""
     resolution: float = 0.0
-    """rad/s, step of the reading."""
+    """rad/s, quantisation step of the reading."""
     ripple: float = 0.0
-    """Share of the speed by which an eccentric wheel falsifies it, once per revolution."""
+    """Relative amplitude of the once-per-revolution error of an eccentric sensor wheel."""
 
 
 @dataclass(frozen=True)
 class NonlinearRig:
-    """A drilling system with all that is not linear in it."""
+    """A drilling system with its nonlinear parts."""
 
     system: DrillingSystem
     contact: WallContact | None = None
@@ -204,28 +206,30 @@ class NonlinearRig:
     limits: DriveLimits = DriveLimits()
     sensor: SpeedSensor = SpeedSensor()
     control_interval: float = 0.0
-    """s, at which the control reads the speed and renews its command; 0 for continuous control."""
+    """s, sampling interval of the control; 0 for continuous control."""
 
     @classmethod
-    def of(cls, system: DrillingSystem, weight_on_bit: float) -> "NonlinearRig":
-        """The rig whose cutting has the system's linear laws as its own about their speed; the inverse of `about`.
+    def from_linear(cls, system: DrillingSystem, weight_on_bit: float) -> "NonlinearRig":
+        """The rig whose cutting laws, linearised at their speed, are those of the system; the inverse of `linearised`.
 
-        Of blades only torque and number are known. They penetrate at a millimetre a second, and their cut takes all
-        of the weight at ten times its steady depth.
+        A linear law of blades holds their torque and number only. A rate of penetration of 1 mm/s is assumed, and that
+        the cut carries all of the weight at ten times its steady depth.
 
         Parameters
         ----------
-        weight_on_bit : N, to which the laws' torques belong
+        weight_on_bit : N, at which the laws have their torques
 
         Raises
         ------
         SettingsError
-            If the weight is not positive, or two laws are of one kind.
+            If the weight is not positive, or two laws are of the same kind.
         """
         laws = {type(law): law for law in system.bit.cutting}
         if weight_on_bit <= 0 or len(laws) < len(system.bit.cutting):
             raise SettingsError(
-                "non-linear rig", "cutting needs a weight on bit and one law of each kind", "Give the weight, join laws"
+                "nonlinear rig",
+                "cutting needs a weight on bit and one law of each kind",
+                "Give it, merge the laws",
             )
         cutting = regenerative = None
         for law in laws.values():
@@ -234,15 +238,15 @@ class NonlinearRig:
                 cutting = Cutting(*levels, Weakening(float(law.threshold), float(law.exponent)))
             else:
                 depth = _RATE * 2 * np.pi / float(law.speed)
-                figures = int(law.blades), float(law.torque) / depth, _RATE, _STALL * depth / weight_on_bit
-                regenerative = RegenerativeBit(*figures)
+                per_depth, depth_per_weight = float(law.torque) / depth, _STALL * depth / weight_on_bit
+                regenerative = RegenerativeBit(int(law.blades), per_depth, _RATE, depth_per_weight)
         free = replace(system, bit=replace(system.bit, cutting=()))
         return cls(free, cutting=cutting, regenerative=regenerative)
 
-    def about(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
-        """The linear system of small vibrations about a steady speed (rad/s): the bit's cutting laws at that speed.
+    def linearised(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
+        """The linear system of small vibrations about a steady speed (rad/s), with the cutting laws at that speed.
 
-        Wall contact, gear, limits, sensor and the control's sampling have no part in it.
+        Wall contact, gear, limits, sensor and the control's sampling are left out.
         """
         laws: list[RegenerativeCutting | StribeckCutting] = []
         if self.cutting is not None:
@@ -255,5 +259,5 @@ class NonlinearRig:
         return replace(self.system, bit=replace(self.system.bit, cutting=tuple(laws)))
 
 
-Course = Callable[[float], NonlinearRig]
-"""NonlinearRig at a time in s since the first step; only sizes may change, not which parts there are."""
+VaryingRig = Callable[[float], NonlinearRig]
+"""The rig at a time in s since the first step; its parameters may change, not which parts it has."""

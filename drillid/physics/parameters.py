@@ -20,14 +20,14 @@ BOUNDS = np.array(
         [2e4, 1e11, 1e4, 2e-4, 0.3, 2e4, 2e4, 3e3],
     ]
 )
-"""Least and largest value of each parameter, SI: wider than any rig."""
+"""Least and largest value of each parameter, SI: wider than for any rig."""
 SCALES = np.array([100.0, 3e8, 1000.0, 1e-5, 0.01, 1000.0, 50.0, 50.0])
-"""Usual size of each parameter, SI."""
+"""Typical magnitude of each parameter, SI."""
 USUAL = np.array(
     [
         [0.0, 3e7, 300.0, 6e-7, 0.0, 200.0, 0.0, 20.0],
         [1e3, 3e9, 9000.0, 5e-5, 0.15, 6000.0, 1e3, 1e3],
     ]
 )
-"""Values that are met: whoever knows no more than these knows nothing."""
+"""Range of each parameter over existing rigs, SI; a prior no narrower than this is uninformative."""
 KAPPA, DELTA, LENGTH, POLAR_MOMENT, DELAY, INERTIA_TD, DAMPING_BHA, INERTIA_BHA = range(len(PARAMETERS))

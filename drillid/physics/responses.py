@@ -12,7 +12,7 @@ from drillid.physics.line import input_admittance, input_impedance, propagation,
 from drillid.physics.top_drive import drive, top_admittance, torque_transfers
 
 _LEAST_INERTIA = 1e-6
-"""kg m²; stands for a bit without inertia, whose speed steps at once."""
+"""kg m²; represents a bit without inertia, whose speed steps at once."""
 
 
 def laplace(frequency: Floats) -> Complex:
@@ -34,13 +34,13 @@ def command_mobility(system: DrillingSystem, s: Complex) -> Complex:
 
 
 def torque_mobility(system: DrillingSystem, s: Complex) -> Complex:
-    """D e^(−sT_d)/(J_td s + Y_in), top-drive speed per whole torque command, free of the controller, rad/(N m s)."""
+    """D e^(−sT_d)/(J_td s + Y_in), top-drive speed per total command, independent of the controller, rad/(N m s)."""
     mobility: Complex = drive(system.top_drive, s) / (system.top_drive.inertia * s + string_admittance(system, s))
     return mobility
 
 
 def string_torque(system: DrillingSystem, s: Complex) -> Complex:
-    """Y_in M, torque into the string per sweep torque, without unit: what an instrumented sub shows."""
+    """Y_in M, torque into the string per sweep torque, dimensionless: as measured by an instrumented sub."""
     torque: Complex = string_admittance(system, s) * command_mobility(system, s)
     return torque
 
@@ -48,15 +48,15 @@ def string_torque(system: DrillingSystem, s: Complex) -> Complex:
 def bit_mobility(system: DrillingSystem, s: Complex, *, stiff: bool = False) -> Complex:
     """Bit speed per torque on the bit, rad/(N m s); `stiff` clamps the top drive."""
     if stiff:
-        above = reduce(lambda seen, section: input_impedance(section, seen, s), system.string, 0 * s)
+        above = reduce(lambda load, section: input_impedance(section, load, s), system.string, 0 * s)
         return 1 / (bit_load(system.bit, s) + 1 / below_motor(system.motor, above, s))
     top = top_admittance(system.top_drive, s)
-    admittance = reduce(lambda seen, section: input_admittance(section, seen, s), system.string, top)
+    admittance = reduce(lambda load, section: input_admittance(section, load, s), system.string, top)
     return 1 / (bit_load(system.bit, s) + 1 / below_motor(system.motor, 1 / admittance, s))
 
 
 def bit_speed_ratio(system: DrillingSystem, s: Complex) -> Complex:
-    """Bit speed per top-drive speed where the string is driven from the top, without unit."""
+    """Bit speed per top-drive speed where the string is driven from the top, dimensionless."""
     load = bit_load(system.bit, s)
     ratio: Any = 1.0
     if system.motor is not None:
@@ -69,7 +69,7 @@ def bit_speed_ratio(system: DrillingSystem, s: Complex) -> Complex:
 
 
 def top_reflection(system: DrillingSystem, s: Complex) -> Complex:
-    """Speed of the wave that the top drive sends down per speed of the one that comes up the pipe, without unit.
+    """Reflection coefficient of the top drive: speed of the downgoing wave per speed of the upgoing, dimensionless.
 
     (Y₀ − Y_top)/(Y₀ + Y_top): −1 for a clamped top, 1 for a free one, 0 where the control matches the pipe.
     """
@@ -79,13 +79,13 @@ def top_reflection(system: DrillingSystem, s: Complex) -> Complex:
 
 
 def bit_reflection(system: DrillingSystem, s: Complex) -> Complex:
-    """Speed of the wave sent up from the end of the lowest section per speed of the one that comes down."""
+    """Reflection coefficient of the bit at the end of the lowest section: upgoing wave per downgoing, dimensionless."""
     characteristic = propagation(system.string[-1], s)[1]
     load = above_motor(system.motor, bit_load(system.bit, s), s)
     return (characteristic - load) / (characteristic + load)
 
 
 def _bit_alone(system: DrillingSystem) -> tuple[Any, Any]:
-    """Inertia and resistance that a torque meets at the bit before anything is reflected."""
+    """Inertia and resistance that a torque at the bit acts on before any reflection returns."""
     resistance = system.string[-1].characteristic_admittance + system.bit.damping
     return np.maximum(system.bit.inertia, _LEAST_INERTIA), resistance

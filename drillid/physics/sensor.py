@@ -1,8 +1,8 @@
-"""The far end of the measurement: what sensor, filter and clock of a channel make of the true signal.
+"""Measurement chain: effect of a channel's sensor, filter and clock on the true signal.
 
-A recorded response is the true one times the transfer R of its signal's channel, over that of the channel that it
-is referred to. What the speed control feeds back is its sensor's speed; a scale of that sensor therefore changes
-the rig itself, while one of the record alone does not.
+A recorded response is the true response times the transfer function R of its signal's channel over that of the
+reference's channel. The speed control feeds back its sensor's speed; a scale error of that sensor therefore changes
+the rig itself, while a scale error of the record alone does not.
 """
 
 from dataclasses import dataclass, replace
@@ -12,25 +12,25 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.errors import SettingsError
-from drillid.physics.equipment import DrillingSystem, Figure
+from drillid.physics.equipment import DrillingSystem, Quantity
 
 
 @dataclass(frozen=True)
 class Recording:
-    """How one channel is recorded, R(s) = c e^(−s t₀ + s²σ²/2) B(s); the defaults show the truth.
+    """How one channel is recorded, R(s) = c e^(−s t₀ + s²σ²/2) B(s); the defaults record the true signal.
 
-    B is a Butterworth low pass (Butterworth 1930, Experimental Wireless 7, 536–541). Time stamps of normal jitter
-    σ act by their mean, as does the jitter of a drive's delay.
+    B is a Butterworth low pass (Butterworth 1930, Experimental Wireless 7, 536–541). Gaussian
+    time-stamp jitter σ acts by the mean over its distribution, as does the jitter of a drive's delay.
     """
 
-    scale: Figure = 1.0
+    scale: Quantity = 1.0
     """c, recorded per true value; −1 for a wrong sign."""
-    clock_offset: Figure = 0.0
-    """t₀, s; positive where the row at time t shows the signal of t − t₀."""
-    clock_jitter: Figure = 0.0
+    clock_offset: Quantity = 0.0
+    """t₀, s; positive where the row at time t holds the signal of t − t₀."""
+    clock_jitter: Quantity = 0.0
     """σ, s, root mean square."""
-    filter_frequency: Figure = np.inf
-    """Hz, where B passes half the power."""
+    filter_frequency: Quantity = np.inf
+    """Hz, half-power frequency of B."""
     filter_order: int = 2
 
     def __post_init__(self) -> None:
@@ -38,7 +38,7 @@ class Recording:
             raise SettingsError("recording", f"a filter has no order {self.filter_order}", "Give 1 or more")
 
     def transfer(self, s: Complex) -> Complex:
-        """R(s), recorded per true signal; broadcasts, and is a Dual where a figure or s is one."""
+        """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
         clock = np.exp(np.square(s * self.clock_jitter) / 2 - s * self.clock_offset)
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
@@ -56,32 +56,32 @@ def _butterworth(s: Any, order: int) -> Any:
 
 
 def recorded(response: Any, s: Complex, signal: Recording, reference: Recording | None = None) -> Any:
-    """A response as the records show it.
+    """A response as recorded.
 
     Parameters
     ----------
-    response : true signal per true reference, of any drillid.physics.responses
-    signal, reference : how the channel of each is recorded; a reference without one is recorded as it is
+    response : true signal per true reference, as from drillid.physics.responses
+    signal, reference : how the channel of each is recorded; None for a reference that is recorded exactly
     """
-    seen = response * signal.transfer(s)
-    return seen if reference is None else seen / reference.transfer(s)
+    result = response * signal.transfer(s)
+    return result if reference is None else result / reference.transfer(s)
 
 
-def sensed(system: DrillingSystem, scale: Figure) -> DrillingSystem:
+def sensed(system: DrillingSystem, scale: Quantity) -> DrillingSystem:
     """The rig whose speed control reads `scale` times the true speed.
 
-    Its A H ω becomes A H c ω, so the controller acts as one of c times the gains. Where it feeds the string's torque
-    back, c A E Z/c F (T_m − c J s ω) holds that loop as it is but for the acceleration, which the sensor gives too.
+    Its A H ω becomes A H c ω, so that the controller acts with c times its gains. With feedback of the string's torque,
+    c A E Z/c F (T_m − c J s ω) leaves that loop unchanged but for the acceleration, which is read by the sensor too.
     """
     controller = system.top_drive.controller
     matching = controller.matching
     if matching is not None:
         matching = replace(matching, impedance=matching.impedance / scale, inertia=matching.inertia * scale)
-    seeing = replace(
+    scaled = replace(
         controller,
         proportional=controller.proportional * scale,
         integral=controller.integral * scale,
         compensated_inertia=controller.compensated_inertia * scale,
         matching=matching,
     )
-    return replace(system, top_drive=replace(system.top_drive, controller=seeing))
+    return replace(system, top_drive=replace(system.top_drive, controller=scaled))

@@ -6,8 +6,8 @@ buoyed weight w (N/m), the inclination θ and the azimuth φ along the depth z, 
     f = √((F dθ/dz − w sin θ)² + (F sin θ dφ/dz)²),    dF/dz = −w cos θ,
 
 after Johancsik, Friesen and Dawson (1984), Journal of Petroleum Technology 36, 987–992, in the differential form
-of Sheppard, Wick and Burgess (1987), SPE Drilling Engineering 2, 344–350. A turning string rubs across the hole's
-axis, so friction takes no tension; it takes the torque μ f r per length, with r the radius that touches the wall.
+of Sheppard, Wick and Burgess (1987), SPE Drilling Engineering 2, 344–350. A rotating string slides across the hole's
+axis, so that friction acts on the torque, by μ f r per length with r the contact radius, and not on the tension.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from drillid.physics.nonlinear import WallContact, Weakening
 from drillid.units import STANDARD_GRAVITY
 
 LONGEST_PIECE = 5.0
-"""m; friction is constant within a piece."""
+"""m; friction is constant over a piece."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Survey:
     """Stations of a directional survey; both angles change linearly with depth between them."""
 
     depth: Floats
-    """(stations,) m along the hole, rising."""
+    """(stations,) m, measured depth, increasing."""
     inclination: Floats
     """(stations,) rad from the vertical."""
     azimuth: Floats
@@ -39,17 +39,17 @@ class Survey:
 
     @classmethod
     def from_degrees(cls, depth: ArrayLike, inclination: ArrayLike, azimuth: ArrayLike = 0.0) -> "Survey":
-        """Survey from depths in m and angles in degrees, which may pass north.
+        """Survey from depths in m and angles in degrees; the azimuth may pass through north.
 
         Raises
         ------
         SettingsError
-            If a depth does not rise, an angle is missing or an inclination lies outside 0 … 180°.
+            If the depths do not increase, an angle is missing or an inclination lies outside 0 … 180°.
         """
         depths, inclinations = np.asarray(depth, dtype=float), np.radians(np.asarray(inclination, dtype=float))
         azimuths = np.unwrap(np.radians(np.broadcast_to(np.asarray(azimuth, dtype=float), depths.shape)))
         if depths.shape != inclinations.shape or depths.size < 2 or not np.all(np.diff(depths) > 0):
-            raise SettingsError("survey", "it needs two or more stations at rising depths", "Sort and complete them")
+            raise SettingsError("survey", "it needs two or more stations with rising depths", "Sort and complete them")
         if not np.all((inclinations >= 0) & (inclinations <= np.pi) & np.isfinite(azimuths)):
             raise SettingsError("survey", "an inclination lies outside 0 … 180° or an azimuth is missing", "Correct it")
         return cls(depths, inclinations, azimuths)
@@ -57,7 +57,7 @@ class Survey:
 
 @dataclass(frozen=True)
 class Pipe:
-    """A length of pipe or collars, full of the mud in which it hangs."""
+    """A length of pipe or collars, filled with mud and surrounded by it."""
 
     length: float
     """m."""
@@ -66,12 +66,12 @@ class Pipe:
     inner_diameter: float
     """m."""
     contact_diameter: float
-    """m, that touches the wall: of tool joints where there are any."""
+    """m, of the contact with the wall: of the tool joints where there are any."""
     density: float = STEEL_DENSITY
     """kg/m³."""
 
     def buoyed_weight(self, mud_density: float) -> float:
-        """Weight in mud per length, N/m."""
+        """Buoyed weight per length, N/m."""
         area = np.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
         return float((self.density - mud_density) * STANDARD_GRAVITY * area)
 
@@ -87,15 +87,15 @@ class SideForces:
     side_force: Floats
     """(pieces,) N/m."""
     radius: Floats
-    """(pieces,) m, that touches the wall."""
+    """(pieces,) m, of the contact with the wall."""
 
 
 def side_forces(survey: Survey, pipes: Sequence[Pipe], mud_density: float, weight_on_bit: float = 0.0) -> SideForces:
-    """Tension and side force along a string of pipes from the top to the bit.
+    """Tension and side force along a string of pipes.
 
     Parameters
     ----------
-    pipes : from the top down
+    pipes : from top to bit
     mud_density : kg/m³
     weight_on_bit : N
 

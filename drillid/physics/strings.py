@@ -1,4 +1,4 @@
-"""Strings made from strings: cut at a depth, a zone of stronger damping, a taper."""
+"""Modified strings: cut at a depth, a zone of stronger damping, a taper."""
 
 from dataclasses import replace
 
@@ -6,40 +6,40 @@ import numpy as np
 
 from drillid.errors import SettingsError
 from drillid.physics.dual_numbers import primal
-from drillid.physics.equipment import Figure, Section
+from drillid.physics.equipment import Quantity, Section
 
 String = tuple[Section, ...]
 
 
-def cut(string: String, depth: Figure) -> tuple[String, String]:
+def cut(string: String, depth: Quantity) -> tuple[String, String]:
     """The string above and below a cut at `depth`, m from its upper end; the depth may be a Dual.
 
     Raises
     ------
     SettingsError
-        If the cut lies outside the string, or in different sections for different windows.
+        If the cut lies outside the string, or in different sections in different windows.
     """
-    left = depth
+    remaining = depth
     for index, section in enumerate(string):
-        inside = (primal(left) >= 0) & (primal(left) <= primal(section.length))
+        inside = (primal(remaining) >= 0) & (primal(remaining) <= primal(section.length))
         if np.all(inside):
-            upper, lower = replace(section, length=left), replace(section, length=section.length - left)
+            upper, lower = replace(section, length=remaining), replace(section, length=section.length - remaining)
             return (*string[:index], upper), (lower, *string[index + 1 :])
         if np.any(inside):
             raise SettingsError(
                 f"cut of the string at {primal(depth)} m",
-                "it lies in different sections for different windows",
+                "it lies in different sections in different windows",
                 "Build the strings of these windows one by one",
             )
-        left = left - section.length
+        remaining = remaining - section.length
     total = sum(primal(section.length) for section in string)
     raise SettingsError(
         f"cut of the string at {primal(depth)} m", f"the string reaches from 0 to {total} m", "Correct the depth"
     )
 
 
-def with_zone(string: String, top: Figure, length: Figure, factor: Figure) -> String:
-    """The string with its wall damping κ multiplied by `factor` over a zone.
+def with_zone(string: String, top: Quantity, length: Quantity, factor: Quantity) -> String:
+    """The string with its wall damping κ multiplied by `factor` in a zone.
 
     Parameters
     ----------
@@ -56,8 +56,8 @@ def with_zone(string: String, top: Figure, length: Figure, factor: Figure) -> St
     return (*above, *(replace(section, kappa=section.kappa * factor) for section in zone), *below)
 
 
-def tapered(section: Section, polar_moment_below: Figure, pieces: int) -> String:
-    """A section whose polar moment runs linearly from its own to another, as equal uniform pieces."""
+def tapered(section: Section, polar_moment_below: Quantity, pieces: int) -> String:
+    """A linear taper from the section's polar moment to another, as uniform pieces of equal length."""
     middles = (np.arange(pieces) + 0.5) / pieces
     rise = polar_moment_below - section.polar_moment
     length = section.length / pieces

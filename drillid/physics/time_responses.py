@@ -1,8 +1,8 @@
-"""From the Laplace variable to time: the inverse transform by one FFT, right of the imaginary axis.
+"""Responses in time: the inverse Laplace transform by one FFT, right of the imaginary axis.
 
-On the line s = a + jω the transform belongs to the response times e^(−at), so that what an FFT wraps
-around comes back smaller by e^(−a period) (Dubner and Abate 1968, Journal of the ACM 15, 115–123). What
-remains is the transform beyond the highest frequency; callers take steps and kinks out in closed form first.
+On the line s = a + jω the transform belongs to the response times e^(−at), so that the periodic images of
+the FFT are smaller by e^(−a period) (Dubner and Abate 1968, Journal of the ACM 15, 115–123). The remaining
+error is truncation at the highest frequency; callers first subtract steps and kinks in closed form.
 """
 
 from collections.abc import Callable
@@ -24,20 +24,20 @@ FINEST_INTERVAL_S = 0.004
 """Spacing in time at which the transform is computed."""
 
 _PERIODS = 4
-"""Period of the images in durations; the longer, the less e^(at) enlarges what is cut off."""
+"""Period of the images in durations; the longer, the less e^(at) amplifies the truncation error."""
 _LARGEST_IMAGE = 1e-3
-"""Share of the largest value that images of a growing response may reach."""
+"""Largest image of a growing response, relative to its largest value."""
 
 Steps = tuple[Floats, Floats]
 _LEAST_LAG = 1e-9
-"""s; stands for a drive without lag."""
+"""s; represents a drive without lag."""
 
 
 def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interval: float) -> tuple[Floats, Any]:
     """Response in time of a transform without steps.
 
-    The line lies at Re s = 5.2/duration. A response that grows so fast (beyond e^(3.4 t/duration)) that its
-    images spoil it is unstable, and none is given: it raises or, among windows, becomes a row of NaN.
+    The line lies at Re s = 5.2/duration. A response that grows faster than e^(3.4 t/duration) is spoilt by its
+    images; such an unstable system raises an error or, among windows, gives a row of NaN.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interv
     Raises
     ------
     EstimationError
-        If the transform is that of one unstable system.
+        If the transform is that of a single unstable system.
     """
     lags = np.arange(0.0, duration + interval / 2, interval)
     oversampling = int(np.ceil(interval / FINEST_INTERVAL_S))
@@ -63,10 +63,10 @@ def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interv
     rising = np.exp(shift * lags) * points / period
 
     with np.errstate(invalid="ignore"):
-        # windows without parameters, of NaN, stay NaN without a warning
+        # windows whose parameters are NaN stay NaN without a warning
         spectrum = transform(s)
     wrapped = linear(lambda values: np.asarray(irfft(values, points)), spectrum)
-    response = linear(lambda turns: turns[..., : lags.size * oversampling : oversampling] * rising, wrapped)
+    response = linear(lambda series: series[..., : lags.size * oversampling : oversampling] * rising, wrapped)
     unstable = _has_images(primal(wrapped))
     if not np.any(unstable):
         return lags, response
@@ -74,13 +74,13 @@ def inverse_laplace(transform: Callable[[Complex], Any], duration: float, interv
         raise EstimationError(
             f"response over {duration} s",
             f"the system is unstable; its motion grows faster than e^(t/{duration / 3.4:.3g} s)",
-            "Look at drillid.physics.modes, or ask for a shorter response",
+            "Compute its modes with drillid.physics.modes, or choose a shorter duration",
         )
     return lags, response * np.where(unstable, np.nan, 1.0)[..., None]
 
 
 def _has_images(wrapped: Floats) -> Booleans:
-    """Whether a damped response (..., time) has not died out at the end of its period, or begins before its cause."""
+    """Whether a damped response (..., time) has not decayed by the end of its period, or precedes its cause."""
     amplitude = np.abs(wrapped)
     last = amplitude[..., round(0.9 * wrapped.shape[-1]) : round(0.995 * wrapped.shape[-1])]
     return np.asarray(last.max(axis=-1) > _LARGEST_IMAGE * amplitude.max(axis=-1))
@@ -89,8 +89,8 @@ def _has_images(wrapped: Floats) -> Booleans:
 def bit_step_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
     """Bit speed after a unit torque step at the bit.
 
-    The step into bit and lowest section without reflections is known in closed form and taken
-    out first, so that the residual record's spectrum falls fast. The error is below 1e-6 of the largest
+    The response of bit and lowest section without reflections is known in closed form and subtracted
+    first, so that the spectrum of the remainder falls fast. The error is below 1e-6 of the largest
     value (against 30-digit inversion, usual rigs). Unstable systems: see `inverse_laplace`.
 
     Parameters
@@ -113,10 +113,10 @@ def bit_step_response(system: DrillingSystem, duration: float, interval: float, 
 
 
 def bit_impulse_response(system: DrillingSystem, duration: float, interval: float, *, stiff: bool = False) -> Steps:
-    """Bit speed after a unit angular momentum given to the bit, whose inertia must be positive.
+    """Bit speed after a unit angular impulse on the bit, whose inertia must be positive.
 
     As `bit_step_response`, with lag 0 the instant after the impulse. The error is below 1e-4 of the first
-    value; there, where the motion is fastest, it may reach 1 %.
+    value; at the first lags, where the motion is fastest, it may reach 1 %.
 
     Returns
     -------
@@ -135,8 +135,8 @@ def bit_impulse_response(system: DrillingSystem, duration: float, interval: floa
 def command_step_response(system: DrillingSystem, duration: float, interval: float) -> Steps:
     """Top-drive speed after a unit step of the sweep torque.
 
-    Taken out first in closed form: the delayed and lagging torque on the top drive's inertia alone. The
-    error is below 2e-6 of the largest value.
+    The response of the top drive's inertia alone to the delayed and lagged torque is subtracted first in
+    closed form. The error is below 2e-6 of the largest value.
 
     Returns
     -------
@@ -148,8 +148,8 @@ def command_step_response(system: DrillingSystem, duration: float, interval: flo
     def remainder(s: Complex) -> Any:
         return command_mobility(system, s) / s - drive(top_drive, s) / (top_drive.inertia * s * s)
 
-    lags, rest = inverse_laplace(remainder, duration, interval)
+    lags, reflections = inverse_laplace(remainder, duration, interval)
     since = np.maximum(lags - top_drive.delay, 0.0)
     lag = np.maximum(top_drive.lag, _LEAST_LAG)
     alone = top_drive.gain / top_drive.inertia * (since + lag * np.expm1(-since / lag))
-    return lags, rest + alone
+    return lags, reflections + alone

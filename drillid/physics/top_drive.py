@@ -1,7 +1,7 @@
 """The upper end: drive, speed control and the top drive's inertia (paper, figure 1).
 
 The drive's torque on the inertia is T_m = W T_sweep − V ω (N m), with ω the top drive's speed; W is the
-`command_transfer`, V the `feedback`. Below, the string takes T_m − J_td s ω.
+`command_transfer`, V the `feedback`. The torque into the string is T_m − J_td s ω.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
 
 
 def control(controller: Controller, s: Complex) -> Complex:
-    """A E H (N m s/rad): torque that the speed controller takes back per speed, string torque feedback apart.
+    """A E H (N m s/rad): reduction of the torque command per speed, without feedback of the string's torque.
 
     A = P + I/s − J_c s/(1 + s τ_c): P, PI, or PI with inertia compensation (Kyllingstad and Nessjøen 2009,
     SPE/IADC 119660).
@@ -30,7 +30,7 @@ def _unfiltered(controller: Controller, s: Complex) -> Any:
 
 
 def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:
-    """Z F, rad/(N m s): set-point speed given up per string torque."""
+    """Z F, rad/(N m s): reduction of the set-point speed per string torque."""
     transfer: Complex = matching.impedance / (1 + s * matching.low_pass)
     if matching.high_pass is not None:
         lagging = s * matching.high_pass
@@ -41,8 +41,8 @@ def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:
 def drive(top_drive: TopDrive, s: Complex) -> Complex:
     """D e^(−sT_d + s²σ²/2): motor torque per commanded torque, with gain, first-order lag and delay.
 
-    A delay of normal jitter σ that is renewed faster than the rig answers acts by its mean, the jitter's moment
-    generating function.
+    A delay with Gaussian jitter σ that is drawn anew faster than the rig responds acts by its mean, the moment
+    generating function of the jitter.
     """
     delayed = np.exp(np.square(s * top_drive.delay_jitter) / 2 - s * top_drive.delay)
     torque: Complex = top_drive.gain * delayed / (1 + s * top_drive.lag)
@@ -61,20 +61,20 @@ def torque_transfers(top_drive: TopDrive, s: Complex) -> tuple[Complex, Complex]
 
     Returns
     -------
-    command_transfer : W, without unit
+    command_transfer : W, dimensionless
     feedback : V, N m s/rad
     """
     controller, driven = top_drive.controller, drive(top_drive, s)
     if controller.matching is None:
         return driven, driven * control(controller, s)
-    given_up = matching_transfer(controller.matching, s)
+    reduction = matching_transfer(controller.matching, s)
     loop = driven * _unfiltered(controller, s)
-    closing = 1 + loop * given_up
+    closing = 1 + loop * reduction
     speed_filter = 1 / (1 + s * controller.speed_filter)
-    return driven / closing, loop * (speed_filter - given_up * controller.matching.inertia * s) / closing
+    return driven / closing, loop * (speed_filter - reduction * controller.matching.inertia * s) / closing
 
 
 def top_admittance(top_drive: TopDrive, s: Complex) -> Complex:
-    """Y_top = J_td s + V, what the string sees at its upper end, N m s/rad."""
+    """Y_top = J_td s + V, terminating the string at its upper end, N m s/rad."""
     admittance: Complex = top_drive.inertia * s + torque_transfers(top_drive, s)[1]
     return admittance

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.catalogue.cause import ACTIONS
+from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
-from drillid.discrepancy.verdicts.verdict import EVEN_ODDS, UNPROVED
+from drillid.discrepancy.verdicts.verdict import UNPROVED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,7 @@ def told(row: Mapping[Any, Any]) -> Told:
     return Told(
         heading=f"{depths}: {_title(row)}",
         sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _worth(row)))),
-        action=ACTIONS.get(row["cause"], _UNKNOWN_ACTION),
+        action=CATALOGUE[row["cause"]].action if row["cause"] in CATALOGUE else _UNKNOWN_ACTION,
         doubt=_doubt(row),
         named=True,
     )
@@ -122,9 +122,7 @@ def _what(row: Mapping[Any, Any]) -> str:
         surely = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
         return f"Something {surely} wrong {open_to}: {place}."
     members: Sequence[str] = str(row["class"]).split("|")
-    if row["cause"] == "regime_change" and " up by " in row["evidence"]:
-        return f"The assembly moves in another way than in the rest of the run: {row['evidence']}."
-    words = [CATALOGUE[name].meaning for name in members]
+    words = [CATALOGUE[name].described(str(row["evidence"])) for name in members]
     if len(words) == 1:
         return f"{words[0][0].upper()}{words[0][1:]}."
     return f"One of these: {'; or '.join(words)}. The data cannot tell which."

@@ -21,7 +21,7 @@ from drillid.simulation.parts import (
     STRING_TORQUE,
     TOP_ANGLE,
     TORQUE,
-    WANTED,
+    UNFILTERED,
     Control,
     Drive,
     compiled,
@@ -49,10 +49,10 @@ def read_speed(control: Control, speed: float, memory: Floats) -> float:
 
 
 @compiled
-def given_up(control: Control, step: float, speed: float, memory: Floats) -> float:
-    """Speed (rad/s) by which impedance matching lowers the set point for the string's torque.
+def matching_reduction(control: Control, step: float, speed: float, memory: Floats) -> float:
+    """Reduction of the set point (rad/s) by impedance matching.
 
-    Drive torque and acceleration belong to half a step ago, so they are carried on in a straight line.
+    Drive torque and acceleration are known half a step ago and extrapolated linearly.
     """
     slope = (speed - memory[SPEED]) / step
     drive = 1.5 * memory[DRIVE_TORQUE] - 0.5 * memory[DRIVE_BEFORE]
@@ -68,33 +68,33 @@ def given_up(control: Control, step: float, speed: float, memory: Floats) -> flo
 
 @compiled
 def error_slope(control: Control, step: float, error: float, memory: Floats) -> float:
-    """Time derivative of the control's error in rad/s² behind the compensation's filter."""
+    """Time derivative of the speed error in rad/s², filtered by the inertia compensation."""
     if control.compensation_filter > 0.0:
         smooth = low_pass(memory[ERROR], error, memory[SMOOTH_ERROR], control.compensation_filter, step)
         memory[SMOOTH_ERROR] = smooth
         return float((error - smooth) / control.compensation_filter)
     slope = (error - memory[ERROR]) / step
-    ahead = 1.5 * slope - 0.5 * memory[ERROR_SLOPE]
+    extrapolated = 1.5 * slope - 0.5 * memory[ERROR_SLOPE]
     memory[ERROR_SLOPE] = slope
-    return float(ahead)
+    return float(extrapolated)
 
 
 @compiled
 def control_torque(control: Control, step: float, speed_set: float, speed: float, memory: Floats) -> float:
-    """Torque in N m that the speed control asks for at a reading, `step` seconds after its last one."""
+    """Torque command of the speed control (N m) at a reading `step` seconds after its last one."""
     filtered = low_pass(memory[SPEED], speed, memory[FILTERED], control.speed_filter, step)
     error = speed_set - filtered
     if control.matching > 0.0:
-        error -= given_up(control, step, speed, memory)
-    held = memory[INTEGRAL]
+        error -= matching_reduction(control, step, speed, memory)
+    integral = memory[INTEGRAL]
     if memory[EXCESS] * error <= 0.0:
-        held += control.integral * step / 2 * (error + memory[ERROR])
-    wanted = control.proportional * error + held
+        integral += control.integral * step / 2 * (error + memory[ERROR])
+    unfiltered = control.proportional * error + integral
     if control.compensated_inertia > 0.0:
-        wanted -= control.compensated_inertia * error_slope(control, step, error, memory)
-    torque = low_pass(memory[WANTED], wanted, memory[TORQUE], control.torque_filter, step)
+        unfiltered -= control.compensated_inertia * error_slope(control, step, error, memory)
+    torque = low_pass(memory[UNFILTERED], unfiltered, memory[TORQUE], control.torque_filter, step)
     memory[SPEED], memory[FILTERED], memory[ERROR] = speed, filtered, error
-    memory[INTEGRAL], memory[WANTED], memory[TORQUE] = held, wanted, torque
+    memory[INTEGRAL], memory[UNFILTERED], memory[TORQUE] = integral, unfiltered, torque
     return float(torque)
 
 
@@ -118,11 +118,11 @@ def drive_torque(drive: Drive, step: float, command: Floats, newest: int, jitter
     """Torque in N m of the drive, half a step after the newest command."""
     # the torque acts half a step after the speeds that it changes
     age = max(drive.delay + jitter, 0.0) / step - 0.5
-    asked = drive.gain * delayed_command(command, newest, age)
-    given = min(max(asked, -drive.limit), drive.limit)
-    memory[EXCESS] = asked - given
+    demand = drive.gain * delayed_command(command, newest, age)
+    limited = min(max(demand, -drive.limit), drive.limit)
+    memory[EXCESS] = demand - limited
     change = drive.rate * step
-    given = min(max(given, memory[DEMAND] - change), memory[DEMAND] + change)
-    torque = low_pass(memory[DEMAND], given, memory[DRIVE_TORQUE], drive.lag, step)
-    memory[DEMAND], memory[DRIVE_TORQUE], memory[DRIVE_BEFORE] = given, torque, memory[DRIVE_TORQUE]
+    limited = min(max(limited, memory[DEMAND] - change), memory[DEMAND] + change)
+    torque = low_pass(memory[DEMAND], limited, memory[DRIVE_TORQUE], drive.lag, step)
+    memory[DEMAND], memory[DRIVE_TORQUE], memory[DRIVE_BEFORE] = limited, torque, memory[DRIVE_TORQUE]
     return float(torque)

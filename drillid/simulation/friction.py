@@ -1,19 +1,19 @@
 """Implicit step of all nodes with dry friction, compiled.
 
-Friction is set-valued: a node that sticks stands exactly still as long as the torque on it is below the
-static level; one that slips is held back by the level at its speed. The direction of each node's slip is
-found by trial within the step, and every trial solves one symmetric tridiagonal system.
+NodeFriction is set-valued: a sticking node remains exactly at rest as long as the torque on it is below the
+static level; a slipping node is opposed by the level at its speed. The slip direction of each node is
+determined iteratively within the step, and every iteration solves one symmetric tridiagonal system.
 """
 
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.simulation.parts import BLADE, EARLIER_CUT, FURTHEST, Friction, Grid, Rock, State, compiled
+from drillid.simulation.parts import BLADE, EARLIER_CUT, FURTHEST, NodeFriction, Rock, SpatialGrid, State, compiled
 
 
 @compiled
-def factorise(grid: Grid, held: np.ndarray, half_step: float, multiplier: Floats, inverse: Floats) -> None:
-    """LDLᵀ of inertia + half_step · damping without the held nodes: multipliers (n,), inverse pivots (n + 1,)."""
+def factorise(grid: SpatialGrid, held: np.ndarray, half_step: float, multiplier: Floats, inverse: Floats) -> None:
+    """LDLᵀ of inertia + half_step · damping without prescribed nodes: multipliers (n,), inverse pivots (n + 1,)."""
     count = grid.coupling.size
     carried = 0.0
     for i in range(count + 1):
@@ -33,7 +33,7 @@ def factorise(grid: Grid, held: np.ndarray, half_step: float, multiplier: Floats
 
 @compiled
 def substitute(multiplier: Floats, inverse: Floats, mean: Floats) -> None:
-    """Solve in place with the factors."""
+    """Solve in place with the factors of `factorise`."""
     count = multiplier.size
     for i in range(count):
         mean[i + 1] += multiplier[i] * mean[i]
@@ -44,19 +44,19 @@ def substitute(multiplier: Floats, inverse: Floats, mean: Floats) -> None:
 
 
 @compiled
-def reaction(grid: Grid, push: Floats, mean: Floats, half_step: float, node: int) -> float:
-    """Torque (N m) against the node's motion that its balance of momentum leaves to friction."""
-    needed = (grid.inertia[node] + half_step * grid.viscous[node]) * mean[node]
+def reaction(grid: SpatialGrid, push: Floats, mean: Floats, half_step: float, node: int) -> float:
+    """NodeFriction torque (N m) on a node, from its balance of momentum."""
+    required = (grid.inertia[node] + half_step * grid.viscous[node]) * mean[node]
     if node > 0:
-        needed += half_step * grid.coupling[node - 1] * (mean[node] - mean[node - 1])
+        required += half_step * grid.coupling[node - 1] * (mean[node] - mean[node - 1])
     if node < grid.coupling.size:
-        needed += half_step * grid.coupling[node] * (mean[node] - mean[node + 1])
-    return float((push[node] - needed) / half_step)
+        required += half_step * grid.coupling[node] * (mean[node] - mean[node + 1])
+    return float((push[node] - required) / half_step)
 
 
 @compiled
 def weakened(static: float, dynamic: float, speed: float, threshold: float, exponent: float) -> float:
-    """Level of friction at a speed."""
+    """NodeFriction level at a speed."""
     if static == dynamic:
         return dynamic
     ratio = abs(speed) / threshold
@@ -67,7 +67,7 @@ def weakened(static: float, dynamic: float, speed: float, threshold: float, expo
 
 @compiled
 def _step_behind(angle: Floats, target: float, newest: int, start: int) -> int:
-    """Step in whose course the bit passed an angle, searched from the step that was found before."""
+    """Step during which the bit passed an angle, searched from the previous result."""
     j = start
     while j > 0 and angle[j] > target:
         j -= 1
@@ -78,12 +78,12 @@ def _step_behind(angle: Floats, target: float, newest: int, start: int) -> int:
 
 @compiled
 def chip_torque(rock: Rock, weight: float, state: State, newest: int, step: float) -> float:
-    """Torque (N m) of the blades' depth of cut, half a step after the newest step; moves the bit down for one step."""
+    """Torque (N m) of the blades' depth of cut, half a step after the newest step; advances the bit by one step."""
     angle, depth, memory = state.angle, state.depth, state.memory
     now = depth[newest]
     depth[newest + 1] = now
     here = angle[newest] + step / 2 * state.speed[-1]
-    # ground that the bit has already been over before it turned backward is cut
+    # after turning backward the bit first passes rock that is already cut
     if weight <= 0 or here < memory[FURTHEST]:
         return 0.0
     memory[FURTHEST] = here
@@ -100,17 +100,17 @@ def chip_torque(rock: Rock, weight: float, state: State, newest: int, step: floa
 
 
 @compiled
-def set_levels(friction: Friction, rock: Rock, weight: float, state: State, levels: tuple[Floats, Floats]) -> None:
-    """Static and sliding level (N m) of every contact, at speeds half a step ahead."""
+def set_levels(friction: NodeFriction, rock: Rock, weight: float, state: State, levels: tuple[Floats, Floats]) -> None:
+    """Static and sliding level (N m) of every contact, at speeds extrapolated by half a step."""
     static, sliding = levels
     last = friction.nodes.size - 1
     for k in range(friction.nodes.size):
         i = friction.nodes[k]
         speed = 1.5 * state.speed[i] - 0.5 * state.before[i]
-        more = 1 + friction.rest[k] * state.rested[i]
-        static[k] = more * friction.static[k]
-        slips = weakened(friction.static[k], friction.dynamic[k], speed, friction.threshold, friction.exponent)
-        sliding[k] = more * slips
+        strengthening = 1 + friction.rest[k] * state.rested[i]
+        static[k] = strengthening * friction.static[k]
+        level = weakened(friction.static[k], friction.dynamic[k], speed, friction.threshold, friction.exponent)
+        sliding[k] = strengthening * level
         if k == last and rock.cuts:
             load = max(weight, 0.0)
             static[k] += load * rock.static
@@ -119,7 +119,7 @@ def set_levels(friction: Friction, rock: Rock, weight: float, state: State, leve
 
 @compiled
 def settle(
-    grid: Grid,
+    grid: SpatialGrid,
     nodes: np.ndarray,
     levels: tuple[Floats, Floats],
     chips: float,
@@ -130,11 +130,11 @@ def settle(
     top_mean: float,
     mean: Floats,
 ) -> None:
-    """Mean of old and new speeds, (n + 1,) rad/s into `mean`, with slip and stick decided for this step.
+    """Mean of old and new speeds, (n + 1,) rad/s into `mean`, with slip and stick determined for this step.
 
-    A node comes to rest and breaks away at most once in a step, so that the trials end. `push` is momentum
-    plus impulse of all torques but friction; `chips` holds the turning bit back beside its friction; `top_mean`
-    is the mean speed of a top drive that is made to follow a speed.
+    A node comes to rest and breaks away at most once in a step, so that the iteration ends. `push` is momentum
+    plus impulse of all torques but friction; `chips` is the torque of the blades on the turning bit; `top_mean` is
+    the mean speed of a top drive whose speed is prescribed.
     """
     static, sliding = levels
     stopped = np.zeros(nodes.size, dtype=np.bool_)
@@ -146,7 +146,7 @@ def settle(
         changed = False
         for k in range(nodes.size):
             i = nodes[k]
-            more = chips if i == bit else 0.0
+            cutting = chips if i == bit else 0.0
             if state.slip[i] != 0:
                 backward = (2 * mean[i] - state.speed[i]) * state.slip[i] < 0
                 if backward and not stopped[k]:
@@ -154,7 +154,7 @@ def settle(
                     stopped[k] = changed = True
             elif not released[k]:
                 torque = reaction(grid, push, mean, half_step, i)
-                if torque > static[k] + more or torque < -static[k]:
+                if torque > static[k] + cutting or torque < -static[k]:
                     state.slip[i], state.held[i] = (1 if torque > 0 else -1), False
                     released[k] = changed = True
         if not changed:
@@ -164,7 +164,7 @@ def settle(
 
 @compiled
 def _load(
-    grid: Grid,
+    grid: SpatialGrid,
     nodes: np.ndarray,
     sliding: Floats,
     chips: float,
@@ -174,7 +174,7 @@ def _load(
     top_mean: float,
     mean: Floats,
 ) -> None:
-    """Right-hand side into `mean`: push less friction of slipping nodes, known means of held ones moved over."""
+    """Right-hand side into `mean`: push less friction of slipping nodes, plus terms of nodes of prescribed speed."""
     mean[:] = push
     bit = push.size - 1
     for k in range(nodes.size):
@@ -184,11 +184,11 @@ def _load(
             if i == bit and state.slip[i] > 0:
                 mean[i] -= half_step * chips
         else:
-            known = state.speed[i] / 2
+            prescribed = state.speed[i] / 2
             if i > 0:
-                mean[i - 1] += half_step * grid.coupling[i - 1] * known
+                mean[i - 1] += half_step * grid.coupling[i - 1] * prescribed
             if i < bit:
-                mean[i + 1] += half_step * grid.coupling[i] * known
+                mean[i + 1] += half_step * grid.coupling[i] * prescribed
     if state.held[0] and (nodes.size == 0 or nodes[0] != 0):
         mean[0] = top_mean
         mean[1] += half_step * grid.coupling[0] * top_mean

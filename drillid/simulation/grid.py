@@ -1,50 +1,50 @@
-"""From the description of a rig to the numbers that the simulator's loops work on."""
+"""Discretisation of a described rig into the arrays of the simulator's loops."""
 
 import numpy as np
 
 from drillid.errors import SettingsError
 from drillid.physics.equipment import Controller, Section
 from drillid.physics.nonlinear import NonlinearRig, Weakening
-from drillid.simulation.parts import Control, Drive, Friction, Gear, Grid, Machine, Memory, Rock
+from drillid.simulation.parts import Control, Drive, GearPlay, Machine, Memory, NodeFriction, Rock, SpatialGrid
 from drillid.simulation.relaxation import RATES, Relaxations, relaxations
 
 
 def element_counts(rig: NonlinearRig, time_step: float) -> tuple[int, ...]:
-    """Elements of each section: a wave needs at least, and nearly, one time step for each.
+    """Elements of each section, as many as leave a wave at least one time step in each.
 
     Raises
     ------
     SettingsError
-        If a section is shorter than the way of a wave in one step.
+        If a section is shorter than the distance that a wave travels in one step.
     """
     return tuple(_elements(section, time_step) for section in rig.system.string)
 
 
 def _elements(section: Section, time_step: float) -> int:
-    way = np.sqrt(section.shear_modulus / section.density) * time_step
-    count = int(section.length / way)
+    distance = np.sqrt(section.shear_modulus / section.density) * time_step
+    count = int(section.length / distance)
     if count < 1:
         raise SettingsError(
             f"simulation, section of {section.length} m",
-            f"a wave runs {way:.2f} m in a time step of {time_step} s, further than the section is long",
+            f"a wave travels {distance:.2f} m in a time step of {time_step} s, more than the section's length",
             "Choose a smaller time step, or join the section to its neighbour",
         )
     return count
 
 
 def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machine:
-    """Numbers of a rig whose sections are cut into `counts` elements.
+    """Discrete rig with `counts` elements in its sections.
 
     Raises
     ------
     SettingsError
-        If the time step is too long for gear or motor, or an interval is no whole number of steps.
+        If the time step is too long for gear or motor, or an interval is not a whole number of steps.
     """
     if rig.system.bit.cutting:
         raise SettingsError(
             "simulation",
-            "the bit's laws of cutting are linear ones",
-            "Describe cutting in a NonlinearRig, or make one by NonlinearRig.of",
+            "the bit has linear cutting laws",
+            "Describe cutting in a NonlinearRig, or convert the system by NonlinearRig.from_linear",
         )
     laws = [relaxations(section) for section in rig.system.string]
     grid = _with_ends(rig, _string(rig, laws, counts))
@@ -53,15 +53,15 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
     grid.viscous[:] += memory.shunt.sum(axis=0)
     grid.coupling[:] += memory.series.sum(axis=0) * time_step / 2
     top_inertia = rig.gear.output_inertia if rig.gear.play > 0 else float(rig.system.top_drive.inertia)
-    gear = Gear(rig.gear.play > 0, rig.gear.play / 2, rig.gear.damping)
+    gear = GearPlay(rig.gear.play > 0, rig.gear.play / 2, rig.gear.damping)
     if gear.present:
         grid.coupling[0] = 0.0
     parts = (_friction(rig, counts), memory, _rock(rig), _control(rig, time_step), _drive(rig))
     return Machine(grid, gear, *parts, top_inertia)
 
 
-def _string(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...]) -> Grid:
-    """The string alone, half of each element's inertia and wall damping at either end."""
+def _string(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...]) -> SpatialGrid:
+    """The string alone, with half of each element's inertia and wall damping at either end."""
     nodes = sum(counts) + 1
     inertia, viscous = np.zeros(nodes), np.zeros(nodes)
     stiffness, coupling = np.empty(nodes - 1), np.empty(nodes - 1)
@@ -75,11 +75,11 @@ def _string(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...])
             inertia[ends] += (section.density * section.polar_moment + law.inertia) * width / 2
             viscous[ends] += (section.kappa * section.polar_moment + law.damping) * width / 2
         first += count
-    return Grid(inertia, viscous, stiffness, coupling)
+    return SpatialGrid(inertia, viscous, stiffness, coupling)
 
 
 def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...], half_step: float) -> Memory:
-    """Relaxations of all nodes and springs; rates that no law uses are left out, joints have none of their own."""
+    """Relaxations of all nodes and springs, without the rates that no law uses; gear and motor have none."""
     nodes = sum(counts) + 1
     shunt, series = np.zeros((RATES.size, nodes)), np.zeros((RATES.size, nodes - 1))
     first = 0
@@ -93,15 +93,15 @@ def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...],
     before, after = int(rig.gear.play > 0), int(rig.system.motor is not None)
     shunt, series = (np.pad(gains, ((0, 0), (before, after))) for gains in (shunt, series))
     used = [np.flatnonzero(gains.any(axis=1)) for gains in (shunt, series)]
-    decays = [RATES[kept] * half_step for kept in used]
-    # the trapezoidal rule divides each relaxation between this step's mean and what is remembered
-    shunt, series = (gains[kept] for gains, kept in zip((shunt, series), used, strict=True))
-    owed = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]
-    return Memory(bool(used[0].size or used[1].size), decays[0], owed[0], decays[1], owed[1])
+    decays = [RATES[rows] * half_step for rows in used]
+    # the trapezoidal rule splits each relaxation into the part of this step's mean and that of its state
+    shunt, series = (gains[rows] for gains, rows in zip((shunt, series), used, strict=True))
+    weights = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]
+    return Memory(bool(used[0].size or used[1].size), decays[0], weights[0], decays[1], weights[1])
 
 
-def _with_ends(rig: NonlinearRig, string: Grid) -> Grid:
-    """Top drive and bit added; a gear with play and a motor are springs and nodes of their own."""
+def _with_ends(rig: NonlinearRig, string: SpatialGrid) -> SpatialGrid:
+    """The string with top drive and bit; a gear with play and a motor add a spring and a node each."""
     inertia, viscous, stiffness, coupling = string
     top_inertia, gear, motor, bit = float(rig.system.top_drive.inertia), rig.gear, rig.system.motor, rig.system.bit
     if motor is not None:
@@ -122,17 +122,17 @@ def _with_ends(rig: NonlinearRig, string: Grid) -> Grid:
         stiffness, coupling = np.insert(stiffness, 0, gear.stiffness), np.insert(coupling, 0, gear.damping)
         top_inertia -= gear.output_inertia
     inertia[0] += top_inertia
-    return Grid(inertia, viscous, stiffness, coupling)
+    return SpatialGrid(inertia, viscous, stiffness, coupling)
 
 
-def _check_stable(rig: NonlinearRig, grid: Grid, time_step: float) -> None:
-    """Leap-frog needs less than two radians of the fastest mode a step; the string alone keeps that by its cut."""
+def _check_stable(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> None:
+    """Leap-frog is stable below 2 rad of the fastest mode per step; the string alone satisfies this by its elements."""
     if rig.system.motor is None and not rig.gear.play > 0:
         return
     from scipy.linalg import eigvalsh_tridiagonal
 
     if not np.all(grid.inertia > 0):
-        raise SettingsError("simulation", "a bit below a motor needs some inertia", "Give the bit an inertia")
+        raise SettingsError("simulation", "a bit below a motor must have an inertia", "Give the bit an inertia")
     ends = np.concatenate([grid.stiffness, [0.0]]) + np.concatenate([[0.0], grid.stiffness])
     links = -grid.stiffness / np.sqrt(grid.inertia[1:] * grid.inertia[:-1])
     last = grid.inertia.size - 1
@@ -140,31 +140,31 @@ def _check_stable(rig: NonlinearRig, grid: Grid, time_step: float) -> None:
     if fastest * time_step > 2 * (1 + 1e-9):
         raise SettingsError(
             "simulation",
-            f"gear or motor swings at {fastest / (2 * np.pi):.0f} Hz, too fast for a time step of {time_step} s",
+            f"gear or motor oscillates at {fastest / (2 * np.pi):.0f} Hz, too fast for a time step of {time_step} s",
             f"Choose a time step below {2 / fastest:.2g} s, or a softer spring",
         )
 
 
-def _friction(rig: NonlinearRig, counts: tuple[int, ...]) -> Friction:
-    """Contacts of the nodes that rub; a gear's motor side touches no wall, below a motor only the bit cuts."""
+def _friction(rig: NonlinearRig, counts: tuple[int, ...]) -> NodeFriction:
+    """Contacts of the nodes with friction: none on a gear's motor side, only cutting at the bit below a mud motor."""
     cuts = rig.cutting is not None or rig.regenerative is not None
     nodes = sum(counts) + 1
     static, dynamic = np.zeros(nodes), np.zeros(nodes)
     rest, rest_angle, weakening = np.zeros(nodes), 1.0, Weakening()
     if rig.contact is not None:
         widths = np.repeat([s.length / n for s, n in zip(rig.system.string, counts, strict=True)], counts)
-        places = np.concatenate([[0.0], np.cumsum(widths)])
-        edges = np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
-        static, dynamic = rig.contact.within(edges)
-        rest, rest_angle, weakening = rig.contact.rest_within(edges), rig.contact.rest_angle, rig.contact.weakening
+        positions = np.concatenate([[0.0], np.cumsum(widths)])
+        edges = np.concatenate([positions[:1], (positions[1:] + positions[:-1]) / 2, positions[-1:]])
+        static, dynamic = rig.contact.torque_between(edges)
+        rest, rest_angle, weakening = rig.contact.rest_between(edges), rig.contact.rest_angle, rig.contact.weakening
     if rig.gear.play > 0:
         static, dynamic, rest = (np.insert(level, 0, 0.0) for level in (static, dynamic, rest))
     if rig.system.motor is not None:
         static, dynamic, rest = (np.append(level, 0.0) for level in (static, dynamic, rest))
-    rubs = static > 0
-    rubs[-1] |= cuts
-    law = (weakening.threshold, weakening.exponent, rest[rubs], rest_angle)
-    return Friction(np.flatnonzero(rubs), static[rubs], dynamic[rubs], *law)
+    touches = static > 0
+    touches[-1] |= cuts
+    law = (weakening.threshold, weakening.exponent, rest[touches], rest_angle)
+    return NodeFriction(np.flatnonzero(touches), static[touches], dynamic[touches], *law)
 
 
 def _rock(rig: NonlinearRig) -> Rock:
@@ -219,13 +219,13 @@ def whole_steps(name: str, interval: float, time_step: float) -> int:
     Raises
     ------
     SettingsError
-        If they are no whole number.
+        If it is not a whole number of them.
     """
     steps = round(interval / time_step)
     if steps < 1 or abs(steps * time_step - interval) > 1e-9:
         raise SettingsError(
             "simulation",
-            f"the {name} {interval} s is no whole number of time steps of {time_step} s",
+            f"the {name} {interval} s is not a whole number of time steps of {time_step} s",
             "Choose a time step that divides it",
         )
     return steps

@@ -1,7 +1,7 @@
 """The time-domain simulator's inner loop, compiled.
 
-Speeds live at whole steps, twists between nodes and the torques on them at half steps. Elastic
-forces are leap-frogged, damping and friction are implicit: one symmetric tridiagonal solution a step.
+Speeds are defined at whole steps, the elastic torques between nodes at half steps. Elastic torques are
+leap-frogged; damping and friction are implicit, with one symmetric tridiagonal solution per step.
 """
 
 import numpy as np
@@ -9,16 +9,16 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.simulation.drive import control_torque, drive_torque, read_speed
 from drillid.simulation.friction import chip_torque, factorise, reaction, set_levels, settle
-from drillid.simulation.parts import MEASURED, TOP_ANGLE, TWIST, Grid, Inputs, Machine, Memory, State, compiled
+from drillid.simulation.parts import MEASURED, TOP_ANGLE, TWIST, Inputs, Machine, Memory, SpatialGrid, State, compiled
 
 OUTPUTS = 7
-"""Top drive's speed, its reading, command, drive torque, torque into the string, bit's speed, torque on the bit."""
+"""Top-drive speed, its reading, command, drive torque, torque into the string, bit speed, torque on bit."""
 SUPPLIED, DISSIPATED = 0, 1
 
 
 @compiled
 def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
-    """Elastic torque of the gear at a twist: none within the play."""
+    """Elastic torque of the gear at a twist; zero within the play."""
     if twist > half_play:
         return stiffness * (twist - half_play)
     if twist < -half_play:
@@ -28,7 +28,7 @@ def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
 
 @compiled
 def _twist(machine: Machine, state: State, step: float) -> bool:
-    """Torques of all springs half a step later; tells whether the gear's teeth have met or parted."""
+    """Advance the torques of all springs; returns whether the gear's teeth have come into contact or separated."""
     grid, gear = machine.grid, machine.gear
     for i in range(state.torque.size):
         state.torque[i] += step * grid.stiffness[i] * (state.speed[i] - state.speed[i + 1])
@@ -43,8 +43,8 @@ def _twist(machine: Machine, state: State, step: float) -> bool:
 
 
 @compiled
-def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float, push: Floats) -> None:
-    """Momentum plus impulse of half a step of all torques but damping and friction, (n + 1,) into `push`."""
+def _push(grid: SpatialGrid, state: State, drive: float, rock: float, half_step: float, push: Floats) -> None:
+    """Momentum plus impulse over half a step of all torques but damping and friction, (n + 1,) into `push`."""
     count = state.torque.size
     push[0] = grid.inertia[0] * state.speed[0] + half_step * (drive - state.torque[0])
     for i in range(1, count):
@@ -53,8 +53,8 @@ def _push(grid: Grid, state: State, drive: float, rock: float, half_step: float,
 
 
 @compiled
-def _remember(memory: Memory, state: State, half_step: float, past: tuple[Floats, Floats], push: Floats) -> None:
-    """Torques that relaxations owe to what was before: on nodes and in springs, into `past` and to `push`."""
+def _add_relaxations(memory: Memory, state: State, half_step: float, past: tuple[Floats, Floats], push: Floats) -> None:
+    """Torques of the relaxations' states on nodes and in springs, into `past`, and their impulse added to `push`."""
     on_nodes, in_springs = past
     on_nodes[:] = 0.0
     in_springs[:] = 0.0
@@ -71,7 +71,7 @@ def _remember(memory: Memory, state: State, half_step: float, past: tuple[Floats
 
 @compiled
 def _relax(memory: Memory, state: State, mean: Floats, half_step: float) -> None:
-    """Relaxations a step later, by the trapezoidal rule."""
+    """Advance the relaxations by one step, trapezoidal rule."""
     for k in range(memory.shunt_decay.size):
         a = memory.shunt_decay[k]
         kept, gained = (1 - a) / (1 + a), 2 * a / (1 + a)
@@ -86,7 +86,7 @@ def _relax(memory: Memory, state: State, mean: Floats, half_step: float) -> None
 
 @compiled
 def _losses(machine: Machine, push: Floats, mean: Floats, half_step: float, past: tuple[Floats, Floats]) -> float:
-    """Power lost in all dampers and in friction, W; what relaxations store counts as lost until they return it."""
+    """Power dissipated in dampers and friction, W; energy stored in relaxations counts as lost until returned."""
     grid = machine.grid
     twisting = mean[:-1] - mean[1:]
     lost = float(np.sum(grid.viscous * mean * mean) + np.sum(grid.coupling * twisting * twisting))
@@ -98,7 +98,7 @@ def _losses(machine: Machine, push: Floats, mean: Floats, half_step: float, past
 
 @compiled
 def _into_string(machine: Machine, state: State, mean: Floats, drive: float, step: float) -> float:
-    """Torque that drive or gear leave to the string after moving the top drive's own inertia, N m."""
+    """Torque into the string, N m: that of drive or gear less the top drive's own inertia."""
     torque = drive - machine.top_inertia * 2 * (mean[0] - state.speed[0]) / step
     if machine.gear.present:
         flanks = state.torque[0] + machine.grid.coupling[0] * (mean[0] - mean[1])
@@ -108,7 +108,7 @@ def _into_string(machine: Machine, state: State, mean: Floats, drive: float, ste
 
 @compiled
 def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int, newest: int) -> None:
-    """Write the command of step n; between readings of the speed it is held."""
+    """Write the command of step n, held between readings of the speed."""
     control = machine.control
     if n % control.every:
         state.command[newest] = state.command[newest - 1]
@@ -122,7 +122,7 @@ def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int
 
 @compiled
 def _advance(machine: Machine, state: State, mean: Floats, step: float, n: int) -> None:
-    """Speeds, angles, relaxations and friction of rest of the next step."""
+    """Advance speeds, angles, relaxations and friction after rest by one step."""
     if machine.memory.present:
         _relax(machine.memory, state, mean, step / 2)
     state.memory[TOP_ANGLE] += step * mean[0]
@@ -148,27 +148,27 @@ def march(
     energy: Floats,
     account: bool,
 ) -> None:
-    """March the rig through a block of steps.
+    """March the rig through a block of time steps.
 
     Parameters
     ----------
-    machine, inputs : the rig and what acts on it
-    state : at the first step of the block; afterwards at its end
+    machine, inputs : the rig, and torques and set points at each step
+    state : at the first step of the block on entry, at its end on return
     steps : first step of the block, first step after it
     step : s
     every : steps between samples of the output
     outputs : (OUTPUTS, samples), written
-    energy : (2,) J, supplied and dissipated, added to
-    account : sum up the energies, at some cost
+    energy : (2,) J, supplied and dissipated, accumulated
+    account : accumulate the energies, at some cost
     """
     grid, rock, nodes = machine.grid, machine.rock, machine.friction.nodes
     half_step, imposed = step / 2, inputs.top_speed.size > 0
     past = state.command.size - inputs.sweep.size
-    bit_rubs = nodes.size > 0 and nodes[-1] == state.torque.size
+    bit_friction = nodes.size > 0 and nodes[-1] == state.torque.size
     mean, push = np.empty_like(state.speed), np.empty_like(state.speed)
     factors = (np.empty_like(state.torque), np.empty_like(state.speed))
     levels = (np.zeros(nodes.size), np.zeros(nodes.size))
-    owed = (np.zeros(state.speed.size), np.zeros(state.torque.size))
+    relaxing = (np.zeros(state.speed.size), np.zeros(state.torque.size))
     factorise(grid, state.held, half_step, factors[0], factors[1])
     for n in range(steps[0], steps[1]):
         drive, top_mean, chips = 0.0, 0.0, 0.0
@@ -187,7 +187,7 @@ def march(
             chips = chip_torque(rock, inputs.weight[n], state, n, step)
         _push(grid, state, drive, inputs.bit_torque[n], half_step, push)
         if machine.memory.present:
-            _remember(machine.memory, state, half_step, owed, push)
+            _add_relaxations(machine.memory, state, half_step, relaxing, push)
         settle(grid, nodes, levels, chips, push, state, factors, half_step, top_mean, mean)
         if imposed:
             drive = -reaction(grid, push, mean, half_step, 0)
@@ -196,9 +196,9 @@ def march(
             output[0], output[1], output[2] = state.speed[0], state.memory[MEASURED], state.command[past + n]
             output[3], output[4], output[5] = drive, _into_string(machine, state, mean, drive, step), state.speed[-1]
             output[6] = inputs.bit_torque[n]
-            if bit_rubs:
+            if bit_friction:
                 output[6] += reaction(grid, push, mean, half_step, state.torque.size)
         if account:
             energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
-            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, owed)
+            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, relaxing)
         _advance(machine, state, mean, step, n)

@@ -1,4 +1,4 @@
-"""Plain numbers and arrays that the time-domain simulator's compiled loops work on."""
+"""Numbers and arrays of the time-domain simulator's compiled loops."""
 
 from typing import NamedTuple
 
@@ -9,37 +9,37 @@ from drillid.arrays import Booleans, Floats, Integers
 from drillid.compiled import compiler
 
 compiled = compiler("simulation", fastmath={"contract"})
-"""Compile a function of the simulator, with products and sums contracted where the processor can."""
+"""Compile a function of the simulator, with fused multiply-add where the processor has it."""
 
 
-class Grid(NamedTuple):
+class SpatialGrid(NamedTuple):
     """The rig as nodes 0 … n (top drive … bit) and the n springs between them."""
 
     inertia: Floats
     """(n + 1,) kg m², top drive and bit included."""
     viscous: Floats
-    """(n + 1,) N m s/rad, damping of each node against the ground."""
+    """(n + 1,) N m s/rad, damping of each node to ground."""
     stiffness: Floats
     """(n,) N m/rad."""
     coupling: Floats
-    """(n,) N m s/rad, damping in parallel with each spring; the first is 0 while the gear's teeth are apart."""
+    """(n,) N m s/rad, damping in parallel with each spring; the first is 0 while the gear's teeth are separated."""
 
 
-class Gear(NamedTuple):
+class GearPlay(NamedTuple):
     """Play of the first spring; `present` is False where the top drive is rigid."""
 
     present: bool
     half_play: float
     """rad."""
     damping: float
-    """N m s/rad, while teeth touch."""
+    """N m s/rad, with teeth in contact."""
 
 
-class Friction(NamedTuple):
-    """Dry friction of the nodes that rub; the bit is the last of them wherever it cuts."""
+class NodeFriction(NamedTuple):
+    """Dry friction of the nodes in contact; the bit is the last of them where it cuts."""
 
     nodes: Integers
-    """(contacts,) numbers of the nodes."""
+    """(contacts,) indices of the nodes."""
     static: Floats
     """(contacts,) N m, of the wall."""
     dynamic: Floats
@@ -48,13 +48,13 @@ class Friction(NamedTuple):
     """rad/s."""
     exponent: float
     rest: Floats
-    """(contacts,) share by which the wall holds more after a long rest."""
+    """(contacts,) relative increase of wall friction after a long rest."""
     rest_angle: float
     """rad."""
 
 
 class Rock(NamedTuple):
-    """What the bit does to the rock."""
+    """Cutting at the bit."""
 
     cuts: bool
     static: float
@@ -65,7 +65,7 @@ class Rock(NamedTuple):
     """rad/s."""
     exponent: float
     blades: int
-    """0 for a bit without memory."""
+    """0 for a bit without regenerative cutting."""
     torque_per_depth: float
     """N."""
     rate: float
@@ -81,11 +81,11 @@ class Memory(NamedTuple):
     shunt_decay: Floats
     """(K,) rate times half a step."""
     shunt: Floats
-    """(K, n + 1) N m s/rad, what the step's mean speed finds less what is owed to the relaxed speed."""
+    """(K, n + 1) N m s/rad, torque per difference of the step's mean speed from the relaxed speed."""
     series_decay: Floats
     """(L,) rate times half a step."""
     series: Floats
-    """(L, n) N m/rad, owed to each spring's twist as far as it has not relaxed."""
+    """(L, n) N m/rad, torque per unrelaxed twist of each spring."""
 
 
 class Control(NamedTuple):
@@ -104,15 +104,15 @@ class Control(NamedTuple):
     scale: float
     """Reading per true speed."""
     resolution: float
-    """rad/s, step of the reading."""
+    """rad/s, quantisation step of the reading."""
     ripple: float
-    """Share of the speed."""
+    """Relative amplitude."""
     compensated_inertia: float
     """kg m²."""
     compensation_filter: float
     """s."""
     matching: float
-    """rad/(N m s), set-point speed given up per string torque."""
+    """rad/(N m s), reduction of the set-point speed per string torque."""
     matching_inertia: float
     """kg m²."""
     matching_low_pass: float
@@ -136,38 +136,38 @@ class Drive(NamedTuple):
 
 
 class Machine(NamedTuple):
-    """Everything that may change from one block of steps to the next."""
+    """The discrete rig, which may change from one block of steps to the next."""
 
-    grid: Grid
-    gear: Gear
-    friction: Friction
+    grid: SpatialGrid
+    gear: GearPlay
+    friction: NodeFriction
     memory: Memory
     rock: Rock
     control: Control
     drive: Drive
     top_inertia: float
-    """kg m², of the top drive, or of what turns below its gear; not part of the string."""
+    """kg m², of the top drive, or of its part below the gear; not of the string."""
 
 
 class Inputs(NamedTuple):
-    """What acts on the rig at each step."""
+    """Torques, set points and other inputs at each step."""
 
     sweep: Floats
     """(steps,) N m, injected torque."""
     speed_set: Floats
     """(steps,) rad/s."""
     bit_torque: Floats
-    """(steps,) N m, torque that the rock takes beside cutting, half a step after the step's speeds."""
+    """(steps,) N m, torque on bit in addition to cutting, half a step after the step's speeds."""
     weight: Floats
     """(steps,) N, weight on bit, half a step after the step's speeds."""
     jitter: Floats
     """(steps,) s, variation of the drive's delay, or (1,) for all steps."""
     top_speed: Floats
-    """(steps + 1,) rad/s that the top drive is made to follow, or (0,)."""
+    """(steps + 1,) rad/s, prescribed speed of the top drive, or (0,)."""
 
 
 class State(NamedTuple):
-    """What the rig is doing; changed in place by each step."""
+    """State of the rig, updated in place by each step."""
 
     speed: Floats
     """(n + 1,) rad/s."""
@@ -176,13 +176,13 @@ class State(NamedTuple):
     torque: Floats
     """(n,) N m, elastic torque half a step ago."""
     slip: NDArray[np.int8]
-    """(n + 1,) direction in which a node slips; 0 while it sticks."""
+    """(n + 1,) slip direction of a node; 0 while it sticks."""
     held: Booleans
-    """(n + 1,) nodes whose next speed is known beforehand."""
+    """(n + 1,) nodes whose next speed is prescribed: sticking ones, and a driven top."""
     rested: Floats
-    """(n + 1,) what slip has left of the friction of rest: 1 after a long rest, 0 after long rotation."""
+    """(n + 1,) remaining share of the increase of friction by rest: 1 after a long rest, 0 after long rotation."""
     memory: Floats
-    """(MEMORY_SIZE,) figures of control, drive, gear and bit, by the numbers below."""
+    """(MEMORY_SIZE,) state of control, drive, gear and bit, indexed by the constants below."""
     relaxed_speed: Floats
     """(K, n + 1) rad/s."""
     unrelaxed_twist: Floats
@@ -195,14 +195,14 @@ class State(NamedTuple):
     """(steps + 1,) m penetrated by a bit with blades, else (1,)."""
 
 
-SPEED, FILTERED, ERROR, INTEGRAL, WANTED, TORQUE, MEASURED = range(7)
+SPEED, FILTERED, ERROR, INTEGRAL, UNFILTERED, TORQUE, MEASURED = range(7)
 """Speed control at its last reading."""
 SMOOTH_ERROR, ERROR_SLOPE, SPEED_SLOPE, STRING_TORQUE, SMOOTH_STRING, MEAN_STRING = range(7, 13)
 """Inertia compensation and impedance matching at the last reading."""
 DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, EXCESS = range(13, 17)
-"""Drive: limited delayed command; its torque now and a step ago; what the limit cut off."""
+"""Drive: limited delayed command; its torque now and a step ago; excess of the demand over the limit."""
 TOP_ANGLE, TWIST = range(17, 19)
 """Angle of the top drive; twist of the gear."""
 BLADE, FURTHEST, EARLIER_CUT = range(19, 22)
-"""Step in whose course the bit was one blade behind; furthest angle it has reached; depth per angle before step 0."""
+"""Step during which the bit was one blade behind; largest angle it has reached; depth per angle before step 0."""
 MEMORY_SIZE = 22

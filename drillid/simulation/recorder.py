@@ -1,7 +1,7 @@
-"""From a simulated signal to a recorded one: filter, clock, sampling, noise, scale, resolution.
+"""Recorded signals from simulated ones: filter, clock, sampling, noise, scale, resolution.
 
-A recorder takes the signal at the simulation's fine interval, as the sensor gives it, and writes it at its own.
-It does so in the order of a real chain: what reaches the sensor, filter, clock, sampling, scale, resolution.
+A recorder reads the sensor's signal at the simulation's fine interval and records it at its own. It acts in the
+order of a real measurement chain: disturbance at the sensor, filter, clock, sampling, scale, resolution.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from drillid.errors import SettingsError
 
 @dataclass(frozen=True)
 class Tone:
-    """A disturbance that reaches the sensor; above half the recorder's rate it is aliased unless filtered out."""
+    """A tonal disturbance at the sensor; above half the recorder's rate it is aliased unless filtered out."""
 
     frequency: float
     """Hz."""
@@ -26,33 +26,33 @@ class Tone:
 
 @dataclass(frozen=True)
 class Recorder:
-    """How one channel is recorded; the defaults take every n-th sample as it is."""
+    """How one channel is recorded; the defaults record every n-th sample unchanged."""
 
     interval: float
     """s, between rows, a whole number of the signal's intervals."""
     filter_frequency: float = np.inf
-    """Hz, corner of a Butterworth low pass before the samples are taken: an anti-alias or any other filter."""
+    """Hz, corner of a Butterworth low pass before sampling, such as an anti-alias filter."""
     filter_order: int = 2
     clock_offset: float = 0.0
-    """s; positive where the row at time t shows the signal of t − offset."""
+    """s; positive where the row at time t holds the signal of t − offset."""
     clock_drift: float = 0.0
-    """s/s, by which the offset grows."""
+    """s/s, growth rate of the offset."""
     tones: tuple[Tone, ...] = ()
     noise: float = 0.0
     """Root mean square of white noise in the rows, unit of the signal."""
     scale: float = 1.0
-    """Recorded per true value; −1 for a wrong sign, 1.3558 for ft-lbf taken as N m."""
+    """Recorded per true value; −1 for a wrong sign, 1.3558 for ft-lbf read as N m."""
     resolution: float = 0.0
-    """Step of the recorded values; 0 for none."""
+    """Quantisation step of the recorded values; 0 for none."""
 
     def record(self, signal: Floats, signal_interval: float, generator: np.random.Generator | None = None) -> Floats:
         """Rows of a signal.
 
         Parameters
         ----------
-        signal : (samples,), before and after which its first and last value are taken to hold
+        signal : (samples,), extended by its first and last value
         signal_interval : s
-        generator : of the noise, needed where there is some
+        generator : of the noise, needed where there is noise
 
         Returns
         -------
@@ -61,20 +61,20 @@ class Recorder:
         Raises
         ------
         SettingsError
-            If the row interval is no whole number of the signal's, the filter is too high for the signal, or
+            If the row interval is not a whole number of the signal's, the filter is too high for the signal, or
             noise has no generator.
         """
         every = round(self.interval / signal_interval)
         if every < 1 or abs(every * signal_interval - self.interval) > 1e-9:
             raise SettingsError(
                 "recorder",
-                f"the interval {self.interval} s is no whole number of the signal's {signal_interval} s",
+                f"the interval {self.interval} s is not a whole number of the signal's {signal_interval} s",
                 "Choose one that is",
             )
         time = signal_interval * np.arange(signal.size, dtype=float)
-        asked = self._asked(time[::every])
-        rows = self._sampled(self._filtered(np.asarray(signal, dtype=float), signal_interval), time, every, asked)
-        rows = rows + self._toned(asked)
+        shown = self._shown_times(time[::every])
+        rows = self._sampled(self._filtered(np.asarray(signal, dtype=float), signal_interval), time, every, shown)
+        rows = rows + self._tones_at(shown)
         if self.noise > 0:
             if generator is None:
                 raise SettingsError("recorder", "noise needs a random generator", "Pass one")
@@ -89,11 +89,11 @@ class Recorder:
             raise SettingsError(
                 "recorder",
                 f"a filter at {self.filter_frequency} Hz cannot act on samples every {interval} s",
-                "Lower it, or simulate in finer samples",
+                "Lower it, or simulate at a finer interval",
             )
         from scipy.signal import bilinear, lfilter, lfilter_zi
 
-        # an analog filter by the trapezoidal rule: its lag is exact where the signal is slow beside its samples
+        # an analog filter by the trapezoidal rule: its lag is exact for signals slow compared with the interval
         forward, backward = bilinear(*self._analog(), fs=1 / interval)
         passed, _ = lfilter(forward, backward, signal, zi=lfilter_zi(forward, backward) * signal[0])
         return np.asarray(passed, dtype=float)
@@ -105,29 +105,31 @@ class Recorder:
         forward, backward = butter(self.filter_order, 2 * np.pi * self.filter_frequency, analog=True)
         return forward, backward
 
-    def _asked(self, rows: Floats) -> Floats:
-        """Times of the signal that rows at some times show, s."""
+    def _shown_times(self, rows: Floats) -> Floats:
+        """Times of the signal in the rows at given times, s."""
         return np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
 
-    def _sampled(self, signal: Floats, time: Floats, every: int, asked: Floats) -> Floats:
+    def _sampled(self, signal: Floats, time: Floats, every: int, shown: Floats) -> Floats:
         if self.clock_offset == 0.0 and self.clock_drift == 0.0:
             return signal[::every]
         from scipy.interpolate import make_interp_spline
 
-        return np.asarray(make_interp_spline(time, signal)(np.clip(asked, time[0], time[-1])), dtype=float)
+        return np.asarray(make_interp_spline(time, signal)(np.clip(shown, time[0], time[-1])), dtype=float)
 
-    def _toned(self, asked: Floats) -> Floats:
-        """Tones behind the filter at some times; they may be too fast to be told from samples of the signal."""
-        total = np.zeros(asked.size)
+    def _tones_at(self, times: Floats) -> Floats:
+        """Tones behind the filter at given times, in closed form, as they may be too fast for the signal's interval."""
+        total = np.zeros(times.size)
         for tone in self.tones:
-            turning = 2 * np.pi * tone.frequency
-            total += np.imag(tone.amplitude * self._passed(turning) * np.exp(1j * (turning * asked + tone.phase)))
+            angular = 2 * np.pi * tone.frequency
+            total += np.imag(
+                tone.amplitude * self._filter_response(angular) * np.exp(1j * (angular * times + tone.phase))
+            )
         return total
 
-    def _passed(self, turning: float) -> complex:
+    def _filter_response(self, angular: float) -> complex:
         """Response of the filter at an angular frequency, rad/s."""
         if np.isinf(self.filter_frequency):
             return 1.0
         from scipy.signal import freqs
 
-        return complex(freqs(*self._analog(), worN=[turning])[1][0])
+        return complex(freqs(*self._analog(), worN=[angular])[1][0])

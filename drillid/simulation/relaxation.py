@@ -1,9 +1,9 @@
 """Damping laws with memory in the time domain: each is fitted by a sum of relaxations.
 
-A law's shunt admittance per length becomes d + m s + Σ rₖ s/(s + pₖ), a damper, an inertia and dampers that hang
-on springs; its series admittance times length becomes c/s + d + Σ gₖ/(s + pₖ), a stiffness, a damper and
-Maxwell elements. All but c are not negative, so that the sum is as passive as the law. The √s of mud drag is
-such a sum in the limit of ever more pₖ (diffusive representation, Montseny 1998, ESAIM Proceedings 5, 159–175).
+A law's shunt admittance per length becomes d + m s + Σ rₖ s/(s + pₖ), a damper, an inertia and Maxwell elements;
+its series admittance times length becomes c/s + d + Σ gₖ/(s + pₖ), a stiffness, a damper
+and Maxwell elements. All but c are non-negative, so that the sum is as passive as the law. The √s of mud drag is
+the limit of such a sum for ever denser pₖ (diffusive representation, Montseny 1998, ESAIM Proceedings 5, 159–175).
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from drillid.physics.equipment import Section
 RATES = 2 * np.pi * np.geomspace(0.004, 60.0, 18)
 """pₖ, rad/s."""
 FITTED = 2j * np.pi * np.geomspace(0.02, 15.0, 120)
-"""s at which laws are met, rad/s."""
+"""s at which laws are fitted, rad/s."""
 LARGEST_MISFIT = 0.02
 """Relative to the law."""
 
@@ -48,7 +48,7 @@ def relaxations(section: Section) -> Relaxations:
     Raises
     ------
     SettingsError
-        If a law is not such a sum to within LARGEST_MISFIT.
+        If the sum misses a law by more than LARGEST_MISFIT.
     """
     laws = [_causal(law) for law in section.laws]
     relaxing = 1 / (FITTED[:, None] + RATES)
@@ -68,24 +68,24 @@ def _causal(law: DampingLaw) -> DampingLaw:
 
 
 def _fitted(terms: Sequence[object], columns: Sequence[Array], rest: Array) -> Floats:
-    """Coefficients that are not negative, by least squares of the relative misfit."""
+    """Non-negative coefficients by least squares of the relative misfit."""
     from scipy.optimize import nnls
 
     design = np.concatenate([np.stack(columns, axis=1), rest], axis=1)
-    sought = np.sum([np.broadcast_to(np.asarray(term, dtype=complex), FITTED.shape) for term in terms], axis=0)
-    size = np.abs(sought)
+    target = np.sum([np.broadcast_to(np.asarray(term, dtype=complex), FITTED.shape) for term in terms], axis=0)
+    size = np.abs(target)
     if not np.any(size > 0):
         return np.zeros(design.shape[1])
     relative = design / size[:, None]
     scale = np.abs(relative).max(axis=0)
     rows = np.concatenate([(relative / scale).real, (relative / scale).imag])
-    goal = np.concatenate([(sought / size).real, (sought / size).imag])
-    coefficients, _ = nnls(rows, goal)
-    misfit = np.abs((relative / scale) @ coefficients - sought / size).max()
+    right = np.concatenate([(target / size).real, (target / size).imag])
+    coefficients, _ = nnls(rows, right)
+    misfit = np.abs((relative / scale) @ coefficients - target / size).max()
     if misfit > LARGEST_MISFIT:
         raise SettingsError(
             "simulation, damping laws of a section",
-            f"relaxations miss them by {misfit:.1%}",
+            f"their fit by relaxations is off by {misfit:.1%}",
             "Use laws that are passive and smooth over 0.02 … 15 Hz",
         )
     return np.asarray(coefficients / scale, dtype=float)

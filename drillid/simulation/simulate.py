@@ -1,10 +1,10 @@
-"""Time-domain simulation of a drilling rig: top drive under speed control, string, bit, and what is not linear.
+"""Time-domain simulation of a drilling rig: top drive under speed control, string, bit, and nonlinear parts.
 
-The string is cut into springs and inertias such that a wave passes one spring a time step. At that
-ratio the leap-frog scheme moves waves without dispersion, whatever the frequency; sections that are not
-a whole number of steps long come close to it. What is left are errors of second order in the step,
-about 0.03 % of the command mobility at 5 Hz for the default step. The simulator shares nothing with
-the transmission-line formulas but the description of the equipment.
+The string is divided into springs and inertias such that a wave passes one spring per time step. At this
+Courant number the leap-frog scheme has no dispersion at any frequency; sections that are not a whole number
+of steps long come close to it. The remaining errors are of second order in the step, about 0.03 % of the
+command mobility at 5 Hz for the default step. The simulator shares only the description of the equipment
+with the transmission-line formulas.
 """
 
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.equipment import DrillingSystem
-from drillid.physics.nonlinear import Course, NonlinearRig
+from drillid.physics.nonlinear import NonlinearRig, VaryingRig
 from drillid.simulation.grid import build, element_counts, whole_steps
-from drillid.simulation.initial_state import steady_state, take_grip
+from drillid.simulation.initial_state import steady_state, update_contacts
 from drillid.simulation.kernel import OUTPUTS, flank_torque, march
 from drillid.simulation.parts import TWIST, Inputs, Machine, State
 
@@ -25,18 +25,18 @@ TIME_STEP = 0.0025
 """s."""
 SAMPLE_INTERVAL = 0.02
 """s; rig logs give torque and speed at 50 Hz."""
-RENEWAL = 1.0
-"""s, after which a rig that changes in time is described anew."""
+UPDATE_INTERVAL = 1.0
+"""s, after which the parameters of a time-varying rig are updated."""
 
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies of one simulation, J; supplied + brought = dissipated + stored."""
+    """Energies of one simulation, J; supplied + parametric = dissipated + stored."""
 
     supplied: float
-    """Work of the drive less work taken by the given bit torque."""
-    brought: float
-    """Energy that came with new descriptions of a rig that changes in time."""
+    """Work of the drive less that of the given bit torque."""
+    parametric: float
+    """Change of stored energy by updates of a time-varying rig."""
     dissipated: float
     """Lost in mud, steel, bottom-hole assembly, friction, cutting and gear."""
     stored: float
@@ -52,9 +52,9 @@ class Simulation:
     speed: Floats
     """rad/s, of the top drive."""
     speed_reading: Floats
-    """rad/s, as the speed sensor gives it."""
+    """rad/s, as read by the speed sensor."""
     torque_command: Floats
-    """N m, sweep included, before the drive's delay; at `time`. 0 where the top drive follows a given speed."""
+    """N m, sweep included, before the drive's delay; at `time`. 0 where the top-drive speed is prescribed."""
     drive_torque: Floats
     """N m, of the drive on the top drive's inertia."""
     string_torque: Floats
@@ -62,13 +62,13 @@ class Simulation:
     bit_speed: Floats
     """rad/s."""
     torque_on_bit: Floats
-    """N m, of the rock and, where the string rubs at the bit, of the wall."""
+    """N m, of the rock and, where the string touches the wall at the bit, of the wall."""
     energies: Energies | None
-    """Given where asked for."""
+    """Where requested."""
 
 
 def simulate(
-    rig: DrillingSystem | NonlinearRig | Course,
+    rig: DrillingSystem | NonlinearRig | VaryingRig,
     sweep: Floats,
     speed_set: Floats,
     bit_torque: Floats,
@@ -85,72 +85,80 @@ def simulate(
 
     Parameters
     ----------
-    rig : equipment in plain numbers; a function of time gives one that changes, read every RENEWAL seconds
+    rig : equipment in plain numbers; a function of time for a time-varying rig, called every UPDATE_INTERVAL seconds
     sweep : (steps,) N m, injected torque at each step
     speed_set : (steps,) rad/s, set point of the speed control
-    bit_torque : (steps,) N m, all torque that the rock takes from the bit beside the rig's own cutting
+    bit_torque : (steps,) N m, torque of the rock on the bit in addition to the rig's own cutting
     mean_bit_torque : N m, `bit_torque` before the first step
     weight_on_bit : N, (steps,) or the same at each step
-    top_speed : (steps,) rad/s, speed that the top drive follows whatever it takes, without control and drive
+    top_speed : (steps,) rad/s, prescribed speed of the top drive; control and drive then have no effect
     time_step : s
     sample_interval : s, a whole number of time steps
     seed : of the delay's jitter
-    energies : also sum up the energies
+    energies : also compute the energies
 
     Raises
     ------
     SettingsError
-        If an interval is no whole number of steps, a section is shorter than a wave's way in a step, an input
-        has another length than the others, or a rig that changes in time changes its parts.
+        If an interval is not a whole number of steps, a section is shorter than a wave travels in a step, an input
+        has another length than the others, or a time-varying rig changes its parts.
     """
     every = whole_steps("sample interval", sample_interval, time_step)
     rigs, block = _rigs(rig, sweep.size, time_step)
     # the fewest elements keep a string that grows or shrinks within the scheme's stability
-    counts = tuple(map(min, zip(*(element_counts(one, time_step) for one in rigs), strict=True)))
-    machines = [_build(one, counts, time_step, top_speed is not None) for one in rigs]
+    counts = tuple(map(min, zip(*(element_counts(described, time_step) for described in rigs), strict=True)))
+    machines = [_build(described, counts, time_step, top_speed is not None) for described in rigs]
     _check_parts(machines)
     jitter = _jitter(rigs, block, sweep.size, time_step, seed)
     inputs = _inputs((sweep, speed_set, bit_torque), weight_on_bit, top_speed, jitter)
     state = steady_state(machines, inputs, mean_bit_torque, time_step)
     outputs = np.zeros((OUTPUTS, (sweep.size + every - 1) // every))
-    account, brought = np.zeros(2), 0.0
+    account, parametric = np.zeros(2), 0.0
     before = stored = _stored(machines[0], state, time_step)
     for number, machine in enumerate(machines):
-        brought += _stored(machine, state, time_step) - stored
-        take_grip(machine, state, top_speed is not None)
+        parametric += _stored(machine, state, time_step) - stored
+        update_contacts(machine, state, top_speed is not None)
         span = (number * block, min((number + 1) * block, sweep.size))
         march(machine, inputs, state, span, time_step, every, outputs, account, energies)
         stored = _stored(machine, state, time_step)
-    balance = Energies(float(account[0]), brought, float(account[1]), stored - before) if energies else None
+    balance = Energies(float(account[0]), parametric, float(account[1]), stored - before) if energies else None
     speed, reading, command, drive, string, bit_speed, on_bit = outputs
     time = sample_interval * np.arange(outputs.shape[1], dtype=float)
     return Simulation(time, speed, reading, command, drive, string, bit_speed, on_bit, balance)
 
 
-def _rigs(rig: DrillingSystem | NonlinearRig | Course, steps: int, time_step: float) -> tuple[list[NonlinearRig], int]:
+def _rigs(
+    rig: DrillingSystem | NonlinearRig | VaryingRig, steps: int, time_step: float
+) -> tuple[list[NonlinearRig], int]:
     """Descriptions for one block of steps after another, and the blocks' length in steps."""
     if isinstance(rig, DrillingSystem):
         return [NonlinearRig(rig)], steps
     if isinstance(rig, NonlinearRig):
         return [rig], steps
-    block = max(1, round(RENEWAL / time_step))
+    block = max(1, round(UPDATE_INTERVAL / time_step))
     rigs = [rig(first * time_step) for first in range(0, steps, block)]
-    if len({len(one.system.string) for one in rigs}) > 1:
-        raise SettingsError("simulation", "sections of the string come or go in time", "Let them change size only")
+    if len({len(described.system.string) for described in rigs}) > 1:
+        raise SettingsError("simulation", "the number of sections changes in time", "Change their parameters only")
     return rigs, block
 
 
 def _check_parts(machines: Sequence[Machine]) -> None:
-    """The state that is carried from block to block must keep its shape."""
+    """Check that the state keeps its shape from block to block."""
     parts = {
-        (one.grid.inertia.size, one.gear.present, one.rock.blades > 0, one.memory.shunt.shape, one.memory.series.shape)
-        for one in machines
+        (
+            machine.grid.inertia.size,
+            machine.gear.present,
+            machine.rock.blades > 0,
+            machine.memory.shunt.shape,
+            machine.memory.series.shape,
+        )
+        for machine in machines
     }
     if len(parts) > 1:
         raise SettingsError(
             "simulation",
-            "gear, motor, blades or damping laws with memory come or go in time",
-            "Give them a size, however small, all the time",
+            "gear, motor, blades or damping laws with memory appear or vanish in time",
+            "Keep each of them at all times, with a small parameter where it should have no effect",
         )
 
 
@@ -159,7 +167,7 @@ def _build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float, imposed
     friction = machine.friction
     if not imposed or friction.nodes.size == 0 or friction.nodes[0] != 0:
         return machine
-    # a top drive that follows a speed is held already: the wall's grip on its node moves to the node below
+    # the speed of the top node is prescribed, so its wall friction is moved to the node below
     if friction.nodes.size > 1 and friction.nodes[1] == 1:
         friction.static[1] += friction.static[0]
         friction.dynamic[1] += friction.dynamic[0]
@@ -179,14 +187,14 @@ def _inputs(
 ) -> Inputs:
     steps = series[0].size
     weights = np.full(steps, float(weight)) if np.ndim(weight) == 0 else np.asarray(weight, dtype=float)
-    given = [*series, weights] if top_speed is None else [*series, weights, np.asarray(top_speed, dtype=float)]
-    if steps == 0 or any(one.shape != (steps,) for one in given):
+    arrays = [*series, weights] if top_speed is None else [*series, weights, np.asarray(top_speed, dtype=float)]
+    if steps == 0 or any(array.shape != (steps,) for array in arrays):
         raise SettingsError(
-            "simulation", f"inputs have the shapes {[one.shape for one in given]}", "Give one value for each step"
+            "simulation", f"inputs have the shapes {[array.shape for array in arrays]}", "Give one value for each step"
         )
-    followed = np.empty(0) if top_speed is None else np.append(given[4], given[4][-1])
-    sweep, speed_set, bit_torque, weights = (np.ascontiguousarray(one, dtype=float) for one in given[:4])
-    return Inputs(sweep, speed_set, bit_torque, weights, jitter, followed)
+    prescribed = np.empty(0) if top_speed is None else np.append(arrays[4], arrays[4][-1])
+    sweep, speed_set, bit_torque, weights = (np.ascontiguousarray(array, dtype=float) for array in arrays[:4])
+    return Inputs(sweep, speed_set, bit_torque, weights, jitter, prescribed)
 
 
 def _jitter(
@@ -197,14 +205,14 @@ def _jitter(
         return np.zeros(1)
     intervals = {rig.limits.jitter_interval for rig in rigs}
     if len(intervals) > 1:
-        raise SettingsError("simulation", "the jitter's interval changes in time", "Let its size change only")
+        raise SettingsError("simulation", "the jitter's interval changes in time", "Change its size only")
     every = whole_steps("jitter interval", intervals.pop(), time_step)
     draws = np.random.default_rng(seed).standard_normal(-(-steps // every))
     return np.asarray(np.repeat(sizes, block)[:steps] * np.repeat(draws, every)[:steps], dtype=float)
 
 
 def _stored(machine: Machine, state: State, time_step: float) -> float:
-    """Kinetic and elastic energy, J; the product of the torques of both half steps is what leap-frog conserves."""
+    """Kinetic and elastic energy, J; leap-frog conserves the product of the torques of both half steps."""
     grid, gear = machine.grid, machine.gear
     after = state.torque + time_step * grid.stiffness * (state.speed[:-1] - state.speed[1:])
     if gear.present:

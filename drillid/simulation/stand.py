@@ -1,4 +1,4 @@
-"""What the driller does in the course of a stand, and the torque noise of rock that changes with it."""
+"""Schedule of a stand as drilled, and torque noise that varies along it."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from drillid.errors import SettingsError
 
 
 @dataclass(frozen=True)
-class Stand:
+class StandSchedule:
     """One stand from standstill to standstill: start of rotation, bit set on bottom, drilling, connection."""
 
     speed: float
@@ -20,20 +20,22 @@ class Stand:
     start: float = 10.0
     """s, at rest before the rotation starts."""
     speeding_up: float = 10.0
-    """s, from rest to full speed; slowing down takes as long."""
+    """s, from rest to full speed; the same for slowing down."""
     off_bottom: float = 20.0
     """s, at full speed before the bit is set on bottom, and after it is lifted."""
     setting_down: float = 10.0
-    """s, until the bit carries its full weight; lifting takes as long."""
+    """s, until the bit carries its full weight; the same for lifting."""
     drilling: float = 600.0
     """s, at full speed and weight."""
     connection: float = 60.0
-    """s, at rest after all."""
+    """s, at rest at the end."""
 
     def __post_init__(self) -> None:
         ramps, holds = (self.speeding_up, self.setting_down), (self.start, self.off_bottom, self.drilling)
         if min(ramps) <= 0 or min(*holds, self.connection, self.speed, self.weight) < 0:
-            raise SettingsError("stand", "a duration, the speed or the weight is negative, or a ramp 0", "Correct it")
+            raise SettingsError(
+                "stand", "a duration, the speed or the weight is negative, or a ramp has no length", "Correct it"
+            )
 
     @property
     def duration(self) -> float:
@@ -46,7 +48,7 @@ class Stand:
         return np.concatenate([[0.0], np.cumsum(lengths)])
 
     def speed_set(self, time: Floats) -> Floats:
-        """Set point (rad/s) at times in s since the stand's beginning; at rest before and after it."""
+        """Set point (rad/s) at times in s since the stand's beginning; zero before and after it."""
         corners = self._corners()
         return self.speed * np.interp(time, corners[[1, 2, 7, 8]], [0.0, 1.0, 1.0, 0.0])
 
@@ -64,18 +66,18 @@ class Stand:
 def varying_noise(
     generator: np.random.Generator, time_step: float, rms: ArrayLike, bandwidth: ArrayLike, samples: int
 ) -> Floats:
-    """Gaussian noise behind a first-order low pass whose strength and corner change in time.
+    """Gaussian noise through a first-order low pass, with rms and corner frequency that vary in time.
 
     Parameters
     ----------
     time_step : s
-    rms : root mean square, one or (samples,); the noise follows it at once
+    rms : root mean square, one or (samples,), applied behind the filter
     bandwidth : Hz, corner frequency of the low pass, one or (samples,)
     samples : length of the noise
 
     Returns
     -------
-    (samples,) in the unit of `rms`. Rock that cuts unevenly is best simulated by such noise on the weight on bit,
+    (samples,) in the unit of `rms`. Unevenly cut rock is best simulated by such noise on the weight on bit,
     which never drives the bit.
     """
     memory = np.exp(-2 * np.pi * np.broadcast_to(np.asarray(bandwidth, dtype=float), samples) * time_step)

@@ -1,7 +1,7 @@
-"""Start of rotation of a described well: string and hole from their description, friction along them, a driven top.
+"""Start of rotation of a described well: string, hole and friction along them, with a prescribed top-drive speed.
 
-The top drive follows a given speed; all else follows from the description and from a few coefficients of friction,
-which belong to the well and not to a depth.
+The motion follows from the description and a few coefficients of friction, which are those of the whole well, not
+of a depth.
 """
 
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from drillid.simulation.simulate import simulate
 RATE = 100.0
 """Hz, of logged and simulated series."""
 STATISTICS_DELAY = 0.25
-"""s, from the middle of the half second of the downhole sensor's statistics to its end, where they are stamped."""
+"""s, from the middle of the half second of the downhole sensor's statistics to its end, the time of their stamps."""
 _SMOOTHING_SAMPLES = 21
 TIME_STEP = 0.005
-"""s, in which a wave passes about 14 m of string."""
+"""s, in which a wave travels about 14 m of string."""
 
 
 @dataclass(frozen=True)
-class Equipment:
-    """What turns in the well, as data sheets and tally have it."""
+class WellEquipment:
+    """Top drive, string and mud of the well, from data sheet and tally."""
 
     top_drive: TopDrive
     pipe: tuple[float, float]
@@ -47,8 +47,8 @@ class Equipment:
 
 
 @dataclass(frozen=True)
-class Friction:
-    """What holds the turning string back, everywhere in the well."""
+class WellFriction:
+    """WellFriction and damping of the rotating string, uniform over the well."""
 
     sliding: float
     """Coefficient of sliding friction."""
@@ -59,13 +59,13 @@ class Friction:
     assembly_breakaway: float = 1.0
     """Static per sliding coefficient of the assembly, per that of the pipe."""
     threshold: float = 1.0
-    """rad/s, over which friction falls from static to sliding, as a Gaussian."""
+    """rad/s, over which friction falls from static to sliding as a Gaussian."""
     rest: float = 0.0
-    """Share by which the pipe is held more after the long rest of a connection."""
+    """Relative increase of the pipe's friction after the long rest of a connection."""
     assembly_rest: float = 0.0
-    """The same share of the assembly."""
+    """The same for the assembly."""
     rest_angle: float = 15.0
-    """rad of slip, over which those shares fall to 1/e."""
+    """rad of slip over which these increases fall to 1/e."""
     kappa: float = 0.0
     """Viscous damping of mud and wall, N s/m⁴."""
     delta: float = 1e8
@@ -79,12 +79,12 @@ class Friction:
         if min(sizes) < 0 or min(factors) < 1 or self.assembly_inertia <= 0:
             raise SettingsError(
                 "friction of the well",
-                "a figure is negative, or static friction is below sliding friction",
-                "Give figures that are not negative and breakaways of at least 1",
+                "a parameter is negative, or static friction is below sliding friction",
+                "Give non-negative parameters and breakaways of at least 1",
             )
 
 
-def rig_at(depth: float, survey: Survey, equipment: Equipment, friction: Friction) -> NonlinearRig:
+def rig_at(depth: float, survey: Survey, equipment: WellEquipment, friction: WellFriction) -> NonlinearRig:
     """The rig with its bit at a depth (m along the hole), pipe reaching from the assembly to the surface.
 
     Raises
@@ -104,17 +104,17 @@ def rig_at(depth: float, survey: Survey, equipment: Equipment, friction: Frictio
             polar_moment(pipe.outer_diameter, pipe.inner_diameter),
             friction.kappa,
             friction.delta,
-            pipe.density * (friction.assembly_inertia if place else 1.0),
-            equipment.assembly_shear_modulus if place else equipment.pipe_shear_modulus,
+            pipe.density * (friction.assembly_inertia if index else 1.0),
+            equipment.assembly_shear_modulus if index else equipment.pipe_shear_modulus,
         )
-        for place, pipe in enumerate(pipes)
+        for index, pipe in enumerate(pipes)
     )
     forces = side_forces(survey, pipes, equipment.mud_density)
     system = DrillingSystem(equipment.top_drive, sections, Bit(1.0))
     return NonlinearRig(system, contact=_contact(forces, above, friction))
 
 
-def _contact(forces: SideForces, assembly_top: float, friction: Friction) -> WallContact:
+def _contact(forces: SideForces, assembly_top: float, friction: WellFriction) -> WallContact:
     """Sliding and static torque per length, with coefficients of pipe and assembly."""
     below = (forces.edges[:-1] + forces.edges[1:]) / 2 > assembly_top
     torque = forces.side_force * forces.radius
@@ -132,21 +132,21 @@ class StartUp:
     time: Floats
     """s."""
     torque: Floats
-    """N m, of the drive, its own inertia's included."""
+    """N m, of the drive, including the part that accelerates its own inertia."""
     bit_speed: Floats
     """rad/s, of the bit itself."""
 
     def recorded_bit_speed(self) -> Floats:
-        """rad/s, the bit's speed as a record shows it whose statistics are stamped at their interval's end."""
+        """rad/s, bit speed as recorded, with statistics stamped at the end of their interval."""
         return np.asarray(np.interp(self.time - STATISTICS_DELAY, self.time, self.bit_speed), dtype=float)
 
 
 def start_up(rig: NonlinearRig, top_speed: Floats, time_step: float = TIME_STEP) -> StartUp:
-    """Simulate the rig under a measured top-drive speed, from rest.
+    """Simulate the rig from rest under a measured top-drive speed.
 
     Parameters
     ----------
-    top_speed : (samples,) rad/s at RATE; smoothed over a fifth of a second, since it has to be differentiated
+    top_speed : (samples,) rad/s at RATE; smoothed over 0.2 s, since it is differentiated
     time_step : s
     """
     from scipy.signal import savgol_filter
@@ -158,7 +158,8 @@ def start_up(rig: NonlinearRig, top_speed: Floats, time_step: float = TIME_STEP)
     logged = np.arange(top_speed.size) / RATE
     steps = round(top_speed.size / RATE / time_step)
     time = np.arange(steps) * time_step
-    turned = np.interp(time, logged, np.maximum(smooth - smooth[0], 0.0))
-    still = np.zeros(steps)
-    run = simulate(rig, still, still, still, top_speed=turned, time_step=time_step, sample_interval=1 / RATE)
-    return StartUp(run.time, run.string_torque + rig.system.top_drive.inertia * rise[: run.time.size], run.bit_speed)
+    prescribed = np.interp(time, logged, np.maximum(smooth - smooth[0], 0.0))
+    zeros = np.zeros(steps)
+    result = simulate(rig, zeros, zeros, zeros, top_speed=prescribed, time_step=time_step, sample_interval=1 / RATE)
+    acceleration_torque = rig.system.top_drive.inertia * rise[: result.time.size]
+    return StartUp(result.time, result.string_torque + acceleration_torque, result.bit_speed)

@@ -1,4 +1,4 @@
-"""What a simulated start of rotation reads and writes: surveys, top-drive speeds, time series."""
+"""Files of a simulated start of rotation: surveys, top-drive speeds, time series."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 COLUMNS = ("t_s", "td_rpm", "torque_knm", "bit_rpm", "bit_rpm_now")
-"""Of a written simulation; `bit_rpm` as a record shows it, `bit_rpm_now` of the bit itself."""
+"""Columns of a written simulation; `bit_rpm` as recorded, `bit_rpm_now` of the bit itself."""
 LONGEST_INTERVAL = 0.1
-"""s between samples of a speed that the top drive follows; start-up has steps of a few tenths of a second."""
+"""s between samples of a prescribed top-drive speed; start-up has transients of a few tenths of a second."""
 _REST_BEFORE = 1.0
 _STANDSTILL = 3.0 * RPM
 
@@ -29,7 +29,7 @@ def read_table(path: Path, columns: tuple[str, ...]) -> "pd.DataFrame":
     Raises
     ------
     LogError
-        If the file is not there, is no CSV file, lacks a column or holds text in one.
+        If the file is missing, is not a CSV file, lacks a column or holds text in one.
     """
     import pandas as pd
 
@@ -47,14 +47,14 @@ def read_table(path: Path, columns: tuple[str, ...]) -> "pd.DataFrame":
 
 
 def read_survey(path: Path) -> Survey:
-    """Survey from a CSV file with the columns depth_m, inclination_deg and, where the hole turns, azimuth_deg.
+    """Survey from a CSV file with the columns depth_m, inclination_deg and, optionally, azimuth_deg.
 
     Raises
     ------
     LogError
         If the file cannot be read or lacks a column.
     SettingsError
-        If the stations are no survey.
+        If the stations do not form a survey.
     """
     table = read_table(path, ("depth_m", "inclination_deg"))
     if "azimuth_deg" in table:
@@ -71,7 +71,7 @@ def read_top_speed(path: Path) -> tuple[float, Floats]:
     Raises
     ------
     LogError
-        If a value is missing, time does not rise or rises too coarsely, or the top drive turns at first.
+        If a value is missing, time does not increase or its steps are too coarse, or the top drive already turns.
     """
     table = read_table(path, ("t_s", "td_rpm_measured"))
     time, speed = table["t_s"].to_numpy(float), table["td_rpm_measured"].to_numpy(float) * RPM
@@ -86,25 +86,27 @@ def read_top_speed(path: Path) -> tuple[float, Floats]:
         )
     if abs(speed[0]) > _STANDSTILL:
         raise LogError(
-            str(path), f"the top drive turns at {speed[0] / RPM:.1f} rpm at first", "Begin before the start of rotation"
+            str(path),
+            f"the top drive turns at {speed[0] / RPM:.1f} rpm at the first sample",
+            "Begin before the start of rotation",
         )
     regular = np.arange(time[0], time[-1] + 0.5 / RATE, 1 / RATE)
     return float(time[0]), np.asarray(np.interp(regular, time, speed), dtype=float)
 
 
 def ramped_speed(rpm: float, ramp: float, duration: float) -> Floats:
-    """A start from rest after one second that rises smoothly to `rpm` within `ramp` s, (samples,) rad/s at RATE."""
+    """Smooth ramp from rest to `rpm` within `ramp` s, starting after 1 s, (samples,) rad/s at RATE."""
     time = np.arange(round(duration * RATE) + 1) / RATE
     share = np.clip((time - _REST_BEFORE) / ramp, 0.0, 1.0)
     return np.asarray(rpm * RPM * share**2 * (3 - 2 * share), dtype=float)
 
 
-def write_start_up(made: StartUp, top_speed: Floats, path: Path, first_time: float = 0.0) -> None:
+def write_start_up(result: StartUp, top_speed: Floats, path: Path, first_time: float = 0.0) -> None:
     """Write COLUMNS at RATE to a CSV file; t_s of the first sample is `first_time`, s."""
     import pandas as pd
 
-    speeds = (top_speed[: made.time.size] / RPM, made.torque / 1e3, made.recorded_bit_speed() / RPM)
-    series = (first_time + made.time, *speeds, made.bit_speed / RPM)
+    speeds = (top_speed[: result.time.size] / RPM, result.torque / 1e3, result.recorded_bit_speed() / RPM)
+    series = (first_time + result.time, *speeds, result.bit_speed / RPM)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         pd.DataFrame(dict(zip(COLUMNS, series, strict=True))).to_csv(path, index=False, float_format="%.4f")
@@ -112,12 +114,12 @@ def write_start_up(made: StartUp, top_speed: Floats, path: Path, first_time: flo
         raise LogError(str(path), f"it cannot be written: {error}", "Give another --output") from error
 
 
-def summary(made: StartUp, depth: float) -> str:
-    """Greatest torque, mean torque and range of the bit's speed over the last third of a simulation."""
-    last = slice(made.time.size * 2 // 3, None)
-    torque, bit = made.torque / 1e3, made.bit_speed[last] / RPM
-    moving = np.flatnonzero(made.bit_speed > _STANDSTILL)
-    start = f"turns from {made.time[moving[0]]:.1f} s on" if moving.size else "never turns"
+def summary(result: StartUp, depth: float) -> str:
+    """Text: greatest torque of a simulation, and range of torque and bit speed over its last third."""
+    last = slice(result.time.size * 2 // 3, None)
+    torque, bit = result.torque / 1e3, result.bit_speed[last] / RPM
+    moving = np.flatnonzero(result.bit_speed > _STANDSTILL)
+    start = f"turns from {result.time[moving[0]]:.1f} s on" if moving.size else "never turns"
     return (
         f"bit at {depth:g} m: {start}; greatest torque {torque.max():.1f} kN m\n"
         f"last third: torque {torque[last].mean():.1f} kN m on the mean, {torque[last].min():.1f} to "

@@ -288,12 +288,12 @@ FAULTS = (
     Fault(
         "simulation",
         "drillid/simulation/friction.py",
-        "sliding[k] = more * slips",
-        "sliding[k] = slips",
+        "1 + friction.rest[k] * state.rested[i]",
+        "1 - friction.rest[k] * state.rested[i]",
         (
             "tests/truth/simulation/test_friction.py::test_a_string_that_has_rested_breaks_away_at_a_torque_greater_by_its_share",
         ),
-        "compiled: friction of rest has no part in sliding",
+        "sign, in compiled code: a string that has rested breaks away more easily",
     ),
     Fault(
         "control",

@@ -39,5 +39,5 @@ def closure(result: Simulation) -> float:
     """What the energy balance leaves over, relative to the work supplied."""
     energies = result.energies
     assert energies is not None
-    rest = energies.supplied + energies.brought - energies.dissipated - energies.stored
+    rest = energies.supplied + energies.parametric - energies.dissipated - energies.stored
     return abs(rest / energies.supplied)

@@ -21,12 +21,16 @@ def test_a_run_up_to_a_stage_and_then_without_the_figures(checkout: Checkout) ->
     assert not (checkout.root / "results/main/report.html").exists()
 
 
-def test_a_forced_stage_is_done_again_for_all_wells_and_the_others_are_kept(finished: Checkout) -> None:
+def test_a_forced_stage_and_what_follows_are_done_again_for_all_wells(finished: Checkout) -> None:
     finished.journal()
-    finished.would_run("--forcerun", "fits")
+    finished.would_run("-R", "fits")
     assert "Nothing to be done" in finished.run()
-    finished.run("-R", "fits")
+    finished.run("-R", "fits", "--until", "fits")
     assert sorted(finished.journal()) == ["fits W-2", "fits W1"]
+    finished.run()
+    assert sorted(finished.journal()) == sorted(
+        f"{stage} {well}" for stage in ("discrepancy", "depth", "figures") for well in WELLS
+    )
     assert "Nothing to be done" in finished.run()
 
 

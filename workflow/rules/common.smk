@@ -90,7 +90,7 @@ def everything():
 
 
 def forget_forced():
-    """Have forced jobs do all their wells again, also those in which nothing has changed."""
+    """Have forced jobs, and what follows from them, do all their wells again, although nothing has changed."""
     for job in workflow.dag.needrun_jobs():
         if job.rule.name in STAGES and workflow.dag.reason(job).forced:
             PLAN.forget(job.rule.name, wells(job.wildcards))

@@ -23,7 +23,7 @@ from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.fleet.provenance import digest, source_hash
-from drillid.physics.nonlinear import Course, NonlinearRig
+from drillid.physics.nonlinear import VaryingRig, NonlinearRig
 from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 
 EFFECTS: dict[str, Effect] = {
@@ -181,7 +181,7 @@ def _simulated(case: Case, window: int) -> dict[str, Floats]:
     return {"sweep": sweep, "speed": speed, "command": command, "standing": np.array(standing)}
 
 
-def _course(world: World) -> Course:
+def _course(world: World) -> VaryingRig:
     change = world.change
     assert change is not None
 

@@ -73,7 +73,7 @@ class World:
     def linear(self, share: float) -> DrillingSystem:
         """Small vibrations about steady drilling, at a share of the window."""
         rig = self.rig if self.change is None else self.change(self.rig, share)
-        system = rig.about(self.speed, self.weight_on_bit)
+        system = rig.linearised(self.speed, self.weight_on_bit)
         if rig.contact is None:
             return system
         widths = np.diff(rig.contact.edges)

@@ -10,7 +10,7 @@ from benchmarks.blind.generator.effects_sensor import nearest_factor, wrong_fact
 from benchmarks.blind.ideal.ideal import CONTINUOUS, IN_TIME, Ideal
 from drillid.arrays import Floats
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.verdicts.naming import SAME, TOLD_APART
+from drillid.discrepancy.rules import SAME, TOLD_APART
 
 UNTOLD = Ideal.distance_unaware(TOLD_APART)
 """Standard deviations below which a cause that is not in the catalogue counts as imitated by others."""

@@ -2,6 +2,7 @@
 
 from drillid.discrepancy.catalogue import bit, sensor, string, time, top_drive
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.catalogue.symptoms import SYMPTOMS as SYMPTOMS
 
 CATALOGUE: dict[str, Cause] = {
     cause.name: cause
@@ -9,9 +10,9 @@ CATALOGUE: dict[str, Cause] = {
     for cause in (
         entry()
         for entry in vars(module).values()
-        if isinstance(entry, type) and issubclass(entry, Cause) and entry is not Cause
+        if isinstance(entry, type) and issubclass(entry, Cause) and entry.__module__ == module.__name__
     )
 }
 """All causes by name."""
 
-__all__ = ["CATALOGUE", "Cause", "OperatingPoint", "Size", "WindowModel"]
+__all__ = ["CATALOGUE", "SYMPTOMS", "Cause", "OperatingPoint", "Size", "WindowModel"]

@@ -4,7 +4,10 @@ from dataclasses import replace
 from typing import Any
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.catalogue.sensor import AliasedTone
+from drillid.discrepancy.detectors.motion import StandingBitDetector, WeakeningBitDetector
 from drillid.physics.equipment import Motor, RegenerativeCutting
+from drillid.statistics import TWO_SIDED
 
 _HOUSING_SHARE = 0.5
 """Of the lumped inertia below the collars, what sits in the motor's housing."""
@@ -19,6 +22,7 @@ class DistributedBha(Cause):
     meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
+    action = "Compare the bottom-hole assembly with the tally."
     size = Size("further length", "m", 50.0, 0.0, 400.0)
 
     def extend(
@@ -39,6 +43,7 @@ class MotorCompliance(Cause):
     meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
     looks_like = ("distributed_bha", "regenerative_cutting")
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
+    action = "Enter the motor's stiffness in the rig description."
     size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
 
     def extend(
@@ -58,6 +63,7 @@ class RegenerativeCut(Cause):
     meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
     looks_like = ("motor_compliance", "stribeck_cutting")
     separated_by = "windows at different speeds, as the blades' period follows the speed"
+    action = "Change speed or weight: the bit's blades feed vibration at this speed."
     size = Size("mean cutting torque", "N m", 2000.0, 0.0, 3e4)
     shapes = (4.0, 6.0, 8.0)
     shape_meaning = "blades"
@@ -78,7 +84,9 @@ class StribeckCut(Cause):
     meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
     looks_like = ("coulomb_contact", "regenerative_cutting")
     separated_by = "windows at different speeds and weights"
+    action = "Turn faster or take weight off: the rock feeds stick-slip at this speed."
     size = Size("negative damping", "N m s/rad", 100.0, 0.0, 5e3)
+    detector = WeakeningBitDetector()
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -96,5 +104,19 @@ class StuckSlipRegimes(Cause):
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
     looks_like = ("stribeck_cutting", "coulomb_contact")
     separated_by = "a higher speed or less weight on bit"
+    action = (
+        "Turn faster or take weight off until the bit no longer stands; the parameters of these windows do not hold "
+        "for smooth drilling."
+    )
     regime = True
     size = Size("bit speed's swing per mean speed", "1", 1.0, 0.0, 5.0)
+    detector = StandingBitDetector()
+    stands_alone = True
+
+    def allows(self, other: Cause) -> bool:
+        """A bit that sticks leaves every other detection of the rig as well, and swings like a tone."""
+        return other.name == self.name or (other.family == "sensor" and other.name != AliasedTone.name)
+
+    def can_have(self, size: float, size_error: float) -> bool:
+        """A bit whose speed swings by less than its mean does not stand."""
+        return size + TWO_SIDED * size_error >= 1.0

@@ -6,48 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from drillid.discrepancy.detectors.detector import Detector
+from drillid.discrepancy.rules import BOUND_REACHED
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import command_mobility
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import control
-
-ACTIONS = {
-    "drive_lag": "Tune the speed control for the lag, and ask the drive's maker for the torque loop's bandwidth.",
-    "actuator_gain": "Have the torque calibration of the drive checked: every torque limit is off by the same share.",
-    "delay_jitter": "Have the link between controller and drive checked; leave more margin in the speed control.",
-    "torque_limit": "Raise the torque limit if the string allows it, or expect more stick-slip at this limit.",
-    "torque_rate_limit": "Have the drive's ramp limit raised, or do not count on the control at high frequency.",
-    "controller_gain": "Compare the gains in the drive's settings with the data sheet and correct the wrong one.",
-    "speed_filter": "Look for a filter on the speed in the drive's settings and write it into the rig's data sheets.",
-    "torque_filter": "Look for a filter on the torque in the drive's settings and write it into the rig's data sheets.",
-    "gear_backlash": "Have the gear of the top drive looked at; keep the mean torque well above zero.",
-    "speed_scale": "Have the speed sensor's calibration checked against a count of revolutions.",
-    "sign_or_unit": "Correct sign or unit of the channel in the rig description, then run again.",
-    "clock_offset": "Have the recorder's clocks set by one source; until then shift the speed by the offset.",
-    "recorder_filter": "Ask for the record before its filter, or write the filter into the rig's data sheets.",
-    "clock_drift": "Have the recorder's clocks disciplined by one source.",
-    "quantisation": "Ask for the speed in finer steps; nothing on the rig is wrong.",
-    "aliased_tone": "Have a filter put before the recorder's sampling; look for what vibrates.",
-    "once_per_revolution": "Have encoder, coupling and gear of the top drive checked for run-out.",
-    "extra_section": "Compare the string in the hole with the tally.",
-    "tapered_string": "Compare the string in the hole with the tally: a second size of pipe is likely.",
-    "local_damping_zone": "Mind this depth when tripping: ream or circulate there, and look at the cuttings.",
-    "mud_drag": "Expect more torque at higher speed; check the mud's viscosity.",
-    "hysteretic_damping": "Nothing to mend: use the extended model where damping matters.",
-    "coulomb_contact": "Turn faster or add lubricant: the wall feeds stick-slip at this speed.",
-    "wave_speed": "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheets.",
-    "distributed_bha": "Compare the bottom-hole assembly with the tally.",
-    "motor_compliance": "Enter the motor's stiffness in the rig description.",
-    "regenerative_cutting": "Change speed or weight: the bit's blades feed vibration at this speed.",
-    "stribeck_cutting": "Turn faster or take weight off: the rock feeds stick-slip at this speed.",
-    "stuck_slip_regimes": "Turn faster or take weight off until the bit no longer stands; the figures of these windows "
-    "do not hold for smooth drilling.",
-    "length_growth": "Use shorter windows at this rate of penetration.",
-    "parameter_drift": "Look at what changed while the windows lasted: formation, weight or hole cleaning.",
-    "regime_change": "Look at what changed there: hole size, cuttings, formation or vibration; a caliper log and the "
-    "cuttings returns tell more.",
-}
-"""What a drilling supervisor can do about each cause."""
 
 
 @dataclass(frozen=True)
@@ -107,12 +71,6 @@ class OperatingPoint:
     """m, of the pipe by the logged depth."""
 
 
-WIDE = 5.0
-"""Factor by which sizes may exceed what is usual: half of the prior is so much wider."""
-_WITHIN = 0.99
-"""Share of a bound that counts as reaching it."""
-
-
 @dataclass(frozen=True)
 class Size:
     """How large a cause is."""
@@ -120,7 +78,7 @@ class Size:
     name: str
     unit: str
     typical: float
-    """Usual size where the cause is present; its prior is normal about zero with this deviation, or with WIDE of it."""
+    """Usual size where the cause is present; its prior is normal about zero with this deviation, or a wider one."""
     low: float
     """Physical bounds."""
     high: float
@@ -132,7 +90,9 @@ class Size:
 
     def at_bound(self, value: float) -> bool:
         """Whether a fitted size ran into a bound beyond which it is no longer physical; none is no bound."""
-        return not self.fixed and (value >= self.high * _WITHIN or (self.low < 0 and value <= self.low * _WITHIN))
+        return not self.fixed and (
+            value >= self.high * BOUND_REACHED or (self.low < 0 and value <= self.low * BOUND_REACHED)
+        )
 
 
 class Cause:
@@ -154,6 +114,8 @@ class Cause:
     """Causes that show nearly the same."""
     separated_by: ClassVar[str]
     """What would tell it from those."""
+    action: ClassVar[str]
+    """What a drilling supervisor can do about it."""
     size: ClassVar[Size]
     shapes: ClassVar[tuple[float, ...]] = (0.0,)
     shape_meaning: ClassVar[str] = ""
@@ -165,7 +127,13 @@ class Cause:
     regime: ClassVar[bool] = False
     """Whether the linear responses too go wrong where only a detection tells the cause."""
     moves: ClassVar[bool] = False
-    """Whether it changes the response while a window lasts, which its sign tells, and that response's mean too."""
+    """Whether it changes the response while a window lasts, which its detection shows, and that response's mean too."""
+    detector: ClassVar[Detector | None] = None
+    """Looks for it in the window's record; None where only the linear responses show it."""
+    stands_alone: ClassVar[bool] = False
+    """Whether its detection is never shared with causes that look like it."""
+    marks_intervals: ClassVar[bool] = False
+    """Whether it is the name of an interval of depth whose fitted parameters leave the level of their run."""
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -178,25 +146,22 @@ class Cause:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the linear model tells it."""
+        """Whether the linear model shows it."""
         return type(self).extend is not Cause.extend and not self.moves
 
+    @property
+    def disturbs_responses(self) -> bool:
+        """Whether it may be what linear responses show as unknown."""
+        return self.is_linear
 
-@dataclass(frozen=True)
-class Symptom:
-    """Something that a rig as the model has it does not show, whatever its cause."""
+    def allows(self, other: Cause) -> bool:
+        """Whether another cause's detection counts beside its own."""
+        return True
 
-    family: str
-    """Part of the chain where it shows."""
-    meaning: str
-    """In plain words."""
-    separated_by: str
-    """What would tell its cause."""
+    def can_have(self, size: float, size_error: float) -> bool:
+        """Whether a detected size is one that it may have."""
+        return True
 
-
-SYMPTOMS = {
-    "line": Symptom("sensor", "a tone stands out of the record's noise", "windows at other speeds of the top drive"),
-    "trend": Symptom("time", "the answer to the sweep moves while a window lasts", "what was changed meanwhile"),
-    "control_trend": Symptom("control", "the control's answer moves while a window lasts", "the drive's own log"),
-}
-"""By name; none is the name of a cause."""
+    def described(self, evidence: str) -> str:
+        """It in a sentence's words, for the evidence of a verdict."""
+        return self.meaning

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.detectors.recorder import ClockDriftDetector, QuantisationDetector, RevolutionDetector
+from drillid.discrepancy.detectors.tone import ToneDetector
 
 _LEAST_LAG = 1e-9
 """s; stands for none, of which the corner would be infinite."""
@@ -18,6 +20,7 @@ class SpeedScale(Cause):
     meaning = "the recorded speed is off by a factor"
     looks_like = ("actuator_gain", "controller_gain")
     separated_by = "the logged torque command together with the top drive's inertia, or a count of revolutions"
+    action = "Have the speed sensor's calibration checked against a count of revolutions."
     size = Size("factor less one", "1", 0.05, -0.4, 0.4)
 
     def extend(
@@ -35,8 +38,9 @@ class SignOrUnit(Cause):
     name, family, port = "sign_or_unit", "sensor", "sensor"
     meaning = "a channel has the wrong sign, or is in another unit than the data sheets say"
     separated_by = "one look at the channel beside another of its kind"
+    action = "Correct sign or unit of the channel in the rig description, then run again."
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
-    # detection; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
+    # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
     shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
     shape_meaning = "factor of recorded mobility"
 
@@ -57,6 +61,7 @@ class ClockOffset(Cause):
     meaning = "speed and torque are stamped by clocks that differ"
     looks_like = ("drive_lag", "recorder_filter")
     separated_by = "the logged torque command, or a tighter figure of the drive's delay"
+    action = "Have the recorder's clocks set by one source; until then shift the speed by the offset."
     size = Size("offset", "s", 0.05, -1.0, 1.0)
 
     def extend(
@@ -76,6 +81,7 @@ class RecorderFilter(Cause):
     meaning = "the recorder filters the speed"
     looks_like = ("clock_offset", "drive_lag")
     separated_by = "the logged torque command, or a sweep to higher frequency"
+    action = "Ask for the record before its filter, or write the filter into the rig's data sheets."
     size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
     shapes = (1.0, 2.0)
     shape_meaning = "order"
@@ -97,8 +103,10 @@ class ClockDrift(Cause):
     meaning = "the clocks of speed and torque run at different rates"
     looks_like = ("length_growth",)
     separated_by = "one clock for both channels"
+    action = "Have the recorder's clocks disciplined by one source."
     regime = True
     size = Size("drift", "s/s", 1e-4, -1e-2, 1e-2)
+    detector = ClockDriftDetector()
 
 
 class Quantisation(Cause):
@@ -107,7 +115,14 @@ class Quantisation(Cause):
     name, family, port = "quantisation", "sensor", "sensor"
     meaning = "the speed is recorded in coarse steps"
     separated_by = "a finer record"
+    action = "Ask for the speed in finer steps; nothing on the rig is wrong."
     size = Size("step", "rad/s", 0.05, 0.0, 10.0)
+    detector = QuantisationDetector()
+
+    @property
+    def disturbs_responses(self) -> bool:
+        """Rounding is no longer noise where the steps are coarse."""
+        return True
 
 
 class AliasedTone(Cause):
@@ -117,7 +132,9 @@ class AliasedTone(Cause):
     meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
     looks_like = ("once_per_revolution",)
     separated_by = "another sample rate, or an anti-alias filter"
+    action = "Have a filter put before the recorder's sampling; look for what vibrates."
     size = Size("amplitude", "rad/s", 0.05, 0.0, 10.0)
+    detector = ToneDetector()
 
 
 class OncePerRevolution(Cause):
@@ -127,4 +144,6 @@ class OncePerRevolution(Cause):
     meaning = "an eccentric wheel falsifies the speed once in every revolution"
     looks_like = ("aliased_tone",)
     separated_by = "windows at different speeds"
+    action = "Have encoder, coupling and gear of the top drive checked for run-out."
     size = Size("share of the speed", "1", 0.02, 0.0, 0.5)
+    detector = RevolutionDetector()

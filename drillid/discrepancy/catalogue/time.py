@@ -3,6 +3,8 @@
 from typing import Any
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.detectors.change import ChangeDetector
+from drillid.physics.parameters import DAMPING_BHA, LENGTH
 
 _PARTS = 5
 """Of a window, in each of which a figure that moves stands still."""
@@ -15,8 +17,10 @@ class LengthGrowth(Cause):
     meaning = "the string grows longer while the window lasts"
     looks_like = ("clock_drift", "parameter_drift")
     separated_by = "shorter windows"
+    action = "Use shorter windows at this rate of penetration."
     regime = True
     size = Size("growth within the window", "m", 20.0, 0.0, 200.0)
+    detector = ChangeDetector(LENGTH, one_sided=True)
 
 
 class ParameterDrift(Cause):
@@ -26,9 +30,11 @@ class ParameterDrift(Cause):
     meaning = "damping at the bit drifts while the window lasts"
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
+    action = "Look at what changed while the windows lasted: formation, weight or hole cleaning."
     regime = True
     moves = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
+    detector = ChangeDetector(DAMPING_BHA)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -44,9 +50,15 @@ class RegimeChange(Cause):
     meaning = "the way of drilling changes at once within the window"
     looks_like = ("parameter_drift",)
     separated_by = "windows cut at the change"
+    action = (
+        "Look at what changed there: hole size, cuttings, formation or vibration; a caliper log and the cuttings "
+        "returns tell more."
+    )
     regime = True
     moves = True
     size = Size("jump of bit damping", "N m s/rad", 200.0, -5e3, 5e3)
+    detector = ChangeDetector(DAMPING_BHA, jumps=True)
+    marks_intervals = True
     shapes = tuple(part / _PARTS for part in range(1, _PARTS))
     shape_meaning = "moment of the jump, share of the window"
 
@@ -55,3 +67,9 @@ class RegimeChange(Cause):
     ) -> WindowModel:
         """All of it from a moment on."""
         return window_model.with_course([size * (part >= round(shape * _PARTS)) for part in range(_PARTS)])
+
+    def described(self, evidence: str) -> str:
+        """What rose where the fitted parameters left their run's level; else the meaning."""
+        if " up by " in evidence:
+            return f"the assembly moves in another way than in the rest of the run: {evidence}"
+        return self.meaning

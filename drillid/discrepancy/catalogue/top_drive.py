@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.detectors.drive import DelayJitterDetector, TorqueLimitDetector, TorqueRateLimitDetector
+from drillid.discrepancy.detectors.motion import BacklashDetector
 
 _LEAST_VARIANCE = 1e-12
 """s²; stands for none, where the root has no derivative."""
@@ -17,6 +19,7 @@ class DriveLag(Cause):
     meaning = "the drive's torque follows its command with a lag, not only after a delay"
     looks_like = ("clock_offset", "recorder_filter")
     separated_by = "a sweep to higher frequency, or a tighter figure of the drive's delay"
+    action = "Tune the speed control for the lag, and ask the drive's maker for the torque loop's bandwidth."
     size = Size("time constant", "s", 0.03, 0.0, 0.3)
 
     def extend(
@@ -32,6 +35,7 @@ class ActuatorGain(Cause):
     name, family, port = "actuator_gain", "drive", "drive"
     meaning = "the drive gives more or less torque than it is asked for"
     separated_by = "a measured string torque, or tighter figures of top drive and pipe"
+    action = "Have the torque calibration of the drive checked: every torque limit is off by the same share."
     size = Size("gain less one", "1", 0.1, -0.6, 1.0)
 
     def extend(
@@ -48,7 +52,9 @@ class DelayJitter(Cause):
     meaning = "the drive's delay varies from command to command"
     looks_like = ("drive_lag", "recorder_filter", "clock_offset")
     separated_by = "a sweep to higher frequency"
+    action = "Have the link between controller and drive checked; leave more margin in the speed control."
     size = Size("root mean square, squared", "s²", 4e-4, 0.0, 4e-2)
+    detector = DelayJitterDetector()
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -64,8 +70,10 @@ class TorqueLimit(Cause):
     meaning = "the drive reaches its torque limit and gives no more"
     looks_like = ("torque_rate_limit",)
     separated_by = "a sweep of smaller amplitude"
+    action = "Raise the torque limit if the string allows it, or expect more stick-slip at this limit."
     regime = True
     size = Size("limit", "N m", 1e4, 0.0, 1e5)
+    detector = TorqueLimitDetector()
 
 
 class TorqueRateLimit(Cause):
@@ -75,8 +83,10 @@ class TorqueRateLimit(Cause):
     meaning = "the drive's torque cannot change as fast as it is asked to"
     looks_like = ("drive_lag", "torque_limit", "delay_jitter")
     separated_by = "a sweep of smaller amplitude"
+    action = "Have the drive's ramp limit raised, or do not count on the control at high frequency."
     regime = True
     size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
+    detector = TorqueRateLimitDetector()
 
 
 class ControllerGain(Cause):
@@ -86,6 +96,7 @@ class ControllerGain(Cause):
     meaning = "the speed control has other gains than the data sheets say"
     looks_like = ("speed_scale",)
     separated_by = "the logged torque command together with the top drive's inertia"
+    action = "Compare the gains in the drive's settings with the data sheet and correct the wrong one."
     size = Size("relative change of both gains", "1", 0.2, -0.9, 3.0)
 
     def extend(
@@ -105,6 +116,7 @@ class SpeedFilter(Cause):
     meaning = "the control filters the speed before it uses it"
     looks_like = ("torque_filter",)
     separated_by = "a look into the drive's settings: no response tells this filter from one on the controller's torque"
+    action = "Look for a filter on the speed in the drive's settings and write it into the rig's data sheets."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -121,6 +133,7 @@ class TorqueFilter(Cause):
     meaning = "the control filters its own torque before the sweep is added"
     looks_like = ("speed_filter",)
     separated_by = "a look into the drive's settings: no response tells this filter from one on the speed"
+    action = "Look for a filter on the torque in the drive's settings and write it into the rig's data sheets."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -137,5 +150,7 @@ class GearBacklash(Cause):
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
     looks_like = ("delay_jitter", "coulomb_contact")
     separated_by = "a window of low mean torque beside one of high"
+    action = "Have the gear of the top drive looked at; keep the mean torque well above zero."
     regime = True
     size = Size("free angle", "rad", 0.05, 0.0, 1.0)
+    detector = BacklashDetector()

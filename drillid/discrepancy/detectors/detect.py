@@ -1,115 +1,107 @@
 """Detections in a window's own record of causes that its linear response does not show, or shows late.
 
 Every detection is a test of what a cause would add to the record, against noise as it is there. Causes that add alike
-are told apart by taking them up one after the other: the plainest first, the others then beside it.
+are told apart by taking them up one after the other: the strongest first, the others then beside it.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.discrepancy.detectors.change import along_the_way, time_candidates, trend_candidate
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
 from drillid.discrepancy.detectors.detection import Detection
-from drillid.discrepancy.detectors.drive import drive_candidates, jitter_score
-from drillid.discrepancy.detectors.motion import Motion, backlash_score, standing_score, string_candidates
-from drillid.discrepancy.detectors.recorder import (
-    beside_neighbours,
-    control_scores,
-    quantisation_score,
-    revolution_candidate,
-)
+from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord, without_steps
 from drillid.discrepancy.detectors.score import Candidate, Score, score, whitened, without
-from drillid.discrepancy.detectors.tone import strongest_line, tone_score
-
-_PLAIN = 4.0
-"""Score from which a cause is taken up before the others are judged."""
 
 
-def read_detections(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
-    """Detections of all causes and symptoms that this window's record can tell, at most one of each.
+def detectors() -> dict[str, Detector]:
+    """The detectors of all causes and symptoms that have one, by name."""
+    causes = {name: cause.detector for name, cause in CATALOGUE.items() if cause.detector is not None}
+    return causes | {name: symptom.detector for name, symptom in SYMPTOMS.items()}
 
-    A cause that the record cannot tell, as where it has no place in it, has no detection.
+
+def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
+    """Detections of all causes and symptoms that this window's record can show, at most one of each.
+
+    A cause that the record cannot show, as where the detector's needs are not met, has no detection.
 
     Parameters
     ----------
     window : number of the window in its set
     """
     residual = without_steps(ResidualRecord(record))
-    motion = Motion(residual)
-    candidates = [
-        *drive_candidates(residual),
-        *time_candidates(residual),
-        *string_candidates(residual, motion),
-        revolution_candidate(residual),
-    ]
-    scores = _one_after_the_other([whitened(one, residual) for one in candidates], residual)
-    if "once_per_revolution" in scores:
-        scores["once_per_revolution"] = beside_neighbours(residual, scores["once_per_revolution"])
-    scores = along_the_way(scores, residual)
-    explained = sum((_explained(one, scores) for one in candidates), np.zeros(residual.samples))
-    left = residual.left - residual.without_sweep(explained)
-    line = strongest_line(residual)
-    tone, trend = tone_score(residual, line), trend_candidate(residual)
-    # the torque of a rig that swings in a limit cycle has turning points that look like play
-    cycles = line is not None and _is_plain(line.score) and tone is None
-    rounded, loose = quantisation_score(residual), None if cycles else backlash_score(residual, motion)
-    alone = {
-        **(control_scores(residual) if record.has_command else {}),
-        "trend": None if trend is None else score(whitened(trend, residual), residual.error, residual),
-        "aliased_tone": tone_score(residual, strongest_line(residual, explained)) if explained.any() else tone,
-        "line": None if line is None else line.score,
-        "quantisation": rounded,
-        # coarse steps and teeth that meet are noise that grows with the sweep, as jitter is
-        "delay_jitter": None if rounded or _is_plain(loose) else jitter_score(residual, left),
-        "gear_backlash": loose,
-        "stuck_slip_regimes": standing_score(residual, motion),
-    }
-    scores |= {cause: found for cause, found in alone.items() if found is not None}
+    inspection = Inspection(residual)
+    able = {name: detector for name, detector in detectors().items() if detector.can_inspect(residual)}
+    offered = [detector.candidate(name, inspection) for name, detector in able.items()]
+    candidates = [candidate for candidate in offered if candidate is not None]
+    scores = _compete([whitened(candidate, residual) for candidate in candidates], residual)
+    inspection.scores = _reviewed(able, scores, inspection)
+    for candidate in candidates:
+        inspection.explained = inspection.explained + _explained(candidate, inspection)
+    _score_alone(able, inspection)
     return tuple(
         Detection(
-            cause,
+            name,
             window,
-            found.normal,
-            found.size,
-            found.size_error,
-            found.log_ratio,
-            found.misfit,
-            found.by_shape,
-            found.apart,
-            found.lines,
+            score.normal,
+            score.size,
+            score.size_error,
+            score.log_ratio,
+            score.misfit,
+            score.by_shape,
+            score.apart,
+            score.lines,
         )
-        for cause, found in scores.items()
+        for name, score in inspection.scores.items()
     )
 
 
-def _is_plain(found: Score | None) -> bool:
-    return found is not None and found.normal >= _PLAIN
-
-
-def _explained(candidate: Candidate, scores: dict[str, Score]) -> Floats:
-    """Speed (samples,) that a plain cause accounts for, rad/s."""
-    found = scores.get(candidate.cause)
-    if found is None or not _is_plain(found):
-        return np.zeros(candidate.columns.shape[1])
-    return np.asarray(found.amplitudes @ candidate.columns, dtype=float)
-
-
-def _one_after_the_other(candidates: list[Candidate], residual: ResidualRecord) -> dict[str, Score]:
-    """Scores by cause; each plain one is taken out of the record and of the others before those are judged."""
+def _compete(candidates: list[Candidate], residual: ResidualRecord) -> dict[str, Score]:
+    """Scores by cause; each clear one is taken out of the record and of the others before those are judged."""
     error, waiting = residual.error, list(candidates)
     scores: dict[str, Score] = {}
     while waiting:
-        found = [(one, score(one, error, residual)) for one in waiting]
-        told = [(one, value) for one, value in found if value is not None]
-        if not told:
+        judged = [(candidate, score(candidate, error, residual)) for candidate in waiting]
+        scored = [(candidate, value) for candidate, value in judged if value is not None]
+        if not scored:
             break
-        first, best = max(told, key=lambda pair: pair[1].normal)
-        if best.normal < _PLAIN:
-            return scores | {one.cause: value for one, value in told}
-        scores[first.cause] = best
-        taken = first.columns if first.together else first.columns[best.amplitudes != 0]
-        error = without(error[None], taken)[0]
-        waiting = [replace(one, columns=without(one.columns, taken)) for one in waiting if one is not first]
+        strongest, best = max(scored, key=lambda pair: pair[1].normal)
+        if not is_clear(best):
+            return scores | {candidate.cause: value for candidate, value in scored}
+        scores[strongest.cause] = best
+        columns = strongest.columns if strongest.together else strongest.columns[best.amplitudes != 0]
+        error = without(error[None], columns)[0]
+        waiting = [
+            replace(candidate, columns=without(candidate.columns, columns))
+            for candidate in waiting
+            if candidate is not strongest
+        ]
     return scores
+
+
+def _reviewed(able: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection) -> dict[str, Score]:
+    """Scores after the competition as the detectors' classes review them."""
+    for kind in dict.fromkeys(type(detector) for detector in able.values()):
+        own = {name: detector for name, detector in able.items() if type(detector) is kind and name in scores}
+        scores = kind.reviewed(own, scores, inspection) if own else scores
+    return scores
+
+
+def _explained(candidate: Candidate, inspection: Inspection) -> Floats:
+    """Speed (samples,) that a clearly detected cause accounts for, rad/s."""
+    if not inspection.clearly_detected(candidate.cause):
+        return np.zeros(candidate.columns.shape[1])
+    return np.asarray(inspection.scores[candidate.cause].amplitudes @ candidate.columns, dtype=float)
+
+
+def _score_alone(able: Mapping[str, Detector], inspection: Inspection) -> None:
+    """Add the scores of detectors with a test of their own, those last that others may exclude."""
+    for name, detector in sorted(able.items(), key=lambda item: bool(item[1].excluded_by)):
+        if any(inspection.clearly_detected(other) for other in detector.excluded_by):
+            continue
+        alone = detector.score(name, inspection)
+        if alone is not None:
+            inspection.scores[name] = alone

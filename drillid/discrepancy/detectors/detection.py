@@ -5,9 +5,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-STANDS_OUT = 2.0
-"""Log ratio above which a line is kept; of noise, one line in seven has so much."""
-
 
 @dataclass(frozen=True, eq=False)
 class Lines:
@@ -22,7 +19,7 @@ class Lines:
     strongest: int
     """The line that the window's own detection is of, as a multiple of the spacing."""
     place: NDArray[np.int32]
-    """(L,) those with a log ratio above STANDS_OUT, as multiples of the spacing."""
+    """(L,) those with a log ratio above LINE_KEPT, as multiples of the spacing."""
     log_ratio: NDArray[np.float32]
     """(L,) −log of the p-value of so much power in noise."""
     size: NDArray[np.float32]

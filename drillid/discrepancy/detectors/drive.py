@@ -1,6 +1,6 @@
 """Detections of a drive that does not give the torque that it is asked for: limits of torque and of its rate.
 
-The torque that such a drive leaves out is reckoned from the command for a range of limits, and is looked for in the
+The torque that such a drive leaves out is computed from the command for a range of limits, and is looked for in the
 speed, which it must move as the sweep does. The noise in the speed is in the command too, through the control; but
 of what is left out only a linear part goes with it in the mean, whose filter is the mean derivative of what is left
 out to the command (Bussgang 1952, MIT Research Laboratory of Electronics, report 216; Stein 1981, Annals of
@@ -12,6 +12,7 @@ from scipy.fft import irfft, rfft
 from scipy.special import stdtr
 
 from drillid.arrays import Booleans, Complex, Floats
+from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 
@@ -29,22 +30,50 @@ _NEIGHBOURS = 6
 """Blocks over which the noise's level stays much the same."""
 
 
-def drive_candidates(residual: ResidualRecord) -> list[Candidate]:
-    """Missing torque of both limits; they are unknown where the command is reckoned.
+class TorqueLimitDetector(Detector):
+    """Torque beyond a limit, which is then missing; the limit is unknown where the command is reconstructed.
 
-    Its mean is not known then, nor how it jerks between the samples of the record.
+    A reconstructed command lacks its mean.
     """
-    command, rate = residual.command, residual.record.rate
-    levels = np.quantile(np.abs(command), 1 - _BEYOND)
-    cut = np.clip(command, -levels[:, None], levels[:, None]) - command
-    rates = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
-    slowed = rate_limited(command, rates / rate) - command
-    if not residual.record.has_command:
-        levels, rates = np.full(levels.size, np.nan), np.full(rates.size, np.nan)
-    return [
-        Candidate("torque_limit", _moved(residual, cut, remembers=False), levels, one_sided=True),
-        Candidate("torque_rate_limit", _moved(residual, slowed, remembers=True), rates, one_sided=True, whole=True),
-    ]
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate:
+        """Speed by the torque beyond each of a range of limits."""
+        residual = inspection.residual
+        limits = np.quantile(np.abs(residual.command), 1 - _BEYOND)
+        missing = np.clip(residual.command, -limits[:, None], limits[:, None]) - residual.command
+        moved = _moved(residual, missing, remembers=False)
+        return Candidate(name, moved, _known(limits, residual), one_sided=True)
+
+
+class TorqueRateLimitDetector(Detector):
+    """Torque that comes late as its rate is limited; the limit is unknown where the command is reconstructed.
+
+    A reconstructed command does not show how it changes between the samples of the record.
+    """
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate:
+        """Speed by the torque left out under each of a range of limits of the rate."""
+        residual, rate = inspection.residual, inspection.residual.record.rate
+        limits = np.quantile(np.abs(np.gradient(residual.command) * rate), 1 - _BEYOND)
+        missing = rate_limited(residual.command, limits / rate) - residual.command
+        moved = _moved(residual, missing, remembers=True)
+        return Candidate(name, moved, _known(limits, residual), one_sided=True, whole=True)
+
+
+class DelayJitterDetector(Detector):
+    """Noise that grows with the square of the command's slope."""
+
+    needs_periods = True
+    # coarse steps and teeth that meet are noise that grows with the sweep, as jitter is
+    excluded_by = ("quantisation", "gear_backlash")
+
+    def score(self, name: str, inspection: Inspection) -> Score:
+        """Regression of the noise's power on the square of the slope."""
+        return jitter_score(inspection.residual, inspection.unexplained)
+
+
+def _known(limits: Floats, residual: ResidualRecord) -> Floats:
+    return limits if residual.record.has_command else np.full(limits.size, np.nan)
 
 
 def rate_limited(series: Floats, steps: Floats) -> Floats:
@@ -81,8 +110,8 @@ def _linear_part(active: Booleans, *, remembers: bool) -> Complex:
     return np.asarray(rfft(kernel), dtype=complex)
 
 
-def jitter_score(residual: ResidualRecord, left: Floats) -> Score | None:
-    """Noise that grows with the square of the command's slope; None where the sweep does not repeat.
+def jitter_score(residual: ResidualRecord, left: Floats) -> Score:
+    """Score of noise that grows with the square of the command's slope, where the sweep repeats.
 
     A delay off by ξ leaves out the torque ξ times the command's slope. The noise's power, weighted by where jitter
     shows best, is regressed on the square of the slope that repeats with the sweep, in which noise has no part.
@@ -91,8 +120,6 @@ def jitter_score(residual: ResidualRecord, left: Floats) -> Score | None:
     ----------
     left : (samples,) rad/s, what neither the sweep nor other causes account for
     """
-    if not residual.periods:
-        return None
     rate, samples = residual.record.rate, residual.samples
     low, high = _JITTER_BAND[0], _JITTER_BAND[1] * rate
     inside = (residual.frequency > low) & (residual.frequency < high)

@@ -12,8 +12,10 @@ from scipy.fft import irfft, rfft
 from scipy.special import ndtr, stdtr
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
+from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
 from drillid.physics.bottom_end import bit_load
 from drillid.physics.line import chain_entries, input_admittance, speed_ratio
 from drillid.physics.top_drive import drive
@@ -23,13 +25,13 @@ _LOW_PASS = (1.5, 3.0)
 _TOP_LOW_PASS = (3.0, 6.0)
 """Hz, the same for the torque at the top."""
 _PLACES = (0.2, 0.4, 0.6, 0.8)
-"""Shares of the pipe's length at which wall friction is reckoned."""
+"""Shares of the pipe's length at which wall friction is computed."""
 _REFERENCE_SPEED = 10.0
 """rad/s, at which sizes of weakening friction are stated; its slope goes with the square of one over the speed."""
 
 _BLOCK_S = 20.0
 _ENDS_S = 20.0
-"""s at either end where the reckoned motion lacks data from outside of the window."""
+"""s at either end where the computed motion lacks data from outside of the window."""
 _LEAST_BLOCKS = 4
 _STANDING = 0.15
 """Share of the mean speed within which the bit counts as standing."""
@@ -42,7 +44,7 @@ _LEAST_SHARE = 0.005
 
 
 class Motion:
-    """Speed and torque along the string, reckoned from the top."""
+    """Speed and torque along the string, computed from the top."""
 
     def __init__(self, residual: ResidualRecord) -> None:
         self.residual = residual
@@ -100,52 +102,76 @@ def _steady(series: Floats) -> Floats:
     return np.asarray(series - series.mean(), dtype=float)
 
 
-def string_candidates(residual: ResidualRecord, motion: Motion) -> list[Candidate]:
-    """Friction at bit and wall that weakens with speed."""
-    speed = float(residual.speed.mean())
-    # torque falls by size (10/Ω)² per speed, so that its second derivative is 200 size/Ω³
-    curvature = 2 * _REFERENCE_SPEED**2 / speed**3
-    pipe = residual.system.string[0]
-    per_length = float(np.ravel(pipe.polar_moment * pipe.length)[0]) / len(_PLACES)
-    wall = np.sum([_bent(motion, share) for share in _PLACES], axis=0)
-    return [
-        Candidate("stribeck_cutting", curvature * _bent(motion, 1.0)[None], one_sided=True),
-        Candidate("coulomb_contact", curvature * per_length * wall[None], one_sided=True),
-    ]
+class WeakeningBitDetector(Detector):
+    """Friction at the bit that weakens with speed."""
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate:
+        """Speed by the curvature of the friction at the bit."""
+        bent = _bent(inspection.once(Motion), 1.0)
+        return Candidate(name, _curvature(inspection.residual) * bent[None], one_sided=True)
+
+
+class WeakeningWallDetector(Detector):
+    """Friction along the wall that weakens with speed."""
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate:
+        """Speed by the curvature of the friction at a few places along the pipe."""
+        motion, pipe = inspection.once(Motion), inspection.residual.system.string[0]
+        per_length = float(np.ravel(pipe.polar_moment * pipe.length)[0]) / len(_PLACES)
+        bent = np.sum([_bent(motion, share) for share in _PLACES], axis=0)
+        return Candidate(name, _curvature(inspection.residual) * per_length * bent[None], one_sided=True)
+
+
+class StandingBitDetector(Detector):
+    """A bit that dwells at standstill."""
+
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """None where the bit hardly gets there; the size is its swing per mean speed."""
+        residual = inspection.residual
+        mean = float(residual.speed.mean())
+        speed = _inner(residual, mean + inspection.once(Motion).below(1.0)[0])
+        normal = _dwelling(residual, speed, _STANDING * abs(mean))
+        if normal is None:
+            return None
+        swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
+        return Score(normal, swing, 0.1 * swing, max(normal, 0.0) ** 2 / 2)
+
+
+class BacklashDetector(Detector):
+    """A torque at the gear that dwells at zero.
+
+    How much of the top drive turns above the play is not known: shares are tried, and the p-value counts them. Nor is
+    the play: how far the string turns meanwhile is not recorded.
+    """
+
+    needs_command = True
+
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """None where the torque hardly gets to zero, or the rig swings in a limit cycle.
+
+        The torque of such a rig has turning points that look like play.
+        """
+        if swings_in_limit_cycle(inspection):
+            return None
+        residual, motion = inspection.residual, inspection.once(Motion)
+        torques = [_inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
+        tried = [_dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
+        normals = [normal for normal in tried if normal is not None]
+        if not normals:
+            return None
+        normal = normal_of_p_value(min(len(normals) * float(ndtr(-max(normals))), 1.0))
+        return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
+
+
+def _curvature(residual: ResidualRecord) -> float:
+    """Second derivative of a torque that falls by size (10/Ω)² per speed: 200 size/Ω³."""
+    return float(2 * _REFERENCE_SPEED**2 / float(residual.speed.mean()) ** 3)
 
 
 def _bent(motion: Motion, share: float) -> Floats:
     """Speed at the top (rad/s) by a torque against rotation of half the square of the local speed's variation."""
     speed, moved = motion.below(share)
     return motion.residual.filtered(-moved, _steady(speed**2 / 2))
-
-
-def standing_score(residual: ResidualRecord, motion: Motion) -> Score | None:
-    """A bit that dwells at standstill; None where it hardly gets there. The size is its swing per mean speed."""
-    mean = float(residual.speed.mean())
-    speed = _inner(residual, mean + motion.below(1.0)[0])
-    found = _dwelling(residual, speed, _STANDING * abs(mean))
-    if found is None:
-        return None
-    swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
-    return Score(found, swing, 0.1 * swing, max(found, 0.0) ** 2 / 2)
-
-
-def backlash_score(residual: ResidualRecord, motion: Motion) -> Score | None:
-    """A torque at the gear that dwells at zero; None where it hardly gets there or the command is not logged.
-
-    How much of the top drive turns above the play is not known: shares are tried, and the p-value counts them. Nor is
-    the play: how far the string turns meanwhile is not recorded.
-    """
-    if not residual.record.has_command:
-        return None
-    torques = [_inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
-    found = [_dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
-    told = [normal for normal in found if normal is not None]
-    if not told:
-        return None
-    normal = normal_of_p_value(min(len(told) * float(ndtr(-max(told))), 1.0))
-    return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
 
 
 def _inner(residual: ResidualRecord, series: Floats) -> Floats:

@@ -8,13 +8,9 @@ from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
 from scipy.stats import binom
 
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.detectors.detection import STANDS_OUT, Detection, Lines
+from drillid.discrepancy.detectors.detection import Detection, Lines
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
-
-_BY_P_VALUE = 0.01
-"""Chance of so much scatter between windows, from which their errors are taken for right."""
-_AGAINST = 30.0
-"""Most, in units of log-likelihood, that a detection may say against a cause, as its size is told roughly."""
+from drillid.discrepancy.rules import AGAINST, LINE_KEPT, SCATTER_RATE
 
 
 @dataclass(frozen=True)
@@ -37,12 +33,12 @@ class PooledDetection:
     def evidence_for(self, size: float) -> float:
         """Log-likelihood ratio of the detections for a size that the linear responses show, against none.
 
-        No more in favour than the p-value stands for; against it by what the sizes disagree, within _AGAINST.
+        No more in favour than the p-value stands for; against it by what the sizes disagree, within AGAINST.
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
         ratio = (self.size**2 - (self.size - size) ** 2) / (2 * self.size_error**2)
-        return float(np.clip(ratio, -_AGAINST, max(self.log_evidence, 0.0)))
+        return float(np.clip(ratio, -AGAINST, max(self.log_evidence, 0.0)))
 
 
 def pool(detections: Sequence[Detection]) -> list[PooledDetection]:
@@ -152,7 +148,7 @@ def detection_gain(detections: Sequence[Detection]) -> PredictiveGain:
     mean = float(np.sum(weight * size)) / max(float(np.sum(weight)), 1e-300)
     # windows whose sizes differ by more than their errors, and not by chance, have larger errors
     freedom, scatter = max(int(told.sum()) - 1, 1), float(np.sum(weight * (size - mean) ** 2))
-    spread = scatter / freedom if chdtrc(freedom, scatter) < _BY_P_VALUE else 1.0
+    spread = scatter / freedom if chdtrc(freedom, scatter) < SCATTER_RATE else 1.0
     rest = np.sum(weight) - weight
     predicted = rest > 1e-9 * weight
     rest = np.where(predicted, rest, np.inf)
@@ -200,7 +196,7 @@ def _at(detection: Detection, shape: int) -> Detection:
 def at_one_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
     """Detections at the line that stands out most over all windows, and the p-value of that by Bonferroni.
 
-    In noise a line stands out in a binomial number of windows, and what is beyond STANDS_OUT there is exponential. None
+    In noise a line stands out in a binomial number of windows, and what is beyond LINE_KEPT there is exponential. None
     where windows have no lines, or are of different lengths, so that their lines have other frequencies.
     """
     lines = [detection.lines for detection in own if detection.lines is not None]
@@ -208,9 +204,9 @@ def at_one_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | Non
         return None
     total = np.zeros(max(int(one.place.max(initial=0)) for one in lines) + 1)
     for one in lines:
-        total[one.place] += one.log_ratio - STANDS_OUT
+        total[one.place] += one.log_ratio - LINE_KEPT
     best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
-    p_value = float(np.sum(binom.pmf(number, len(own), np.exp(-STANDS_OUT)) * gammaincc(number, total[best])))
+    p_value = float(np.sum(binom.pmf(number, len(own), np.exp(-LINE_KEPT)) * gammaincc(number, total[best])))
     found = [_at_line(detection, one, best) for detection, one in zip(own, lines, strict=True)]
     plain = [
         bool(np.isfinite(detection.size_error) and abs(one.strongest - best) <= 1)

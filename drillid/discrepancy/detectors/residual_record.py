@@ -12,6 +12,7 @@ import numpy as np
 from scipy.fft import irfft, rfft, rfftfreq
 
 from drillid.arrays import Booleans, Complex, Floats
+from drillid.discrepancy.rules import TORQUE_STEP
 from drillid.errors import EstimationError
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.equipment import DrillingSystem
@@ -32,8 +33,6 @@ _LEAST_PERIODS = 2
 _LEAST_POWER, _BEYOND_SWEEP = 1e-4, 1.25
 """Share of the sweep's largest power that counts as power, and how far beyond its highest frequency it still may."""
 
-_LEAST = 5.5
-"""Standard deviations from which a step is taken out: noise reaches them once in a thousand windows."""
 _MOST = 4
 """Steps of a window; what steps more often is no change of rock."""
 
@@ -276,7 +275,7 @@ def _largest_step(residual: ResidualRecord) -> Floats | None:
     matched = irfft(weighted * rfft(residual.left * residual.taper), residual.samples) * residual.samples
     deviation = float(np.sqrt(2 * np.sum((weighted * answer).real)))
     place = int(np.argmax(np.abs(matched)))
-    if not abs(matched[place]) > _LEAST * deviation:
+    if not abs(matched[place]) > TORQUE_STEP * deviation:
         return None
     step = irfft(answer * np.exp(-s * place / rate), residual.samples)
     seen = residual.whitened(step)

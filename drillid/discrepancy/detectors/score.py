@@ -13,15 +13,10 @@ from scipy.special import fdtrc, ndtr, ndtri, stdtr
 from drillid.arrays import Floats, Indices
 from drillid.discrepancy.detectors.detection import Lines
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.rules import AMPLITUDE_REACH, LEAST_BLOCKS, LEAST_MISSING_SHARE, TAIL
 
 _BLOCK_S = 4.0
-_LEAST_BLOCKS = 6.0
-"""Effective blocks below which a column is too rare to be judged."""
-_LEAST_SHARE, _REACH = 0.5, 3.0
-"""Amplitude that what is left out must be able to have, within so many standard errors."""
 _DRAWS = 4000
-_TAIL = 0.02
-"""Chance below which the tail of the drawn maximum is carried on."""
 _LEAST_P_VALUE, _LARGEST_P_VALUE = 1e-300, 1 - 1e-12
 _DEPENDENT = 1e-9
 """Share of a column that must be left when others are taken out."""
@@ -107,10 +102,10 @@ def score(
     amplitude = columns[usable] @ error / energy[usable]
     deviation, blocks = _deviations(columns[usable], error, amplitude, residual)
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
-    borne = blocks >= _LEAST_BLOCKS
+    borne = blocks >= LEAST_BLOCKS
     if candidate.settings is not None:
         # what a drive leaves out it leaves out wholly: a small share of it is another cause's
-        borne &= amplitude + _REACH * deviation > _LEAST_SHARE
+        borne &= amplitude + AMPLITUDE_REACH * deviation > LEAST_MISSING_SHARE
     usable = usable[borne]
     amplitude, deviation, blocks = (values[borne] for values in (amplitude, deviation, blocks))
     by_shape = np.full((columns.shape[0], 2), np.nan)
@@ -178,9 +173,9 @@ def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) 
     if two_sided:
         drawn = -ndtri(np.clip(2 * ndtr(-np.abs(drawn)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
     maxima = np.sort(drawn.max(axis=0))
-    border = float(np.quantile(maxima, 1 - _TAIL))
+    border = float(np.quantile(maxima, 1 - TAIL))
     if largest > border:
-        p_value = _TAIL * ndtr(-largest) / ndtr(-border)
+        p_value = TAIL * ndtr(-largest) / ndtr(-border)
     else:
         p_value = 1 - np.searchsorted(maxima, largest) / _DRAWS
     return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, 1 - 1 / _DRAWS)))
@@ -232,7 +227,7 @@ def _score_together(candidate: Candidate, error: Floats, residual: ResidualRecor
     count, gram = columns.shape[0], columns @ columns.T
     shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(residual))
     blocks = float(np.sum(shares) ** 2 / max(float(np.sum(shares**2)), np.finfo(float).tiny))
-    if not np.trace(gram) > 0 or blocks < max(_LEAST_BLOCKS, 2 * count):
+    if not np.trace(gram) > 0 or blocks < max(LEAST_BLOCKS, 2 * count):
         return None
     amplitude: Floats = np.asarray(np.linalg.solve(gram, columns @ error), dtype=float)
     products = np.add.reduceat(columns * (error - amplitude @ columns), block_starts(residual), axis=1)

@@ -10,9 +10,11 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from drillid.arrays import Complex, Floats, Indices
-from drillid.discrepancy.detectors.detection import STANDS_OUT, Lines
+from drillid.discrepancy.detectors.detection import Lines
+from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Score, normal_of_p_value
+from drillid.discrepancy.rules import LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZE
 from drillid.physics.top_drive import control
 
 _OWN_LINES, _FAR_LINES = 3, 22
@@ -28,10 +30,6 @@ _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
 """Of the polynomial through neighbouring harmonics; how many on either side it is fitted to, and tell its noise."""
 _WIDEST = 1.0
 """Noise that the neighbours add, per a harmonic's own, up to which they are asked."""
-_DOUBTFUL = 2.0
-"""Score from which a tone tells its size, and it is asked whether it is motion."""
-_ANSWERED = 0.5
-"""Share of the control's answer that may be missing for a line to be motion."""
 _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
 _LEAST_KEPT = 0.1
@@ -91,7 +89,7 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     amplitude, kept = _amplitude(residual, ways[way], place)
     height, normal = complex(spectra[way][place]), normal_of_p_value(float(overall))
     # what chance has made stand out is another line in every window, and tells no size
-    size_error = float(_amplitude_error(residual, place)) / kept if normal > _DOUBTFUL else np.inf
+    size_error = float(_amplitude_error(residual, place)) / kept if normal > TONE_WITH_SIZE else np.inf
     lines = _faint_lines(residual, spectra[0], ratio[0], place)
     return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
@@ -113,7 +111,7 @@ def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, str
     upon = np.convolve(repeats, np.ones(2 * _UPON + 1), "same") > 0
     ratio = np.where(upon, 0.0, ratio)
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
-    place = np.flatnonzero(log_ratio > STANDS_OUT)
+    place = np.flatnonzero(log_ratio > LINE_KEPT)
     error = _amplitude_error(residual, place)
     height = 2 * np.abs(spectrum[place]) / residual.taper.sum()
     # both quadratures of the noise add to the power
@@ -123,11 +121,34 @@ def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, str
     return Lines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
 
 
-def tone_score(residual: ResidualRecord, line: Line | None) -> Score | None:
-    """Score of a line as a tone in the record alone; None where the command answers it as motion of the rig."""
-    if line is None or (line.score.normal > _DOUBTFUL and _control_answers(residual, line)):
-        return None
-    return line.score
+class LineDetector(Detector):
+    """The line that stands out most of the record's noise, whatever its cause."""
+
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """Score of the strongest line; None where the record has none to look at."""
+        line = inspection.once(strongest_line)
+        return None if line is None else line.score
+
+
+class ToneDetector(Detector):
+    """A tone in the record alone, to which the control does not respond."""
+
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """Score of the strongest line beside what is explained; None where the command shows it as motion."""
+        explained = inspection.explained
+        line = strongest_line(inspection.residual, explained) if explained.any() else inspection.once(strongest_line)
+        return line.score if line is not None and not is_motion(inspection.residual, line) else None
+
+
+def swings_in_limit_cycle(inspection: Inspection) -> bool:
+    """Whether a clear line is motion of the rig."""
+    line = inspection.once(strongest_line)
+    return line is not None and is_clear(line.score) and is_motion(inspection.residual, line)
+
+
+def is_motion(residual: ResidualRecord, line: Line) -> bool:
+    """Whether the logged command responds to a line, which it does not to a tone in the record alone."""
+    return line.score.normal > TONE_WITH_SIZE and _control_responds(residual, line)
 
 
 def _lines(residual: ResidualRecord, series: Floats) -> Complex:
@@ -185,15 +206,15 @@ def _beside_harmonics(residual: ResidualRecord, explained: Floats) -> _Left:
     return _Left(told - residual.swept(response), np.where(widened > 0, 1 + widened, np.inf), loses=False)
 
 
-def _control_answers(residual: ResidualRecord, line: Line) -> bool:
-    """Whether the logged command answers a line as motion of the rig, which a tone in the record alone is not."""
+def _control_responds(residual: ResidualRecord, line: Line) -> bool:
+    """Whether the logged command holds the control's response to a line."""
     if not residual.record.has_command:
         return False
     controller = residual.system.top_drive.controller
     given = residual.command - residual.sweep
     answer, asked = (_lines(residual, series - series.mean())[line.place] for series in (given, residual.speed))
     gain = np.ravel(control(controller, residual.s))[line.place // 2]
-    return bool(abs(answer + gain * asked) < _ANSWERED * abs(gain * line.height))
+    return bool(abs(answer + gain * asked) < RESPONSE_MISSING * abs(gain * line.height))
 
 
 def _amplitude_error(residual: ResidualRecord, place: int | Indices) -> Floats:

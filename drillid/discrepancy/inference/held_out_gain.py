@@ -8,10 +8,9 @@ from drillid.arrays import Booleans, Complex
 from drillid.discrepancy.inference.set_fit import fit_local, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
+from drillid.discrepancy.rules import NEIGHBOURS_SHARE_VARIANCE
 
 _FOLDS = 4
-_SHARING = 1.15
-"""Variance of sums of whitened errors per that of independent ones: neighbours share estimated variances."""
 _LEAST_WINDOWS = 2
 
 
@@ -40,7 +39,9 @@ def held_out_gain(
     pulls, fewer = (fit_set(model, *one).off_data_sheet for one in (base, extended))
     total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls**2 - fewer**2))
     # what two predictions differ by is known; the noise turns it into a gain with as much variance
-    error = float(np.sqrt(_SHARING * np.sum(np.abs(before - after) ** 2) + np.sum((pulls - fewer) ** 2)))
+    error = float(
+        np.sqrt(NEIGHBOURS_SHARE_VARIANCE * np.sum(np.abs(before - after) ** 2) + np.sum((pulls - fewer) ** 2))
+    )
     held_out = windows if windows >= _LEAST_WINDOWS else 0
     return PredictiveGain(total / windows, error / windows, held_out)
 

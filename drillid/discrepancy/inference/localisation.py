@@ -9,17 +9,12 @@ from drillid.arrays import Floats
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.rules import INTERVAL_EVIDENCE, PLACE_NEGLIGIBLE, PLACE_TOLERANCE
 
 _LEAST_WINDOWS = 6
 """Windows of a set below which a beginning or an end is not looked for."""
-_LEAST_GAIN = 3.0
-"""Units of log-likelihood that a beginning and an end must bring, beside the logarithm of the places tried."""
 
-WITHIN = 0.05
-"""Share of the pipe's length about its true place within which a stated one is to lie."""
-_STEP = WITHIN / 2
-_NEGLIGIBLE = 12.0
-"""Cost above the best place's from which another counts for nothing, in units of log-likelihood."""
+_STEP = PLACE_TOLERANCE / 2
 
 
 def contiguous_windows(
@@ -52,7 +47,7 @@ def contiguous_windows(
             explained = _explained(score, information, mask)
             if explained > value:
                 best, value = (first, last), explained
-    price = _LEAST_GAIN + np.log(windows * (windows + 1) / 2) - np.log(error_rate)
+    price = INTERVAL_EVIDENCE + np.log(windows * (windows + 1) / 2) - np.log(error_rate)
     if value - whole < price:
         return None
     return tuple(sorted(int(row) for row in order[best[0] : best[1]]))
@@ -64,7 +59,9 @@ def _explained(score: Floats, information: Floats, mask: Floats) -> float:
 
 
 def surely_placed(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], place: int) -> float:
-    """Probability that a cause sits within `WITHIN` of its best fit's place, all places being as likely beforehand.
+    """Probability that a cause sits near its best fit's place, all places being as likely beforehand.
+
+    Near is within `PLACE_TOLERANCE`.
 
     At each place all other figures are fitted, from where those of its neighbour came to, and integrated by Laplace's
     approximation (Kass and Raftery 1995).
@@ -77,10 +74,10 @@ def surely_placed(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...
     for side in (-1, 1):
         steps, near = side, fit
         while (elsewhere := _moved(extensions, place, steps * _STEP)) is not None:
-            near = fit_set(model, near.point, elsewhere, fit.cost + _NEGLIGIBLE)
+            near = fit_set(model, near.point, elsewhere, fit.cost + PLACE_NEGLIGIBLE)
             beliefs[steps] = _log_belief(near)
             steps += side
-    near_enough = np.abs(list(beliefs)) * _STEP <= WITHIN
+    near_enough = np.abs(list(beliefs)) * _STEP <= PLACE_TOLERANCE
     return float(softmax(list(beliefs.values()))[near_enough].sum())
 
 

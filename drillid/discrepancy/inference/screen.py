@@ -9,19 +9,15 @@ from scipy.special import log_ndtr, logsumexp
 
 from drillid.arrays import Booleans, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
-from drillid.discrepancy.catalogue.cause import WIDE
 from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import Projection, candidates, columns, project, secants
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.rules import STRAIGHT, TAIL, WIDE_PRIOR
 
 _DRAWS = 4000
-_TAIL = 0.02
-"""Share of the draws whose exponential tail continues the p-value below what draws can count."""
 _SHARES = (1.0, 0.125)
 """Of their usual sizes, at which causes are looked for that are not linear in their size."""
-_STRAIGHT = 0.95
-"""Correlation from which a cause is as good as linear up to a size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +88,7 @@ def _curved(information: Floats, count: int) -> Booleans:
     """Which steps of K candidates to sizes, (shares · K,), go another way beyond nuisances than small ones do."""
     small, sized = np.tile(np.arange(count), len(_SHARES)), count + np.arange(len(_SHARES) * count)
     scale = np.sqrt(information[small, small] * information[sized, sized])
-    return np.asarray(np.abs(information[small, sized]) < _STRAIGHT * scale, dtype=bool)
+    return np.asarray(np.abs(information[small, sized]) < STRAIGHT * scale, dtype=bool)
 
 
 class _Groups:
@@ -136,7 +132,7 @@ class _Groups:
 def gaussian_evidence(score: Floats, information: Floats, typical: Floats, one_sided: Booleans) -> Floats:
     """Log Bayes factor of a size with a usual or a wide normal prior, or half of one where it cannot be negative."""
     each = []
-    for deviation in (typical, WIDE * typical):
+    for deviation in (typical, WIDE_PRIOR * typical):
         precision = information + deviation**-2.0
         whole = 0.5 * score**2 / precision - 0.5 * np.log(precision * deviation**2)
         positive = np.log(2.0) + log_ndtr(score / np.sqrt(precision))
@@ -147,7 +143,7 @@ def gaussian_evidence(score: Floats, information: Floats, typical: Floats, one_s
 def tail_p_value(value: float, draws: Floats) -> float:
     """Share of draws above a value; beyond them the exponential tail that their largest show."""
     above = int(np.count_nonzero(draws >= value))
-    largest = np.sort(draws)[-max(int(_TAIL * draws.size), 20) :]
+    largest = np.sort(draws)[-max(int(TAIL * draws.size), 20) :]
     if above >= largest.size:
         return above / draws.size
     scale = float(np.mean(largest - largest[0]))

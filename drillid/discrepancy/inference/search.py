@@ -7,25 +7,22 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from drillid.discrepancy.catalogue import Cause
-from drillid.discrepancy.catalogue.cause import WIDE
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.rules import (
+    CONTENDER,
+    FOLLOWED_WITHIN,
+    OBVIOUS_MISFIT,
+    OUT_OF_REACH,
+    SHAPE_RESOLVED,
+    SHAPES_WITHIN,
+    WIDE_PRIOR,
+)
 
-_WITHIN = 8.0
-"""Causes whose evidence is so far from the best, in units of log-likelihood, are still followed."""
-_OBVIOUS = 15.0
-"""Where linear evidence is so large, the linear order of the causes is not to be trusted: all are refined."""
-_CONTENDER = 0.5
-"""Share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious."""
-_BEHIND = 20.0
-"""Cost above the least that is known from which a fit is out of the running, in units of log-likelihood."""
-_SHAPES_WITHIN = 2.0
 _MOST_SHAPES = 2
 _SPREAD = 6
 """Of a continuous shape, how many others are tried where the linear order is not to be trusted."""
-_RESOLVED = 1.0
-"""Evidence that a step of a continuous shape may make, in units of log-likelihood, if it is not to be halved."""
 _FINEST = 0.1
 """Share of its first size that a step of a shape is halved to."""
 _MOST_FIXED = 2
@@ -75,10 +72,10 @@ def refine(
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
-    obvious = rejected or max(best, screened.unknown_evidence) > _OBVIOUS
+    obvious = rejected or max(best, screened.unknown_evidence) > OBVIOUS_MISFIT
     every = every or obvious
     taken = {one.cause.name for one in extensions}
-    names = [name for name, value in linear.items() if name not in taken and (every or value >= best - _WITHIN)]
+    names = [name for name, value in linear.items() if name not in taken and (every or value >= best - FOLLOWED_WITHIN)]
     search = _Search(model, base, extensions, starts=every)
     found: list[Refined] = []
     for name in sorted(names, key=lambda one: -linear[one]):
@@ -90,7 +87,7 @@ def refine(
         found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
     # what fits only at a bound of its size is no name, and does not set the standard
     top = max((one.log_evidence for one in found if not one.at_bound), default=-np.inf)
-    near = min(top - _WITHIN, _CONTENDER * top)
+    near = min(top - FOLLOWED_WITHIN, CONTENDER * top)
     most = None if obvious else _MOST_SHAPES
     least = _least_cost(found)
     found = [
@@ -146,7 +143,7 @@ class _Search:
             values = [one.log_evidence for one in near]
             if max(values, default=-np.inf) > best.log_evidence:
                 best = near[int(np.argmax(values))]
-            elif best.log_evidence - min(values) < _RESOLVED or step < _FINEST * best.extension.cause.shape_step:
+            elif best.log_evidence - min(values) < SHAPE_RESOLVED or step < _FINEST * best.extension.cause.shape_step:
                 break
             else:
                 step /= 2
@@ -200,7 +197,7 @@ class _Search:
     def _from(self, further: Extension, points: Iterable[Point], least: float) -> Refined:
         every, fits = (*self.extensions, further), []
         for point in points:
-            fits.append(fit_set(self.model, point, every, least + _BEHIND))
+            fits.append(fit_set(self.model, point, every, least + OUT_OF_REACH))
             least = min(least, fits[-1].cost)
         fit = min(fits, key=lambda one: one.cost)
         return Refined(further, fit, _evidence(self.base, fit, further.cause))
@@ -224,7 +221,7 @@ def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
         if one.cause.name == name
     ]
     own.sort(key=lambda entry: -entry[0])
-    return [one for value, one in own[:most] if most is None or value >= own[0][0] - _SHAPES_WITHIN]
+    return [one for value, one in own[:most] if most is None or value >= own[0][0] - SHAPES_WITHIN]
 
 
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
@@ -234,7 +231,7 @@ def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
         own = np.linalg.slogdet(fit.information[:-1, :-1])[1]
         return float(base.cost - fit.cost - 0.5 * (own - rest) - np.log(len(cause.shapes)))
     own = np.linalg.slogdet(fit.information)[1]
-    wide = WIDE * cause.size.typical
+    wide = WIDE_PRIOR * cause.size.typical
     evidence = base.cost - fit.cost - 0.5 * (own - rest) - np.log(wide)
     precision = 1 / np.linalg.inv(fit.information)[-1, -1]
     if cause.size.low >= 0:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Complex, Floats
-from drillid.discrepancy.catalogue.cause import WIDE
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
     HIGHEST,
@@ -16,16 +15,13 @@ from drillid.discrepancy.inference.set_model import (
     Point,
     SetModel,
 )
+from drillid.discrepancy.rules import OUTLIERS_WORTH, STUDENT_TAIL, WIDE_PRIOR
 
 _ITERATIONS = 60
 _CONVERGED = 1e-2
 """Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
 _PATIENCE = 10.0
 """Falls like the last that a fit may still need to the cost that is asked for."""
-_STRAYED = 0.1
-"""Fall of the cost from which it is looked once more for windows that have strayed."""
-_TAIL = 3.0
-"""Degrees of freedom of the windows' deviations."""
 _LARGEST_DAMPING = 1e8
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Windows from which a set tells its own deviation, what the usual one counts for, and rounds."""
@@ -166,14 +162,14 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
         if not found.cost < fit.cost:
             break
         gained, fit = fit.cost - found.cost, found
-        if gained < _STRAYED:
+        if gained < OUTLIERS_WORTH:
             break
     return fit
 
 
 def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
     """Cost of each window's residuals and of its deviations by Student's t, (W,)."""
-    pulls = (_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / _TAIL), axis=1)
+    pulls = (STUDENT_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / STUDENT_TAIL), axis=1)
     return np.asarray(0.5 * (np.sum(np.abs(residual) ** 2, axis=1) + pulls), dtype=float)
 
 
@@ -217,7 +213,7 @@ def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    typical = np.array([WIDE * extension.cause.size.typical for extension in extensions])
+    typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
     mean = np.concatenate([model.prior_mean, np.zeros(typical.size)])
     error = np.concatenate([model.prior_error, typical])
     return error**-2.0, (mean - np.concatenate([point.shared, point.sizes])) / error**2
@@ -225,7 +221,7 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
 
 def _precision(model: SetModel, point: Point) -> Floats:
     """Precision of Student's t at the deviations: a window in which the hole or the rock is another may stand apart."""
-    return np.asarray((_TAIL + 1) / (_TAIL * model.deviation**2 + point.local**2), dtype=float)
+    return np.asarray((STUDENT_TAIL + 1) / (STUDENT_TAIL * model.deviation**2 + point.local**2), dtype=float)
 
 
 def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[float, float, Normal]:

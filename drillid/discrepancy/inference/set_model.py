@@ -284,7 +284,7 @@ def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tu
     residual = (measured - np.broadcast_to(primal(response), measured.shape)) * weight
     slopes = np.zeros((count, *measured.shape), dtype=complex)
     if isinstance(response, Dual):
-        slopes[response.places] = response.tangents * weight
+        slopes[response.indices] = response.tangents * weight
     return residual, np.moveaxis(slopes, 0, 1)
 
 

@@ -17,6 +17,7 @@ from drillid.arrays import Floats
 from drillid.discrepancy.evidence import Evidence, Knowledge
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_model import Extension, Linearised, Point, SetModel, weighted
+from drillid.discrepancy.rules import DETECTABLE
 from drillid.physics.dual_numbers import primal
 from drillid.physics.responses import string_admittance
 
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from drillid.discrepancy.verdicts.examination import Examination
 
 
-DETECTED = 3.0
-"""Standard deviations at which a cause counts as detectable."""
 _TIGHTER = 5.0
 _FASTER = 1.3
 _USUAL = {"delay_error": 0.005, "inertia_td_error": 0.05, "polar_moment_error": 0.05, "length_relative": 0.02}
@@ -152,7 +151,7 @@ def _told(model: SetModel, found: Examination, chosen: Sequence[Extension]) -> _
     fit = replace(identified, point=replace(identified.point, local=local))
     projection = project(model, fit, (), columns(model, fit, (), chosen))
     typical = np.array([one.cause.size.typical for one in chosen])
-    return _Told(separation(projection, typical), smallest_detectable(projection, DETECTED))
+    return _Told(separation(projection, typical), smallest_detectable(projection, DETECTABLE))
 
 
 def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:

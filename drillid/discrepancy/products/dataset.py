@@ -16,11 +16,12 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
-from drillid.discrepancy.products.advice import DETECTED, advice_text, best_shapes, identified_figures
+from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_figures
 from drillid.discrepancy.products.extended_model import FIGURES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.prediction import PHASES, driven, held_out_predictions, in_band, mean_period
 from drillid.discrepancy.products.reflectogram import reflectogram
+from drillid.discrepancy.rules import DETECTABLE
 from drillid.discrepancy.sets import ExaminedSet, WellData
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
@@ -28,8 +29,6 @@ from drillid.physics.parameters import PARAMETERS
 from drillid.windows.channels import sample_rate, window_channels
 
 Columns = dict[str, tuple[tuple[str, ...], Any]]
-
-_CAUSES = list(CATALOGUE)
 
 
 def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate: float) -> xr.Dataset:
@@ -47,7 +46,12 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
     dataset = xr.Dataset(stacked | _of_windows(sets, data) | extension_variables(sets, windows))
     return dataset.assign_coords(
         {name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")}
-        | {"set": np.arange(len(sets)), "cause": _CAUSES, "cause_": _CAUSES, "port": list(unknown.CHANNELS)}
+        | {
+            "set": np.arange(len(sets)),
+            "cause": list(CATALOGUE),
+            "cause_": list(CATALOGUE),
+            "port": list(unknown.CHANNELS),
+        }
         | {"parameter": list(PARAMETERS), "figure": list(FIGURES)}
     )
 
@@ -112,14 +116,14 @@ def _evidence(found: Examination) -> Columns:
         linear |= {one.name: one.log_evidence for one in found.posterior.refined}
     detections = {one.cause: one for one in found.detections}
     return {
-        "log_evidence": (("cause",), [linear.get(name, np.nan) for name in _CAUSES]),
+        "log_evidence": (("cause",), [linear.get(name, np.nan) for name in CATALOGUE]),
         "detection_log_evidence": (
             ("cause",),
-            [detections[name].log_evidence if name in detections else np.nan for name in _CAUSES],
+            [detections[name].log_evidence if name in detections else np.nan for name in CATALOGUE],
         ),
         "detection_p_value": (
             ("cause",),
-            [detections[name].p_value if name in detections else np.nan for name in _CAUSES],
+            [detections[name].p_value if name in detections else np.nan for name in CATALOGUE],
         ),
         "unknown_evidence": (("port",), [found.before.unknown[port] for port in unknown.CHANNELS]),
     }
@@ -129,13 +133,14 @@ def _matrix(found: Examination) -> Columns:
     """Smallest detectable sizes and distances of the linear causes at the identified figures and their best shapes."""
     chosen = [found.before.candidates[place] for place in best_shapes(found.before)]
     causes = [one.cause for one in chosen]
-    rows = [_CAUSES.index(cause.name) for cause in causes]
+    names = list(CATALOGUE)
+    rows = [names.index(cause.name) for cause in causes]
     fit = identified_figures(found)
     projection = project(found.model, fit, (), columns(found.model, fit, (), chosen))
-    smallest, typical = np.full((2, len(_CAUSES)), np.nan)
-    distance = np.full((len(_CAUSES), len(_CAUSES)), np.nan)
+    smallest, typical = np.full((2, len(names)), np.nan)
+    distance = np.full((len(names), len(names)), np.nan)
     typical[rows] = [cause.size.typical for cause in causes]
-    smallest[rows] = smallest_detectable(projection, DETECTED)
+    smallest[rows] = smallest_detectable(projection, DETECTABLE)
     distance[np.ix_(rows, rows)] = separation(projection, typical[rows])
     return {
         "smallest_detectable": (("cause",), smallest),

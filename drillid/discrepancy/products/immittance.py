@@ -18,11 +18,10 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import Projection, project
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.rules import PART_READ
 
 _TERMS = 8
 """Largest number of support points of the rational fit."""
-_CLEAR = 3.0
-"""Standard errors from which a part is told."""
 _ROWS = 200
 """Frequencies at which posterior draws of the curve are compared."""
 
@@ -130,7 +129,7 @@ def _read_admittance(s: Complex, mean: Floats, covariance: Floats, response: Com
     said = [
         f"{name} of {figure:.3g} ± {deviation:.2g} {unit}"
         for (name, unit), figure, deviation in zip(parts, value, error, strict=True)
-        if abs(figure) > _CLEAR * deviation
+        if abs(figure) > PART_READ * deviation
     ]
     return _listed(said, "beside the model's")
 
@@ -139,9 +138,9 @@ def _read_factor(s: Complex, mean: Floats, covariance: Floats, response: Complex
     """A gain and a delay."""
     value, error = _weighted(response, covariance, mean, np.stack([np.ones_like(s), -s], axis=1))
     said = []
-    if abs(value[0]) > _CLEAR * error[0]:
+    if abs(value[0]) > PART_READ * error[0]:
         said.append(f"a gain of {100 * value[0]:.2g} ± {100 * error[0]:.1g} %")
-    if abs(value[1]) > _CLEAR * error[1]:
+    if abs(value[1]) > PART_READ * error[1]:
         said.append(f"a delay of {1e3 * value[1]:.3g} ± {1e3 * error[1]:.2g} ms")
     return _listed(said, "beyond the model")
 

@@ -6,22 +6,18 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import expit, logsumexp
 
-from drillid.discrepancy.catalogue import CATALOGUE, Cause
-from drillid.discrepancy.catalogue.cause import SYMPTOMS
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_set, with_own_deviation, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.rules import DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
 from drillid.discrepancy.verdicts.examination import Examination, nameless, unextended
 from drillid.discrepancy.verdicts.from_detections import with_detections
 from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explained
-from drillid.discrepancy.verdicts.verdict import EVEN_ODDS, NONE, Verdict, calibrated
+from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
-
-LINEAR_SHARE, _DETECTIONS_SHARE = 0.5, 0.25
-"""Of the error rate, what is given to the linear responses and what the detections share; the rest is kept, so that
-no more than the stated rate of sets with nothing wrong are named although p-values come from draws and estimates."""
 
 
 def examine(
@@ -57,9 +53,9 @@ def examine(
     names = {*(cause.name for cause in causes), *SYMPTOMS}
     detections = tuple(one for one in pool(evidence.detections) if one.cause in names)
     examination = Examination((), model, base, base, (), before, before, None, detections)
-    if before.p_value < error_rate * LINEAR_SHARE or base_model_rejected(model, base):
+    if before.p_value < error_rate * RESPONSES_SHARE or base_model_rejected(model, base):
         examination = explained(examination, causes, generator)
-    found = [one for one in detections if one.p_value < error_rate * _DETECTIONS_SHARE / len(detections)]
+    found = [one for one in detections if one.p_value < error_rate * DETECTIONS_SHARE / len(detections)]
     return _at_even_odds(with_detections(examination, found, error_rate))
 
 

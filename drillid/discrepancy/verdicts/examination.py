@@ -13,13 +13,6 @@ from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.verdicts.naming import Posterior
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED, Verdict
 
-CLOSURE_RATE = 0.01
-"""Chance below which an extended model has not passed the tests that the base model failed, and a cause that is told by
-its sign leaves too much of the record unexplained."""
-LEFT_SHARE = 0.02
-"""Of the evidence for a cause, what may be left beside it as its shadow."""
-PAIR_PRICE = float(np.log(250.0))
-"""Log odds against a certain second cause beside a first: one set in nine has two, and any of some thirty may be it."""
 NO_SURE_GAIN = "its gain on held-out data is not sure"
 
 

@@ -5,31 +5,29 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import logsumexp
 
-from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.catalogue.cause import SYMPTOMS
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
-from drillid.discrepancy.verdicts.examination import (
+from drillid.discrepancy.rules import (
+    CLASS_MASS,
     CLOSURE_RATE,
-    LEFT_SHARE,
-    NO_SURE_GAIN,
+    NAMELESS_EVIDENCE,
     PAIR_PRICE,
+    SHADOW_OF_DETECTION,
+    SHADOW_OF_EVIDENCE,
+)
+from drillid.discrepancy.verdicts.examination import (
+    NO_SURE_GAIN,
     Examination,
     evidence_left,
     nameless,
     surely,
     unextended,
 )
-from drillid.discrepancy.verdicts.naming import CLASS_MASS, class_name, separator, told_apart
+from drillid.discrepancy.verdicts.naming import class_name, separator, told_apart
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
-_STUCK, _ROUNDED, _TONE = "stuck_slip_regimes", "quantisation", "aliased_tone"
 _UNLIKE = "something like it fits better"
-_WITHOUT_GAIN = 10.0
-"""Evidence, in units of log-likelihood, of which a detection without a name keeps the verdict that something is wrong.
-Evidence, in units of log-likelihood, of which a detection without a name keeps the verdict that something is wrong."""
-_SHADOW = 0.1
-"""Evidence for a second detection, per that of the plainest, below which it is not told."""
 
 
 def with_detections(examination: Examination, found: list[PooledDetection], error_rate: float) -> Examination:
@@ -48,18 +46,18 @@ def with_detections(examination: Examination, found: list[PooledDetection], erro
     if linear:
         chosen = [one for one in chosen if one.p_value < error_rate * CLOSURE_RATE / len(examination.detections)]
     # beside a cause that is plain a faint detection is more likely its shadow than a second cause
-    plain = _SHADOW * max((one.log_evidence for one in chosen), default=0.0)
-    plain = max(plain, LEFT_SHARE * (examination.base.cost - examination.extended.cost))
+    plain = SHADOW_OF_DETECTION * max((one.log_evidence for one in chosen), default=0.0)
+    plain = max(plain, SHADOW_OF_EVIDENCE * (examination.base.cost - examination.extended.cost))
     chosen = [one for place, one in enumerate(chosen) if one.log_evidence >= max(plain, PAIR_PRICE if place else 0.0)]
     # where the plainest is no cause of the catalogue, what is fainter may be its shadow too
     known = not chosen or doubts[chosen[0].cause] != _UNLIKE
     named = [shown[one.cause] for one in chosen if known and not doubts[one.cause]]
-    if any(_bends(one.cause) for one in named) and all(one.verdict == UNKNOWN for one in linear):
+    if any(CATALOGUE[one.cause].disturbs_responses for one in named) and all(one.verdict == UNKNOWN for one in linear):
         linear = ()
     doubtful = [
         nameless(shown[one.cause], doubts[one.cause])
         for one in chosen
-        if shown[one.cause].gain > 0 or one.log_evidence > _WITHOUT_GAIN
+        if shown[one.cause].gain > 0 or one.log_evidence > NAMELESS_EVIDENCE
     ]
     return replace(examination, verdicts=(*linear, *named) or tuple([*doubtful, *symptoms][:1]))
 
@@ -69,13 +67,13 @@ def _possible(examination: Examination, found: list[PooledDetection]) -> list[Po
     told = {name for one in examination.verdicts for name in one.members}
     # what moves has several detections, each like the others
     told |= {other for name in told if CATALOGUE[name].moves for other in CATALOGUE[name].looks_like}
-    chosen = [one for one in found if one.cause not in told and _may_be(one)]
-    if all(one.cause != _STUCK for one in chosen):
-        return chosen
-    # a bit that sticks leaves every other detection of the rig as well, and swings like a tone
-    sensors = (name for name, cause in CATALOGUE.items() if cause.family == "sensor" and name != _TONE)
-    kept = {_STUCK, *sensors}
-    return [one for one in chosen if one.cause in kept]
+    causes = {
+        one.cause: CATALOGUE[one.cause]
+        for one in found
+        if one.cause not in told and CATALOGUE[one.cause].can_have(one.size, one.size_error)
+    }
+    allowed = {name for name, cause in causes.items() if all(other.allows(cause) for other in causes.values())}
+    return [one for one in found if one.cause in allowed]
 
 
 def _bent(examination: Examination, proved: list[PooledDetection]) -> bool:
@@ -91,11 +89,6 @@ def _bent(examination: Examination, proved: list[PooledDetection]) -> bool:
     return not stands and sum(one.log_evidence for one in regimes) > evidence
 
 
-def _bends(cause: str) -> bool:
-    """Whether a cause that is told by its sign may be what linear responses show as unknown."""
-    return CATALOGUE[cause].is_linear or cause == _ROUNDED
-
-
 def _doubt(one: PooledDetection, verdict: Verdict) -> str:
     """Why a cause is not named by its sign; nothing where it is."""
     if not verdict.gain_low > 0:
@@ -103,13 +96,6 @@ def _doubt(one: PooledDetection, verdict: Verdict) -> str:
     if verdict.size_low <= 0 <= verdict.size_high:
         return "the windows do not agree that it has a size"
     return _UNLIKE if one.closure < CLOSURE_RATE else ""
-
-
-def _may_be(one: PooledDetection) -> bool:
-    """Whether a detection's size is one that it may have: a bit whose speed swings by less than its mean does not
-    stand.
-    """
-    return one.cause != _STUCK or one.size + TWO_SIDED * one.size_error >= 1.0
 
 
 def _plainest(detections: list[PooledDetection]) -> list[PooledDetection]:
@@ -141,9 +127,8 @@ def _alike(one: str, other: str) -> bool:
 
 def _detection_verdict(examination: Examination, one: PooledDetection, found: list[PooledDetection]) -> Verdict:
     cause, evidence = CATALOGUE[one.cause], examination.model.evidence
-    rivals = (
-        [one] if one.cause == _STUCK else [other for other in found if other is one or _alike(one.cause, other.cause)]
-    )
+    alike = [other for other in found if other is one or _alike(one.cause, other.cause)]
+    rivals = [one] if cause.stands_alone else alike
     logs = np.array([other.log_evidence for other in rivals])
     shares = np.exp(logs - logsumexp(logs))
     likely = {

@@ -14,28 +14,24 @@ from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
 from drillid.discrepancy.predictive_gain import PredictiveGain
-from drillid.discrepancy.verdicts.examination import (
+from drillid.discrepancy.rules import (
     CLOSURE_RATE,
-    LEFT_SHARE,
+    LEFT_UNEXPLAINED,
+    PAIR_FIRST_WITHIN,
     PAIR_PRICE,
-    Examination,
-    doubt,
-    evidence_left,
-    surely,
+    PLACED,
+    REJECTED_CHI2,
+    REJECTED_PULLS,
+    SAME,
+    SHADOW_OF_EVIDENCE,
 )
-from drillid.discrepancy.verdicts.naming import SAME, Posterior, class_name, posterior, separator, told_apart
+from drillid.discrepancy.verdicts.examination import Examination, doubt, evidence_left, surely
+from drillid.discrepancy.verdicts.naming import Posterior, class_name, posterior, separator, told_apart
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
 _FIRSTS = 3
 """Causes with which a second one is tried."""
-_FIRST_WITHIN = 12.0
-_REJECTED_PULLS, _REJECTED_CHI2 = 50.0, 2.0
-"""Pulls of the data sheets, in units of log-likelihood, and χ² per residual beyond any chance."""
-_LEFT = 4.0
-"""What may be left unexplained beside a cause, in units of log-likelihood, before its name is withdrawn."""
-_PLACED = 0.95
-"""Probability with which a place is right that is stated."""
 
 
 def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
@@ -47,7 +43,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     )
     most = refined[0].log_evidence if refined else 0.0
     refined = [one for one in refined if not one.at_bound and not _refuted(examination, one.name)]
-    if not refined or refined[0].log_evidence < most - _LEFT:
+    if not refined or refined[0].log_evidence < most - LEFT_UNEXPLAINED:
         return _unknown(examination, max(before.unknown_evidence, most))
     first = posterior(_with_own_detections(refined, examination.detections), before.unknown_evidence)
     best = first.best
@@ -58,7 +54,9 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
         if other is not None:
             chosen, after = other
     total = sum(one.log_evidence for _, one in chosen) - PAIR_PRICE * (len(chosen) - 1)
-    open_still = after.p_value < CLOSURE_RATE and evidence_left(after) > max(_LEFT, LEFT_SHARE * total)
+    open_still = after.p_value < CLOSURE_RATE and evidence_left(after) > max(
+        LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total
+    )
     if any(one.at_bound for _, one in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or open_still:
@@ -88,7 +86,7 @@ def _refuted(examination: Examination, cause: str) -> bool:
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so far off that nothing linear about it can be trusted."""
     rows = 2 * int(np.count_nonzero(model.weight))
-    return base.pulls > _REJECTED_PULLS or base.chi2 > _REJECTED_CHI2 * rows
+    return base.pulls > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
 
 
 def _with_own_detections(refined: list[Refined], detections: tuple[PooledDetection, ...]) -> list[Refined]:
@@ -127,7 +125,7 @@ def _other(
     model = examination.model
     best: tuple[float, list[tuple[Posterior, Refined]], Screen] | None = None
     # what explains nothing by itself is no half of a pair
-    least = max(first.best.log_evidence - _FIRST_WITHIN, 0.0)
+    least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
     firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > least]
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
@@ -220,7 +218,7 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
     model, extensions = result.model, result.extensions
     if not all(CATALOGUE[name].is_place for name in members):
         return float("nan")
-    if surely_placed(model, result.extended, extensions, place) < _PLACED:
+    if surely_placed(model, result.extended, extensions, place) < PLACED:
         return float("nan")
     return extensions[place].shape * float(np.mean(model.length))
 

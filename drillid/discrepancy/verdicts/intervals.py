@@ -35,7 +35,8 @@ _QN_EFFICIENCY, _QN_SLOWNESS = 0.8227, 6.8
 """Of many values, and how slowly it is reached: simulated samples of n = 5 to 60 have it over 1 + 6.8/n."""
 EVIDENCE = {"damping_pull": "BHA damping", "inertia_pull": "BHA inertia"}
 
-_NAME = "regime_change"
+_CAUSE = next(cause for cause in CATALOGUE.values() if cause.marks_intervals)
+"""The name of an interval that stands out."""
 
 
 def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floats]:
@@ -173,16 +174,16 @@ def change_verdict(
     )
     named = gain.low > 0
     return Verdict(
-        verdict=_NAME if named else UNKNOWN,
-        family=CATALOGUE[_NAME].family,
+        verdict=_CAUSE.name if named else UNKNOWN,
+        family=_CAUSE.family,
         probability=probability(p_value),
         from_m=from_m,
         to_m=to_m,
-        cause=_NAME if named else "",
+        cause=_CAUSE.name if named else "",
         size=size,
         size_low=size - TWO_SIDED * deviation,
         size_high=size + TWO_SIDED * deviation,
-        unit=CATALOGUE[_NAME].size.unit,
+        unit=_CAUSE.size.unit,
         gain=gain.value,
         gain_low=gain.low,
         gain_high=gain.high,

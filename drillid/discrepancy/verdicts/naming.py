@@ -4,19 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp, ndtri
+from scipy.special import logsumexp
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.search import Refined
+from drillid.discrepancy.rules import CLASS_MASS, SAME
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
-
-CLASS_MASS = 0.9
-"""Posterior that the members of a class hold together."""
-TOLD_APART = 0.95
-"""Share of sets in which a test between two causes must be right, for them to count as told apart."""
-SAME = float(2 * ndtri(TOLD_APART))
-"""Standard deviations below which two causes count as the same: at a distance d that test is right in Φ(d/2)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 from scipy.special import expit, logit
 
+from drillid.discrepancy.rules import LARGEST_LOG_ODDS
+
 NONE = "none"
 UNKNOWN = "unknown"
 UNPROVED = "would fit, but is not proved"
 """In the evidence of an unknown, after the names that are in sight and before the reason why they are not given."""
-EVEN_ODDS = 0.5
-"""Probability below which a verdict is likelier wrong than right."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,6 @@ class Line(NamedTuple):
 
 LINES = {"none": Line(0.67, 1.29), "named": Line(1.05, 0.14), "unknown": Line(-1.77, 0.40)}
 """By kind of verdict, from sealed cases of former proofs, up to seed 130699: mean of the lines of 652 and of 697."""
-_SUREST = 12.0
-"""Largest log odds that are told apart."""
 
 
 def kind(verdict: Verdict) -> str:
@@ -72,7 +70,7 @@ def kind(verdict: Verdict) -> str:
 
 def log_odds(probability: float) -> float:
     """Log odds of a probability, within what is told apart."""
-    least = float(expit(-_SUREST))
+    least = float(expit(-LARGEST_LOG_ODDS))
     return float(logit(min(max(probability, least), 1 - least)))
 
 

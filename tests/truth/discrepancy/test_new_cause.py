@@ -48,8 +48,9 @@ class RecorderEcho(Cause):
     ) -> WindowModel:
         """An echo of the size."""
         recording = window_model.recording
-        values = {field.name: getattr(recording, field.name) for field in fields(recording)}
-        return WindowModel(window_model.system, EchoRecording(**values, echo=size), window_model.course)
+        values = {field.name: getattr(recording, field.name) for field in fields(Recording)}
+        echoing = EchoRecording(**values, echo=getattr(recording, "echo", 0.0) + size)
+        return WindowModel(window_model.system, echoing, window_model.course)
 
 
 class HumDetector(Detector):

@@ -240,10 +240,8 @@ def test_modes_of_several_windows_are_those_of_each() -> None:
     assert result.poles.shape[:2] == (2, 3)
     for row, length in enumerate(lengths):
         for column, inertia in enumerate(inertias):
-            single_pipe = Section(
-                length, 1.6e-5, 100.0, 2e8, laws=(StokesLayerDrag(1200.0, (0.02, 0.05)[row], 0.1397),)
-            )
-            alone = modes(DrillingSystem(DRIVE, (single_pipe,), Bit(inertia, 30.0)), highest=3.0)
+            own_pipe = Section(length, 1.6e-5, 100.0, 2e8, laws=(StokesLayerDrag(1200.0, (0.02, 0.05)[row], 0.1397),))
+            alone = modes(DrillingSystem(DRIVE, (own_pipe,), Bit(inertia, 30.0)), highest=3.0)
             count = alone.poles.size
             np.testing.assert_allclose(result.poles[row, column, :count], alone.poles, rtol=1e-12)
             assert np.all(np.isnan(result.frequency[row, column, count:]))

@@ -148,13 +148,11 @@ def test_no_size_is_no_effect() -> None:
 
 
 def test_derivatives_are_exact() -> None:
-    """Central differences, good to about 1e-8, for every parameter of the transfer and the scale of the control's sensor."""
+    """Central differences, good to about 1e-8, for every parameter of the transfer and the sensor scale."""
     point = np.array([1.02, 0.03, 0.02, 6.0, 1.1])
 
-    def response(scale: object, offset: object, jitter: object, corner: object, sensor_scale: object) -> Any:
-        return recorded(
-            command_mobility(sensed(SYSTEM, sensor_scale), S), S, Recording(scale, offset, jitter, corner, 3)
-        )
+    def response(scale: object, offset: object, jitter: object, corner: object, sensor: object) -> Any:
+        return recorded(command_mobility(sensed(SYSTEM, sensor), S), S, Recording(scale, offset, jitter, corner, 3))
 
     value, slopes = derivatives(response, point)
     assert slopes.shape == (5, FREQUENCIES.size)

@@ -181,9 +181,9 @@ def test_simulated_torque_into_the_string_is_what_an_instrumented_sub_shows() ->
     assert np.max(np.abs(measured - expected) / np.abs(expected)) < LARGEST_ERROR
 
 
-def test_linear_laws_of_cutting_are_refused_rather_than_dropped() -> None:
+def test_linear_cutting_laws_are_refused_rather_than_dropped() -> None:
     rig = NonlinearRig(SYSTEM, cutting=Cutting(0.05, 0.02))
-    with pytest.raises(SettingsError, match="laws of cutting are linear"):
+    with pytest.raises(SettingsError, match="linear cutting laws"):
         simulate(rig.linearised(SPEED, WEIGHT), np.zeros(10), np.ones(10), np.zeros(10))
 
 

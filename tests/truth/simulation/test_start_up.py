@@ -10,11 +10,11 @@ from benchmarks.field.log import FieldLog, read_field_log, score
 from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.errors import LogError, SettingsError
 from drillid.physics.soft_string import Survey
-from drillid.simulation.start_up import RATE, Friction, StartUp, rig_at, start_up
+from drillid.simulation.start_up import RATE, WellFriction, StartUp, rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey
 from drillid.units import RPM, STANDARD_GRAVITY
 
-SLIDING = Friction(0.1, kappa=3000.0, delta=1e9)
+SLIDING = WellFriction(0.1, kappa=3000.0, delta=1e9)
 
 
 def ramp(seconds: float, speed: float, rise: float = 5.0) -> np.ndarray:
@@ -35,14 +35,14 @@ def test_steady_rotation_takes_the_sliding_torque_and_the_drag_of_the_whole_stri
 
 
 def test_a_string_without_friction_takes_momentum_alone() -> None:
-    rig = rig_at(1733.0, SURVEY, EQUIPMENT, Friction(0.0, delta=1e9))
+    rig = rig_at(1733.0, SURVEY, EQUIPMENT, WellFriction(0.0, delta=1e9))
     made = start_up(rig, ramp(30.0, 8.0))
     inertia = EQUIPMENT.top_drive.inertia + sum(section.inertia for section in rig.system.string)
     assert np.sum(made.torque) / RATE == pytest.approx(inertia * 8.0, rel=0.05)
 
 
 def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
-    friction = Friction(0.1, breakaway=2.0, threshold=0.5)
+    friction = WellFriction(0.1, breakaway=2.0, threshold=0.5)
     rig = rig_at(1733.0, SURVEY, EQUIPMENT, friction)
     made = start_up(rig, ramp(20.0, 6.0))
     assert rig.contact is not None
@@ -55,29 +55,29 @@ def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
 
 
 def test_longer_strings_and_heavier_assemblies_take_more() -> None:
-    def torque(depth: float, friction: Friction) -> float:
+    def torque(depth: float, friction: WellFriction) -> float:
         contact = rig_at(depth, SURVEY, EQUIPMENT, friction).contact
         assert contact is not None
         return float(np.sum(contact.static * np.diff(contact.edges)))
 
-    plain = Friction(0.2)
+    plain = WellFriction(0.2)
     assert torque(2500.0, plain) > torque(1733.0, plain)
-    assert torque(1733.0, Friction(0.2, assembly_sliding=1.5)) > torque(1733.0, plain)
-    assert torque(1733.0, Friction(0.2, breakaway=2.0)) == pytest.approx(2 * torque(1733.0, plain))
+    assert torque(1733.0, WellFriction(0.2, assembly_sliding=1.5)) > torque(1733.0, plain)
+    assert torque(1733.0, WellFriction(0.2, breakaway=2.0)) == pytest.approx(2 * torque(1733.0, plain))
     inertias = [
-        rig_at(1733.0, SURVEY, EQUIPMENT, Friction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)
+        rig_at(1733.0, SURVEY, EQUIPMENT, WellFriction(0.2, assembly_inertia=size)).system.string for size in (1.0, 0.7)
     ]
     assert inertias[1][0].inertia == inertias[0][0].inertia
     assert inertias[1][1].inertia == pytest.approx(0.7 * inertias[0][1].inertia)
 
 
-def steady_torque(survey: Survey, friction: Friction) -> float:
+def steady_torque(survey: Survey, friction: WellFriction) -> float:
     return float(start_up(rig_at(1733.0, survey, EQUIPMENT, friction), ramp(60.0, 10.0)).torque[-500:].mean())
 
 
 def test_another_hole_changes_the_torque_by_the_weight_that_it_carries() -> None:
     """In a straight hole at the inclination θ all sliding torque is μ sin θ Σ w r L, w the buoyed weight per length."""
-    friction = Friction(0.2, kappa=3000.0, delta=1e9)
+    friction = WellFriction(0.2, kappa=3000.0, delta=1e9)
     torques = [steady_torque(Survey.from_degrees([0, 3000], [angle, angle]), friction) for angle in (0, 20, 50)]
     figures = ((1733.0 - EQUIPMENT.assembly_length, *EQUIPMENT.pipe), *EQUIPMENT.assembly)
     steel = (7850.0 - EQUIPMENT.mud_density) * STANDARD_GRAVITY * np.pi / 4
@@ -87,7 +87,7 @@ def test_another_hole_changes_the_torque_by_the_weight_that_it_carries() -> None
 
 
 def test_friction_of_rest_is_gone_after_long_rotation() -> None:
-    plain = Friction(0.2, kappa=3000.0, delta=1e9)
+    plain = WellFriction(0.2, kappa=3000.0, delta=1e9)
     rested = replace(plain, rest=0.5, assembly_rest=0.3, rest_angle=5.0)
     assert steady_torque(SURVEY, rested) == pytest.approx(steady_torque(SURVEY, plain), rel=1e-3)
     kept = replace(plain, rest=0.5, assembly_rest=0.5, rest_angle=1e6)
@@ -138,9 +138,9 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingsError):
         rig_at(200.0, SURVEY, EQUIPMENT, SLIDING)
     with pytest.raises(SettingsError):
-        Friction(-0.1)
+        WellFriction(-0.1)
     with pytest.raises(SettingsError):
-        Friction(0.1, breakaway=0.5)
+        WellFriction(0.1, breakaway=0.5)
     path = tmp_path / "log.csv"
     path.write_text("t_s,td_rpm_measured\n0,0\n")
     with pytest.raises(LogError, match="torque_knm_measured"):

@@ -211,11 +211,11 @@ def test_a_growing_string_keeps_its_energy_account() -> None:
     result = swept(course)
     assert closure(result) < 1e-9
     assert result.energies is not None
-    assert result.energies.brought != 0
+    assert result.energies.parametric != 0
 
 
-def test_parts_that_come_in_the_course_are_refused() -> None:
-    with pytest.raises(SettingsError, match="come or go"):
+def test_parts_that_appear_in_time_are_refused() -> None:
+    with pytest.raises(SettingsError, match="appear or vanish"):
         swept(lambda time: NonlinearRig(SYSTEM, gear=Gear(0.0 if time < 5 else 0.02, 150.0)))
 
 

@@ -16,7 +16,7 @@ from benchmarks.discoveries.field import CYCLE_S, Misses, gain, log_odds
 from benchmarks.discoveries.rows import COLUMNS, Discovery, printed, table
 from drillid.discrepancy import Verdict
 from drillid.discrepancy.sets import verdict_table
-from drillid.simulation.start_up import RATE, Friction
+from drillid.simulation.start_up import RATE, WellFriction
 from tests.drawn import kept_figures
 from tests.verdicts import LAG
 
@@ -29,7 +29,7 @@ def misses(torque: float, bit: float, figures: int, seed: int = 0) -> Misses:
     wave = np.sqrt(2) * size * np.sin(2 * np.pi * time / CYCLE_S)
     names = tuple("abcdefghij"[:figures])
     return Misses(
-        Friction(0.1), names, {"torque": np.tile(torque * wave, (3, 1)), "bit speed": np.tile(bit * wave, (3, 1))}
+        WellFriction(0.1), names, {"torque": np.tile(torque * wave, (3, 1)), "bit speed": np.tile(bit * wave, (3, 1))}
     )
 
 

@@ -63,7 +63,7 @@ def test_sheets_and_rig_descriptions_belong_to_the_wells(demo: Settings, rigs: d
 
 @pytest.mark.parametrize("well", WELLS)
 def test_rig_description_names_the_columns_of_the_recorder(well: str, rigs: dict[str, Rig]) -> None:
-    recorder = WELLS[well].recorder
+    recorder = WELLS[well].log_writer
     described = {name: (column.column, column.unit) for name, column in rigs[well].channels.items()}
     assert described == {column.channel: (column.header, column.unit) for column in recorder.columns}
     assert rigs[well].time.column == recorder.time_header
@@ -118,7 +118,7 @@ def test_log_holds_drilling_and_then_standstill(well: str, logs: dict[str, pd.Da
 
 
 def jittered(well: str) -> bool:
-    return WELLS[well].recorder.faults.jitter > 0
+    return WELLS[well].log_writer.faults.jitter > 0
 
 
 def seconds(log: pd.DataFrame, rig: Rig) -> Floats:
@@ -146,7 +146,7 @@ def test_faults_are_those_stated(logs: dict[str, pd.DataFrame], rigs: dict[str, 
     assert len(logs["D01"]) == ROWS
     assert np.unique(np.diff(seconds(logs["D01"], rigs["D01"])).round(9)).tolist() == [0.02]
 
-    faults = WELLS["D02"].recorder.faults
+    faults = WELLS["D02"].log_writer.faults
     time, speed = seconds(logs["D02"], rigs["D02"]), logs["D02"]["speed"].to_numpy()
     intervals = np.diff(time)
     assert intervals.max() == pytest.approx(faults.gap, abs=0.05)
@@ -157,7 +157,7 @@ def test_faults_are_those_stated(logs: dict[str, pd.DataFrame], rigs: dict[str, 
     assert 0 < spikes <= faults.speed_spikes
 
     lost = ROWS - len(logs["D03"])
-    assert 0 < lost < 10 * ROWS * WELLS["D03"].recorder.faults.dropped_share
+    assert 0 < lost < 10 * ROWS * WELLS["D03"].log_writer.faults.dropped_share
 
 
 def test_logs_follow_seed_well_and_stand(tmp_path: Path) -> None:

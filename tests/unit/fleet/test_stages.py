@@ -73,6 +73,11 @@ def test_the_rule_waits_for_the_manifests_of_the_stages_that_it_reads(stage: Sta
     assert makes.split()[0] == f'manifest="<results>/{stage.name}/{{batch}}.json",'
 
 
+def test_settings_and_parts_of_the_rig_that_a_stage_reads_are_found_by_the_check() -> None:
+    assert "fits" in attributes(STAGES["fits"], "settings")
+    assert {"controller", "pipe", "top_drive_inertia"} <= attributes(STAGES["fits"], "rig")
+
+
 def test_a_dataset_that_a_stage_reads_is_found_by_the_check(tmp_path: Path) -> None:
     assert ("records", "records") in datasets(STAGES["spectra"])
     assert not WellFolders(tmp_path, "W1").has("records", "records")

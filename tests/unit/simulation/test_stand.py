@@ -7,10 +7,10 @@ from drillid.errors import SettingsError
 from drillid.excitation.torques import coloured_noise
 from drillid.physics.nonlinear import Cutting, NonlinearRig, WallContact
 from drillid.simulation.simulate import TIME_STEP, simulate
-from drillid.simulation.stand import Stand, varying_noise
+from drillid.simulation.stand import StandSchedule, varying_noise
 from tests.truth.rigs import SYSTEM
 
-STAND = Stand(12.0, 8e4, drilling=60.0)
+STAND = StandSchedule(12.0, 8e4, drilling=60.0)
 
 
 def test_a_stand_goes_through_its_phases_in_order() -> None:
@@ -23,9 +23,9 @@ def test_a_stand_goes_through_its_phases_in_order() -> None:
 
 def test_unusable_stands_are_refused() -> None:
     with pytest.raises(SettingsError, match="stand"):
-        Stand(12.0, 8e4, drilling=-1.0)
+        StandSchedule(12.0, 8e4, drilling=-1.0)
     with pytest.raises(SettingsError, match="stand"):
-        Stand(12.0, 8e4, speeding_up=0.0)
+        StandSchedule(12.0, 8e4, speeding_up=0.0)
 
 
 def test_noise_that_does_not_vary_is_the_stationary_one() -> None:

@@ -1,0 +1,360 @@
+"""The engine's statistical thresholds in one table: value, meaning, where it comes from, and what pins it.
+
+Where a value follows from the stated error rate or from another rule, it is computed here. The others are choices: the
+proof on sealed cases (`make blind`) measures what they lead to, and its figures, such as `false_alarm`, would move.
+"""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from scipy.special import ndtri
+
+
+class Rule(float):
+    """A number with its reasons; it counts as the plain number wherever it is used.
+
+    Parameters
+    ----------
+    value : the number, in units of log-likelihood for evidence
+    meaning : what it decides
+    source : derivation, reference or the consideration behind a choice
+    pinned_by : the test that fails without it (file::name), or the figures of `make blind` that measure it
+    """
+
+    meaning: str
+    source: str
+    pinned_by: str
+
+    def __new__(cls, value: float, meaning: str, source: str, pinned_by: str) -> Self:
+        """The number with its reasons."""
+        rule = super().__new__(cls, value)
+        rule.meaning, rule.source, rule.pinned_by = meaning, source, pinned_by
+        return rule
+
+
+_DETECTORS = "tests/truth/discrepancy/test_detectors.py::"
+_ENGINE = "tests/truth/blind/test_engine.py::"
+_PRODUCTS = "tests/truth/discrepancy/test_products.py::"
+_POOLING = "tests/unit/discrepancy/test_pooling.py::"
+
+# how the stated error rate is spent
+
+RESPONSES_SHARE = Rule(
+    0.5,
+    "share of the error rate given to the linear responses",
+    "half: most causes show there",
+    "make blind: false_alarm, power_ratio",
+)
+DETECTIONS_SHARE = Rule(
+    0.25,
+    "share of the error rate that the detections share among them (Bonferroni)",
+    "a quarter, so that a quarter is kept: p-values come from draws and estimates",
+    "make blind: false_alarm",
+)
+CLOSURE_RATE = Rule(
+    0.01,
+    "p-value below which an extended model has not passed the tests that the base model failed, and below which a "
+    "detected cause leaves too much of the record unexplained",
+    "a fifth of the usual error rate of 5 %: closing is asked of every name, so that it may fail in few right ones",
+    "make blind: second_pass_none; " + _ENGINE + "test_a_drift_that_the_catalogue_lacks_is_no_jump",
+)
+
+# what one window's record shows
+
+CLEAR_DETECTION = Rule(
+    4.0,
+    "score from which a cause is taken out of the record before the others are judged",
+    "standard normal: 15 candidates in 1000 windows pass it by chance once in two",
+    _DETECTORS + "test_scores_are_standard_normal_without_causes",
+)
+CHANGE_FOLLOWED = Rule(
+    2.0,
+    "score from which a change in time is followed along its course",
+    "5 % of windows without a change: following costs time and changes no rate",
+    _DETECTORS + "test_a_large_drift_shows_more_along_its_way_than_by_its_derivative",
+)
+TORQUE_STEP = Rule(
+    5.5,
+    "standard deviations from which a step of the torque at the bit is taken out of a record",
+    "two-sided chance 4e-8 at each of some 30 000 samples: noise reaches it once in a thousand windows",
+    _DETECTORS + "test_harder_rock_is_no_cause_and_hides_none",
+)
+LEAST_BLOCKS = Rule(
+    6.0,
+    "effective number of blocks below which a column is borne by too little of the record to be judged",
+    "Student's t with fewer degrees of freedom has tails that no score corrects for",
+    _DETECTORS + "test_scores_are_standard_normal_without_causes",
+)
+LEAST_MISSING_SHARE = Rule(
+    0.5,
+    "amplitude that torque left out by a limit must be able to have, 1 being all of it",
+    "what a drive leaves out it leaves out wholly: a smaller share of it is another cause's",
+    "make blind: detections_named",
+)
+AMPLITUDE_REACH = Rule(
+    3.0,
+    "standard errors within which the amplitude must be able to reach that share",
+    "0.1 % of right amplitudes lie farther off",
+    "make blind: detections_named",
+)
+LINE_KEPT = Rule(
+    2.0,
+    "log ratio above which a spectral line is kept for pooling over windows",
+    "exponential in noise: one line in e² = 7 has as much; what pooling needs, at little storage",
+    _DETECTORS + "test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep",
+)
+TONE_WITH_SIZE = Rule(
+    2.0,
+    "score from which a tone has a size, and it is asked whether it is motion of the rig",
+    "2 % of windows without a tone: the strongest line of noise is another one in every window",
+    _DETECTORS + "test_a_tone_is_a_line",
+)
+RESPONSE_MISSING = Rule(
+    0.5,
+    "share of the control's response that may be missing for a line to be motion of the rig",
+    "half way between a tone of the record alone, which has none, and motion, which has all",
+    _DETECTORS + "test_a_bit_that_sticks_and_slips",
+)
+ROUNDING_MATERIAL = Rule(
+    1.0,
+    "noise of rounding per noise of all else from which coarse steps are named",
+    "rounding that doubles the noise; at fewer the steps cost less than half a window",
+    _DETECTORS + "test_what_the_recorder_does",
+)
+
+# windows taken together
+
+SCATTER_RATE = Rule(
+    0.01,
+    "p-value of the scatter between windows from which their stated errors are taken for right",
+    "above it a larger error would cost power in every set, below it one set in a hundred",
+    "make blind: coverage95",
+)
+AGAINST = Rule(
+    30.0,
+    "most that a detection may say against a cause",
+    "sizes by detections are rough: beyond e³⁰ only their errors would be tested",
+    "make blind: accuracy_at_2x",
+)
+STUDENT_TAIL = Rule(
+    3.0,
+    "degrees of freedom of the windows' deviations from their set (Student's t)",
+    "the heaviest tail with a variance (Lange, Little and Taylor 1989)",
+    _PRODUCTS + "test_a_window_that_has_strayed_is_brought_back",
+)
+NEIGHBOURS_SHARE_VARIANCE = Rule(
+    1.15,
+    "variance of sums of whitened errors per that of independent ones",
+    "neighbouring lines share estimated variances; measured on simulated noise",
+    "tests/unit/discrepancy/test_predictive_gain.py::test_the_lower_end_of_a_gain_holds_in_95_percent_of_sets",
+)
+
+# screening and searching
+
+TAIL = Rule(
+    0.02,
+    "share of draws beyond which the tail of a drawn null distribution is carried on as an exponential",
+    "80 of 4000 draws: enough for the tail's scale to 11 %",
+    "make blind: false_alarm",
+)
+STRAIGHT = Rule(
+    0.95,
+    "correlation from which a cause's response at a size is as good as linear",
+    "beyond it a second direction brings less than a tenth of the information",
+    _ENGINE + "test_a_filter_whose_first_order_a_delay_hides_is_seen",
+)
+WIDE_PRIOR = Rule(
+    5.0,
+    "factor by which sizes may exceed what is usual: half of the prior is so much wider",
+    "physical bounds lie at about five times what is usual",
+    "make blind: accuracy_at_2x",
+)
+BOUND_REACHED = Rule(
+    0.99,
+    "share of a physical bound that counts as reaching it",
+    "the fit's own convergence in a size is finer",
+    "make blind: wrong_family_confident",
+)
+FOLLOWED_WITHIN = Rule(
+    8.0,
+    "evidence behind the best within which causes are fitted non-linearly",
+    "e⁻⁸ of the posterior is given up",
+    "make blind: accuracy_at_2x",
+)
+OBVIOUS_MISFIT = Rule(
+    15.0,
+    "linear evidence from which its order of the causes is not trusted and all are fitted",
+    "the second order of the responses counts from there",
+    _ENGINE + "test_an_obvious_cause_is_named_as_itself_or_its_exact_class",
+)
+CONTENDER = Rule(
+    0.5,
+    "share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious",
+    "half of it: a local optimum seldom hides more",
+    "make blind: accuracy_at_2x",
+)
+OUT_OF_REACH = Rule(
+    20.0,
+    "cost above the least known from which a fit is no longer followed",
+    "e⁻²⁰ of the posterior is given up",
+    "make blind: accuracy_at_2x",
+)
+SHAPES_WITHIN = Rule(
+    2.0,
+    "evidence behind the best shape of a cause within which other shapes are fitted",
+    "the linear evidence of shapes is that good",
+    _ENGINE + "test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried",
+)
+SHAPE_RESOLVED = Rule(
+    1.0,
+    "evidence that a step of a continuous shape may make if it is not to be halved",
+    "a step of one unit of log-likelihood is within the shape's own error",
+    _ENGINE + "test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried",
+)
+OUTLIERS_WORTH = Rule(
+    0.1,
+    "fall of the cost from which outlier windows are looked for once more",
+    "a tenth of a unit of log-likelihood changes no decision",
+    _PRODUCTS + "test_a_window_that_has_strayed_is_brought_back",
+)
+
+# from evidence to names
+
+EVEN_ODDS = Rule(
+    0.5,
+    "probability below which a verdict is likelier wrong than right",
+    "by definition",
+    "make blind: calibration_error",
+)
+CLASS_MASS = Rule(
+    0.9,
+    "posterior that the members of a class hold together",
+    "the class is right in nine of ten sets where its causes are alike",
+    "make blind: accuracy_at_2x",
+)
+TOLD_APART = Rule(
+    0.95,
+    "share of sets in which a test between two causes must be right for them to be told apart",
+    "one less the usual error rate",
+    "tests/unit/discrepancy/test_gather.py::test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same",
+)
+SAME = Rule(
+    2 * ndtri(TOLD_APART),
+    "standard deviations between two causes below which they count as the same",
+    "at a distance d the test between them is right in a share Φ(d/2) of sets",
+    "tests/unit/discrepancy/test_rules.py::test_derived_rules_follow_from_what_they_are_derived_from",
+)
+PAIR_PRICE = Rule(
+    np.log(250.0),
+    "log odds against a certain second cause beside a first",
+    "one set in nine has two causes, and any of 32 may be the second: 8 to 1 times 31, rounded",
+    "tests/unit/discrepancy/test_rules.py::test_derived_rules_follow_from_what_they_are_derived_from",
+)
+PAIR_FIRST_WITHIN = Rule(
+    12.0,
+    "evidence behind the best within which a cause is tried as the first of two",
+    "beyond it the second would have to make up for e¹²",
+    _ENGINE + "test_what_one_of_two_causes_explains_is_no_rival_of_the_other",
+)
+LEFT_UNEXPLAINED = Rule(
+    4.0,
+    "evidence that may be left beside a cause before its name is withdrawn",
+    "e⁴ = 55 to 1, less than the price of a second cause",
+    _ENGINE + "test_what_the_catalogue_lacks_has_no_name_of_another",
+)
+SHADOW_OF_EVIDENCE = Rule(
+    0.02,
+    "share of the evidence for a cause that may be left beside it as its shadow",
+    "models of causes are right to about 2 % of what they do",
+    "make blind: second_pass_none",
+)
+SHADOW_OF_DETECTION = Rule(
+    0.1,
+    "evidence for a second detection, per that of the strongest, below which it counts as its shadow",
+    "columns of detectors are first-order: right to about a third, so to a tenth in evidence",
+    "make blind: detections_named",
+)
+NAMELESS_EVIDENCE = Rule(
+    10.0,
+    "evidence from which a detection without a name keeps the verdict that something is wrong",
+    "e¹⁰ = 22 000 to 1, whatever its gain on held-out data",
+    _PRODUCTS + "test_what_is_seen_has_no_name_without_a_sure_gain_and_is_never_none",
+)
+REJECTED_PULLS = Rule(
+    50.0,
+    "pulls of the data sheets from which the base model is rejected whatever the residuals say",
+    "ten tolerances of one parameter, beyond any mistake in stating them",
+    _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",
+)
+REJECTED_CHI2 = Rule(
+    2.0,
+    "χ² per residual from which the base model is rejected",
+    "beyond any error of the noise estimate, which is within 0.74 to 1.4 even where it is wrong",
+    _ENGINE + "test_an_obvious_cause_is_named_as_itself_or_its_exact_class",
+)
+LARGEST_LOG_ODDS = Rule(
+    12.0,
+    "largest log odds that stated probabilities tell apart",
+    "sealed cases are far fewer than e¹²",
+    "tests/unit/discrepancy/test_verdict.py::test_more_sure_stays_more_sure_and_a_probability_one",
+)
+
+# places and intervals
+
+PLACED = Rule(
+    0.95,
+    "probability that a stated place must have to lie within 5 % of the pipe of the true one",
+    "the confidence of all stated intervals",
+    "make blind: location_within_5pct; " + _PRODUCTS + "test_a_place_is_told_where_the_noise_lets_it",
+)
+PLACE_TOLERANCE = Rule(
+    0.05,
+    "share of the pipe's length about its true place within which a stated one is to lie",
+    "the length of a zone of local damping in the catalogue",
+    "make blind: location_within_5pct",
+)
+PLACE_NEGLIGIBLE = Rule(
+    12.0,
+    "cost above the best place's from which another place counts for nothing",
+    "e⁻¹² of the posterior over places is given up",
+    _PRODUCTS + "test_a_place_is_told_where_the_noise_lets_it",
+)
+INTERVAL_EVIDENCE = Rule(
+    3.0,
+    "evidence that a beginning and an end in depth must bring, beside the logarithm of the places tried",
+    "one more parameter with its price (Akaike 1974), and e² = 7 to 1",
+    "make blind: second_pass_none",
+)
+DETECTABLE = Rule(
+    3.0,
+    "standard deviations at which a cause counts as detectable before anything is looked for",
+    "half of all sets pass an ideal test at 0.1 % there",
+    _PRODUCTS + "test_every_measurement_helps_or_changes_nothing",
+)
+PART_READ = Rule(
+    3.0,
+    "standard errors from which a part of a missing immittance is read out",
+    "0.1 % of parts that are not there",
+    _PRODUCTS + "test_nothing_is_read_where_nothing_is_missing",
+)
+
+RULES: dict[str, Rule] = {name: value for name, value in globals().items() if isinstance(value, Rule)}
+"""Every rule by its name."""
+
+
+def page() -> str:
+    """The table as a page in Markdown."""
+    lines = [
+        "# Rules of the discovery engine",
+        "",
+        "Statistical thresholds, as `drillid/discrepancy/rules.py` has them. Evidence is in units of log-likelihood.",
+        "A rule is pinned by a test, or by the scores of the sealed proof (`make blind`) that it moves.",
+        "",
+        "| rule | value | decides | source | pinned by |",
+        "|---|---|---|---|---|",
+    ]
+    for name, rule in RULES.items():
+        lines.append(f"| {name} | {float(rule):.4g} | {rule.meaning} | {rule.source} | {rule.pinned_by} |")
+    return "\n".join(lines) + "\n"
