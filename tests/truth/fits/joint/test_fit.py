@@ -8,7 +8,6 @@ import pytest
 
 from drillid.arrays import Floats
 from drillid.errors import EstimationError
-from drillid.fits.joint.dataset import Latest, carried_on
 from drillid.fits.joint.fit import JointFit, joint_fit
 from drillid.fits.window_fit import Fit, Measured, Prior, fit
 from drillid.physics.equipment import Bit
@@ -111,24 +110,6 @@ def test_a_window_without_frequencies_takes_the_band_of_its_neighbours(run: Run)
     found = run.joint([*run.windows[:2], nothing, *run.windows[3:]])
     assert np.isfinite(found.value).all()
     assert (found.error[2] > 0.98 * run.together.error[2]).all()
-
-
-def test_a_fit_carried_on_by_one_window_is_the_fit_of_all(run: Run) -> None:
-    before = Latest.of(run.joint(run.windows[:-1]))
-    carried = carried_on(before, run.windows[-1], run.truth[-1].known, float(run.bit_depth[-1]))
-    found, error = carried.latest.parameters
-    assert np.abs((found - run.together.value[-1]) / run.together.error[-1]).max() < 0.35
-    np.testing.assert_allclose(error, run.together.error[-1], rtol=0.25)
-    assert carried.agreement > 1e-3
-    assert carried.log_gains.max() < np.log(4 / 0.05)
-
-
-def test_carrying_on_sees_a_jump_at_once(run: Run) -> None:
-    before = Latest.of(run.joint(run.windows[: JUMP_BELOW + 1]))
-    next_one = JUMP_BELOW + 1
-    carried = carried_on(before, run.windows[next_one], run.truth[next_one].known, float(run.bit_depth[next_one]))
-    assert int(np.argmax(carried.log_gains)) == 2  # damping of the BHA
-    assert carried.log_gains[2] > np.log(4 / 0.05)
 
 
 def test_without_any_fit_to_start_from_there_is_an_error(run: Run) -> None:
