@@ -86,6 +86,7 @@ lint: $(READY)
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/mypy --strict drillid
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/vulture
 	$(BIN)/snakemake --lint --configfile config/demo/config.yaml
 
 format: $(READY)

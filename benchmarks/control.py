@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from benchmarks.excitation import AMPLITUDE, BAND, PERIOD, RATE, situation
+from benchmarks.excitation import AMPLITUDE, BAND, PERIOD, RATE, experiment
 from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
 from drillid.control.tuning import Family, Tuning, controlled_by, first_sample, sampled_systems, tune
 from drillid.excitation.design import lines_within
@@ -33,33 +33,33 @@ FAMILIES: dict[str, Family] = {
 def main(
     folder: Annotated[
         Path | None,
-        typer.Argument(help="Where stick-slip map and bit mobility are drawn; without it, nowhere."),
+        typer.Argument(help="Folder for the drawings of stick-slip map and bit mobility; without it none are drawn."),
     ] = None,
 ) -> None:
-    """Tune controllers of three families and print what they reach."""
-    case = situation()
+    """Tune controllers of three families and print their performance."""
+    case = experiment()
     frequency, power = lines_within(exponential_sweeps(np.arange(0, PERIOD, 1 / RATE), AMPLITUDE), RATE, BAND)
-    samples = sampled_systems(case.parameters, case.covariance(frequency, power), case.known)
+    samples = sampled_systems(case.parameters, case.covariance(frequency, power), case.equipment)
     system = first_sample(samples)
     stiff = controlled_by(samples, STIFF)
     tuned = {name: tune(stiff, family) for name, family in FAMILIES.items()}
-    controllers = {"stiff": STIFF} | {name: one.controller for name, one in tuned.items()}
-    found = stick_slip_map(system, CUTTING, WEIGHTS, controllers)
+    controllers = {"stiff": STIFF} | {name: tuning.controller for name, tuning in tuned.items()}
+    stability = stick_slip_map(system, CUTTING, WEIGHTS, controllers)
     simulated = {}
     for name, controller in controllers.items():
-        predicted = float(np.interp(SIMULATED_WEIGHT, found.weight, found.speed[name]))
+        predicted = float(np.interp(SIMULATED_WEIGHT, stability.weight, stability.speed[name]))
         bracket = (0.93 * predicted, 1.07 * predicted)
         lowest = simulated_lowest_speed(controlled_by(system, controller), CUTTING, SIMULATED_WEIGHT, bracket)
         simulated[name] = (SIMULATED_WEIGHT, lowest)
-        print(f"{name:34}{_told(tuned.get(name), predicted, lowest)}")
+        print(f"{name:34}{_row(tuned.get(name), predicted, lowest)}")
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        draw_stick_slip_map(found, folder / "stick_slip_map.png", simulated)
+        draw_stick_slip_map(stability, folder / "stick_slip_map.png", simulated)
         systems = {name: controlled_by(samples, controller) for name, controller in controllers.items()}
         draw_bit_mobility(systems, folder / "bit_mobility_controlled.png")
 
 
-def _told(tuning: Tuning | None, predicted: float, simulated: float) -> str:
+def _row(tuning: Tuning | None, predicted: float, simulated: float) -> str:
     rpm = 30 / np.pi
     text = (
         f"stable from {predicted * rpm:5.1f} rpm at {SIMULATED_WEIGHT / 1e3:.0f} kN, simulated {simulated * rpm:5.1f}"

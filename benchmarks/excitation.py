@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from drillid.arrays import Floats
-from drillid.excitation.design import Situation, crest_factor, design, half_octaves, lines_within, power_per_band
+from drillid.excitation.design import Experiment, crest_factor, design, half_octaves, lines_within, power_per_band
 from drillid.excitation.torques import (
     SWEEP_BANDS,
     band_limited_noise,
@@ -31,9 +31,9 @@ PERIOD = 120.0
 WINDOW = 600.0
 AMPLITUDE = 500.0
 """N m, of each of the three sweeps."""
-NOTHING = 1e-6
+NEGLIGIBLE_SHARE = 1e-6
 """Share of power below which a half octave counts as not excited."""
-CONFIDENT = (2, 3, 5, 7)
+DETERMINED = (2, 3, 5, 7)
 """Parameters whose errors are shown: those that one window determines."""
 
 
@@ -44,27 +44,27 @@ class Row:
     name: str
     crest: float
     rms_everywhere: float
-    """N m rms for at least the sweeps' coherence in every half octave; infinite where it leaves one out."""
+    """N m rms for at least the sweeps' coherence in every half octave; infinite where one is not excited."""
     rms_middle: float
-    """N m rms for the sweeps' coherence in the middle of the half octaves, half of them above and half below."""
+    """N m rms for the sweeps' coherence in the median half octave."""
     errors: Floats
     """Relative standard errors of the parameters that one window determines, at the sweeps' rms."""
 
 
-def situation() -> Situation:
+def experiment() -> Experiment:
     """The rig of the physics page with half a kilonewton metre of bit noise."""
     pipe, collars = polar_moment(0.1397, 0.1214), polar_moment(0.1651, 0.0714)
-    known = KnownEquipment(Controller(1500.0, 800.0), 100.0, collars)
-    parameters = np.array([200.0, 2.5e8, 3100.0, pipe, 0.04, 1105.0, 40.0, known.collar_inertia + 40.0])
+    equipment = KnownEquipment(Controller(1500.0, 800.0), 100.0, collars)
+    parameters = np.array([200.0, 2.5e8, 3100.0, pipe, 0.04, 1105.0, 40.0, equipment.collar_inertia + 40.0])
     frequency = np.geomspace(0.01, 25.0, 400)
-    return Situation(parameters, known, frequency, coloured_noise_density(frequency, 500.0, 2.0), WINDOW)
+    return Experiment(parameters, equipment, frequency, coloured_noise_density(frequency, 500.0, 2.0), WINDOW)
 
 
-def torques(case: Situation) -> dict[str, Floats]:
+def torques(case: Experiment) -> dict[str, Floats]:
     """Whole periods at 50 Hz; noises are as long as the window, as they do not repeat."""
     time, long = np.arange(0, PERIOD, 1 / RATE), round(WINDOW * RATE)
     generator = np.random.default_rng(1)
-    best = design(case, 1.0, tuple(list(PARAMETERS)[index] for index in CONFIDENT), band=BAND)
+    best = design(case, 1.0, tuple(list(PARAMETERS)[index] for index in DETERMINED), band=BAND)
     odd, _ = odd_multisine(generator, 600.0, BAND, PERIOD)
     return {
         "three exponential sweeps": exponential_sweeps(time, AMPLITUDE, SWEEP_BANDS, PERIOD),
@@ -79,33 +79,33 @@ def torques(case: Situation) -> dict[str, Floats]:
     }
 
 
-def table(case: Situation) -> list[Row]:
+def table(case: Experiment) -> list[Row]:
     """All excitations against the three sweeps."""
     edges = half_octaves(*BAND)
-    played = torques(case)
-    sweeps = played["three exponential sweeps"]
+    signals = torques(case)
+    sweeps = signals["three exponential sweeps"]
     reference, rms = power_per_band(sweeps, RATE, edges), float(np.sqrt(np.mean(sweeps**2)))
     rows = []
-    for name, torque in played.items():
+    for name, torque in signals.items():
         mean_square = float(np.mean(torque**2))
         share = power_per_band(torque, RATE, edges) / mean_square
-        needed = np.sqrt(np.divide(reference, share, out=np.full_like(share, np.inf), where=share > NOTHING))
+        needed = np.sqrt(np.divide(reference, share, out=np.full_like(share, np.inf), where=share > NEGLIGIBLE_SHARE))
         frequency, power = lines_within(torque, RATE, BAND)
         errors = case.standard_errors(frequency, power * rms**2 / mean_square) / case.parameters
         everywhere, middle = float(needed.max()), float(np.median(needed))
-        rows.append(Row(name, crest_factor(torque), everywhere, middle, errors[list(CONFIDENT)]))
+        rows.append(Row(name, crest_factor(torque), everywhere, middle, errors[list(DETERMINED)]))
     return rows
 
 
 def main() -> None:
     """Print the tables."""
-    case = situation()
+    case = experiment()
     rows = table(case)
     edges = half_octaves(*BAND)
     reference = power_per_band(torques(case)["three exponential sweeps"], RATE, edges)
     coherence = case.coherence(np.sqrt(edges[1:] * edges[:-1]), reference / np.diff(edges))
     print("Coherence of the three sweeps in each half octave:", " ".join(f"{value:.2f}" for value in coherence))
-    names = [list(PARAMETERS)[index] for index in CONFIDENT]
+    names = [list(PARAMETERS)[index] for index in DETERMINED]
     print("Torque for that coherence, N m, and relative errors at the sweeps' own rms, %")
     print(f"{'':30}{'crest':>6}{'rms everywhere':>16}{'peak':>7}{'rms in the middle':>19}{'peak':>7}", end="")
     print("".join(f"{name:>14}" for name in names))

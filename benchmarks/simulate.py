@@ -37,7 +37,7 @@ TIME_STEP = ELEMENT / float(np.sqrt(_PIPE.shear_modulus / _PIPE.density))
 
 
 def rigs() -> dict[str, NonlinearRig]:
-    """Rigs from the linear one to one with everything."""
+    """Rigs from a linear one to one with all nonlinear parts."""
     survey = Survey.from_degrees([0, 500, 1500, 4000], [0, 0, 50, 50])
     tally = [Pipe(3900.0, 0.1397, 0.1214, 0.168), Pipe(100.0, 0.1651, 0.0714, 0.1651)]
     contact = wall_contact(side_forces(survey, tally, 1200.0, WEIGHT), 0.25, 0.2, Weakening(1.0))
@@ -63,7 +63,7 @@ def rigs() -> dict[str, NonlinearRig]:
 
 
 def run(rig: NonlinearRig, energies: bool) -> Simulation:
-    """Start of rotation and drilling with the sweep on."""
+    """Start of rotation, then drilling with the sweep."""
     steps = TIME_STEP * np.arange(round(SIMULATED / TIME_STEP))
     return simulate(
         rig,

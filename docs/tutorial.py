@@ -24,7 +24,7 @@ from drillid.control.margins import loop_transfer, margins
 from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
 from drillid.control.tuning import controlled_by, first_sample, sampled_systems, tune
 from drillid.datasets.store import WellFolders
-from drillid.excitation.design import Situation, lines_within
+from drillid.excitation.design import Experiment, lines_within
 from drillid.excitation.torques import coloured_noise, coloured_noise_density, exponential_sweeps
 from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, STYLE, frequency_axis
 from drillid.fits import stage as fits
@@ -238,11 +238,11 @@ print(f"{measured.frequency.size} frequencies, {int((measured.gate == 0).sum())}
 
 # %%
 shaking_frequency = np.geomspace(0.005, 25.0, 600)
-situation = Situation(
+experiment = Experiment(
     actual, KnownEquipment(REPORTED), shaking_frequency, coloured_noise_density(shaking_frequency, 500.0, 2.0), 600.0
 )
 period = exponential_sweeps(np.arange(0, 120, 0.02), 500.0)
-bound = situation.standard_errors(*lines_within(period, 50.0, (0.05, 4.0)))
+bound = experiment.standard_errors(*lines_within(period, 50.0, (0.05, 4.0)))
 value, error = fitted["value"].to_numpy(), fitted["standard_error"].to_numpy()
 print(f"{'':14}{'true':>11}{'found':>11}{'error':>10}{'bound':>10}{'off/error':>11}")
 for name, *row in zip(PARAMETERS, actual, value, error, bound, strict=True):

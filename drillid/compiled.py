@@ -1,7 +1,8 @@
-"""Compiled functions that are kept on disk between processes.
+"""Compiled functions cached on disk between processes.
 
 numba recompiles a function when its own file changes, but not when it calls into another file that has changed,
-nor when a constant from there has. So the functions of some folders are kept in a place named after all their files.
+nor when a constant from there has. So the functions of some folders are cached in a directory that is named by a hash
+of all their files.
 """
 
 import hashlib
@@ -29,20 +30,20 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
     Raises
     ------
     FileNotFoundError
-        If one of the folders is not there.
+        If one of the folders does not exist.
     """
     base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else root / "__pycache__"
-    kept_in = str(base / f"{'-'.join(folders)}-{_sources(folders, root)}")
+    cache = str(base / f"{'-'.join(folders)}-{_sources(folders, root)}")
 
     def compiled_function(function: Function) -> Function:
-        given = _CONFIG.CACHE_DIR
-        _CONFIG.CACHE_DIR = kept_in
+        previous = _CONFIG.CACHE_DIR
+        _CONFIG.CACHE_DIR = cache
         try:
             result: Any = numba.njit(cache=True, **options)(function)
         finally:
-            _CONFIG.CACHE_DIR = given
-        kept: Function = result
-        return kept
+            _CONFIG.CACHE_DIR = previous
+        typed: Function = result
+        return typed
 
     return compiled_function
 

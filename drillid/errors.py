@@ -1,13 +1,13 @@
-"""The error tree: every message names the place, what is wrong there, and what to do."""
+"""The error classes: every message names the place, the fault and the remedy."""
 
 
 class DrillidError(Exception):
-    """What went wrong, where, and the remedy, as one sentence each.
+    """A fault, its place and its remedy, as one sentence each.
 
     Parameters
     ----------
-    where : file, sheet row, column, well or interval of time the message is about
-    what : what is wrong there
+    where : file, sheet row, column, well or interval of time of the fault
+    what : the fault
     remedy : what the user can do about it
     """
 
@@ -24,7 +24,7 @@ class SettingsError(DrillidError):
 
 
 class LogError(DrillidError):
-    """A raw log that cannot be read or lacks what it must hold."""
+    """A raw log that cannot be read or lacks required content."""
 
 
 class DatasetError(DrillidError):
@@ -32,4 +32,4 @@ class DatasetError(DrillidError):
 
 
 class EstimationError(DrillidError):
-    """Data that carry too little to estimate what was asked for."""
+    """Data that are insufficient for the requested estimate."""

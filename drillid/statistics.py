@@ -1,7 +1,7 @@
-"""Distributions of what is divided by a noise variance that is itself estimated.
+"""Distributions of quantities divided by an estimated noise variance.
 
-A complex error over its estimated variance, with ν complex degrees of freedom, follows
-F(2, 2ν) when doubled shares are counted; sums of such terms are matched by moments.
+The squared magnitude of a complex Gaussian error over its estimated variance, with ν complex degrees of
+freedom, follows F(2, 2ν); sums of such terms are matched by moments.
 """
 
 import numpy as np
@@ -11,9 +11,9 @@ from scipy.special import chdtrc, ndtri, stdtr
 from drillid.arrays import Floats
 
 TWO_SIDED = 1.96
-"""Standard errors to either side of a value that a 95 % interval holds."""
+"""Half-width of a 95 % interval in standard errors."""
 ONE_SIDED = 1.645
-"""Standard errors below a value to its 95 % limit; to either side they make a 90 % interval."""
+"""Distance to a one-sided 95 % limit in standard errors; the half-width of a 90 % interval."""
 
 
 def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:
@@ -25,25 +25,25 @@ def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:
 def sum_of_ratios_probability(
     total: float, degrees_of_freedom: Floats, sharing: Floats, fitted: float, per_ratio: float = 1.0
 ) -> float:
-    """Chance of a larger sum of |error|²/estimated variance when the errors are Gaussian.
+    """Probability of a larger sum of |error|²/estimated variance when the errors are Gaussian.
 
-    The sum is matched in mean and variance by a scaled χ². The variance counts that one
-    estimated variance serves `sharing` terms.
+    The sum is matched in mean and variance by a scaled χ². The variance allows for
+    `sharing` terms that have one estimated variance in common.
 
     Parameters
     ----------
     total : sum over complex terms of |error|²/estimated variance
     degrees_of_freedom, sharing : shape (terms,)
-    fitted : complex parameters that the errors lost to a fit
+    fitted : complex parameters fitted to the data, degrees of freedom that the errors have lost
     per_ratio : mean of one term's |error|²/true variance
     """
     freedom = np.maximum(degrees_of_freedom, 2.1)
     mean_each = expected_ratio(freedom)
-    own = mean_each**2 * (freedom - 1) / (freedom - 2)
+    individual = mean_each**2 * (freedom - 1) / (freedom - 2)
     common = mean_each**2 / (freedom - 2)
     kept = max(1 - fitted / (freedom.size * per_ratio), 1e-9)
     mean = float(np.sum(mean_each)) * per_ratio * kept
-    variance = float(np.sum(own * per_ratio + (sharing - 1) * common * per_ratio**2)) * kept
+    variance = float(np.sum(individual * per_ratio + (sharing - 1) * common * per_ratio**2)) * kept
     scale = variance / (2 * mean)
     return float(chdtrc(mean / scale, total / scale))
 

@@ -34,10 +34,10 @@ def registry() -> "pint.UnitRegistry[Any]":
 
 
 def to_si_factor(unit: str, si_unit: str) -> float:
-    """Factor that takes values in `unit` to `si_unit`.
+    """Factor that converts values in `unit` to `si_unit`.
 
-    A mass is accepted where a force is asked for and counts with standard gravity, as rig
-    logs give hook load and weight on bit in tonnes.
+    A mass is accepted where a force is expected and converted with standard gravity, as rig
+    logs record hook load and weight on bit in tonnes.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def parse(text: Any, si_unit: str) -> float:
     Raises
     ------
     ValueError
-        If the text is no number with a unit of the dimension of `si_unit`.
+        If the text is not a number with a unit of the dimension of `si_unit`.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         return float(text)
@@ -78,7 +78,7 @@ def parse(text: Any, si_unit: str) -> float:
     except ValueError as error:
         raise ValueError(f"'{text}' is not a number with a unit of {si_unit}, such as '1 {si_unit}'") from error
     if not unit.strip():
-        raise ValueError(f"'{text}' lacks its unit; write it behind the number, such as '{number} {si_unit}'")
+        raise ValueError(f"'{text}' lacks its unit; write it after the number, such as '{number} {si_unit}'")
     return value * to_si_factor(unit.strip(), si_unit)
 
 

@@ -15,7 +15,7 @@ from drillid.datasets.codes import RigState
 from drillid.datasets.store import WellFolders
 from drillid.depth import stage as depth
 from drillid.fits import stage as fits
-from drillid.fits.datasheet import known_equipment
+from drillid.fits.datasheet import data_sheet
 from drillid.mobility import stage as mobility
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import Controller, polar_moment
@@ -72,7 +72,7 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
     shape = (count, FREQUENCY.size)
     true = [
         command_mobility(
-            drilling_system(truth(bit, restless=row in FLAGGED), known_equipment(rig, controller, bit)),
+            drilling_system(truth(bit, restless=row in FLAGGED), data_sheet(rig, controller, bit).equipment),
             laplace(FREQUENCY),
         )
         for row, bit in enumerate(windows["bit_depth"].values.tolist())

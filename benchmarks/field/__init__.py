@@ -1,1 +1,1 @@
-"""A real well's start of rotation: its description, its log, fits and scores."""
+"""A real well's start of rotation: its description, its log, fits and misfits."""

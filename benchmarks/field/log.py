@@ -1,4 +1,4 @@
-"""The field well's measured start of rotation, and how far a simulation of it is off."""
+"""The field well's measured start of rotation, and the misfit of a simulation."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,19 +48,19 @@ def read_field_log(path: Path) -> FieldLog:
 
 
 @dataclass(frozen=True)
-class Score:
-    """Misses over a stretch of time."""
+class Misfit:
+    """Deviations of a simulation from the log over an interval of time."""
 
     torque_rms: float
     """kN m."""
     bit_rms: float
-    """rpm, of the bit's speed from the middle between the half-second extremes, as the authors' 41.8 rpm."""
+    """rpm, of the bit speed from the middle of the half-second extremes, as in the authors' 41.8 rpm."""
     extremes_rms: float
-    """rpm, of the bit's own half-second extremes from the measured ones, least and greatest together."""
+    """rpm, of the simulated half-second extremes from the measured ones, both together."""
 
 
-def score(log: FieldLog, torque: Floats, bit_speed: Floats, first: float = 0.0, last: float = 45.0) -> Score:
-    """Score a simulation between two times, s, over the samples at which there is a measurement."""
+def misfit(log: FieldLog, torque: Floats, bit_speed: Floats, first: float = 0.0, last: float = 45.0) -> Misfit:
+    """Misfit of a simulation between two times, s, over the measured samples."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     span = slice(round(first * RATE), min(round(last * RATE) + 1, torque.size))
@@ -69,7 +69,7 @@ def score(log: FieldLog, torque: Floats, bit_speed: Floats, first: float = 0.0, 
     slowest, fastest = minimum_filter1d(bit_speed, width), maximum_filter1d(bit_speed, width)
     size = torque.size
     extremes = np.concatenate([(slowest - log.bit_slowest[:size])[span], (fastest - log.bit_fastest[:size])[span]])
-    return Score(
+    return Misfit(
         _rms((torque - log.torque[:size])[span]) / 1e3,
         _rms((bit_speed - middle[:size])[span]) / RPM,
         _rms(extremes) / RPM,

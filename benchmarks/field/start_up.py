@@ -1,14 +1,14 @@
-"""Start of rotation of a real well: what each part of the model gains, beside the authors' own simulation.
+"""Start of rotation of a real well: the misfit of models of increasing detail, and of the authors' own simulation.
 
 `python -m benchmarks.field.start_up` prints the table, draws the last model and writes results/field.json;
 `python -m benchmarks.field.start_up --fit` fits each model again.
 
-A simulation of stick-slip that hits its cycles by luck loses them when friction changes by a per cent. So every model
-is fitted and scored on three simulations, with all friction at 98.5, 100 and 101.5 %, and the table gives both that
-score and the one at 100 %; the best model is also scored at a quarter of the time step.
+A simulation that matches the phase of stick-slip cycles by chance loses it when friction changes by 1 %. So every
+model is fitted to, and its misfit computed from, three simulations with all friction at 98.5, 100 and 101.5 %; the
+table gives this misfit and the one at 100 %. The last model is also simulated at a quarter of the time step.
 
-The downhole sensor's half-second statistics are taken as stamped at the end of their half second. The way of their
-stamps is nowhere written down; the authors' bit speed, scored both ways, is 11 rpm closer that way as well.
+The downhole sensor's half-second statistics are assumed to be stamped at the end of their half second. The stamping is
+not documented; the authors' bit speed too is 11 rpm closer under this assumption.
 """
 
 import json
@@ -19,11 +19,11 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from benchmarks.field.log import FieldLog, Score, read_field_log, score
+from benchmarks.field.log import FieldLog, Misfit, misfit, read_field_log
 from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.arrays import Floats
 from drillid.errors import DrillidError
-from drillid.simulation.start_up import RATE, STATISTICS_DELAY, TIME_STEP, Friction, StartUp, rig_at, start_up
+from drillid.simulation.start_up import RATE, STATISTICS_DELAY, TIME_STEP, StartUp, WellFriction, rig_at, start_up
 from drillid.units import RPM
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "field" / "wellB_1733m_100Hz.csv"
@@ -34,7 +34,7 @@ JITTER = (0.985, 1.0, 1.015)
 RESULTS = Path("results")
 
 FITTING_STEP = 0.01
-"""s; a coarser step than the table's, from which its figures differ by about 0.02 kN m and 0.1 rpm."""
+"""s; coarser than the table's step, which changes the misfits by about 0.02 kN m and 0.1 rpm."""
 
 BOUNDS = {
     "sliding": (0.03, 0.6),
@@ -48,83 +48,88 @@ BOUNDS = {
     "kappa": (1.0, 5e4),
     "assembly_inertia": (0.5, 2.0),
 }
-"""Within which the figures are fitted, on a logarithmic scale."""
+"""Bounds of the fitted parameters, which are fitted on a logarithmic scale."""
 
-LADDER: dict[str, tuple[Friction, tuple[str, ...]]] = {
-    "viscous drag alone": (Friction(0.0, kappa=25137.0), ("kappa",)),
-    "+ sliding friction": (Friction(0.2192, kappa=1.637), ("sliding", "kappa")),
+LADDER: dict[str, tuple[WellFriction, tuple[str, ...]]] = {
+    "viscous drag alone": (WellFriction(0.0, kappa=25137.0), ("kappa",)),
+    "+ sliding friction": (WellFriction(0.2192, kappa=1.637), ("sliding", "kappa")),
     "+ breakaway": (
-        Friction(0.1937, 1.0523, threshold=5.867, kappa=41.54),
+        WellFriction(0.1937, 1.0523, threshold=5.867, kappa=41.54),
         ("sliding", "breakaway", "threshold", "kappa"),
     ),
     "+ assembly's own friction and inertia": (
-        Friction(0.1455, 1.2968, 1.9308, 1.0029, threshold=3.1105, kappa=559.6, assembly_inertia=0.7913),
+        WellFriction(0.1455, 1.2968, 1.9308, 1.0029, threshold=3.1105, kappa=559.6, assembly_inertia=0.7913),
         ("sliding", "breakaway", "assembly_sliding", "assembly_breakaway", "threshold", "kappa", "assembly_inertia"),
     ),
     "+ friction of rest, lost by slip": (FRICTION, tuple(BOUNDS)),
 }
-"""Models with their fitted figures, and which of them are fitted, from the simplest on."""
+"""Models with their parameters and the names of the fitted ones, from the simplest to the most detailed."""
 
 
-def run(friction: Friction, log: FieldLog, time_step: float = TIME_STEP) -> StartUp:
+def run(friction: WellFriction, log: FieldLog, time_step: float = TIME_STEP) -> StartUp:
     """Simulate the log's start of rotation."""
     return start_up(rig_at(DEPTH, SURVEY, EQUIPMENT, friction), log.top_speed, time_step)
 
 
-def scored(log: FieldLog, made: StartUp) -> Score:
-    """Misses from 0 to 45 s, of the bit's speed as a record shows it."""
-    return score(log, made.torque, made.recorded_bit_speed(), 0.0, FITTED_S)
+def simulated_misfit(log: FieldLog, simulated: StartUp) -> Misfit:
+    """Misfit from 0 to 45 s, with the bit speed as recorded."""
+    return misfit(log, simulated.torque, simulated.recorded_bit_speed(), 0.0, FITTED_S)
 
 
-def jittered_scores(friction: Friction, log: FieldLog, time_step: float = TIME_STEP) -> Floats:
-    """Misses of torque (kN m), bit speed and its extremes (rpm) with all friction scaled by JITTER, (factor, 3)."""
+def jittered_misfits(friction: WellFriction, log: FieldLog, time_step: float = TIME_STEP) -> Floats:
+    """Misfit of torque (kN m), bit speed and its extremes (rpm) with all friction scaled by JITTER, (factor, 3)."""
     rows = []
     for factor in JITTER:
-        found = scored(log, run(replace(friction, sliding=friction.sliding * factor), log, time_step))
-        rows.append((found.torque_rms, found.bit_rms, found.extremes_rms))
+        scaled = replace(friction, sliding=friction.sliding * factor)
+        result = simulated_misfit(log, run(scaled, log, time_step))
+        rows.append((result.torque_rms, result.bit_rms, result.extremes_rms))
     return np.array(rows)
 
 
-def fit(start: Friction, names: tuple[str, ...], log: FieldLog, generations: int = 40, seed: int = 0) -> Friction:
-    """Differential evolution of the named figures on the jittered misses, torque per 1.9 kN m and bit per 21 rpm."""
+def fit(
+    start: WellFriction, names: tuple[str, ...], log: FieldLog, generations: int = 40, seed: int = 0
+) -> WellFriction:
+    """Fit named parameters by differential evolution to the jittered misfits, torque per 1.9 kN m, bit per 21 rpm."""
     from scipy.optimize import differential_evolution
 
     cut = FieldLog(*(series[: round(FITTED_S * RATE) + 1] for series in vars(log).values()))
 
-    def miss(logarithms: Floats) -> float:
-        figures = replace(start, **dict(zip(names, np.exp(logarithms).tolist(), strict=True)))
-        rows = jittered_scores(figures, cut, FITTING_STEP)
+    def cost(logarithms: Floats) -> float:
+        candidate = replace(start, **dict(zip(names, np.exp(logarithms).tolist(), strict=True)))
+        rows = jittered_misfits(candidate, cut, FITTING_STEP)
         return float(np.mean((rows[:, 0] / 1.9) ** 2 + (rows[:, 1] / 21.0) ** 2))
 
     bounds = np.log([BOUNDS[name] for name in names])
     first = np.clip(np.log([getattr(start, name) for name in names]), *bounds.T)
-    found = differential_evolution(miss, bounds, maxiter=generations, popsize=8, rng=seed, x0=first, polish=False)
-    return replace(start, **dict(zip(names, np.exp(found.x).tolist(), strict=True)))
+    result = differential_evolution(cost, bounds, maxiter=generations, popsize=8, rng=seed, x0=first, polish=False)
+    return replace(start, **dict(zip(names, np.exp(result.x).tolist(), strict=True)))
 
 
 def table(log: FieldLog) -> str:
-    """One line a model."""
+    """Text of one row per model."""
     head = f"{'model':44} {'fitted':>6} {'torque':>7} {'bit':>6} {'extremes':>8}   {'jittered torque':>15} {'bit':>6}"
     time = np.arange(log.torque.size) / RATE
     late = np.interp(time - STATISTICS_DELAY, time, log.authors_bit_speed)
     lines = [head]
     for name, speed in (("authors, as published", log.authors_bit_speed), ("authors, stamps at the end", late)):
-        lines.append(_row(name, "", score(log, log.authors_torque, speed, 0.0, FITTED_S)))
+        lines.append(_row(name, "", misfit(log, log.authors_torque, speed, 0.0, FITTED_S)))
     for name, (friction, names) in LADDER.items():
-        rows = jittered_scores(friction, log)
-        whole = np.sqrt(np.mean(rows**2, axis=0))
-        lines.append(_row(name, str(len(names)), Score(*rows[JITTER.index(1.0)])))
-        lines[-1] += f"   {whole[0]:15.2f} {whole[1]:6.1f}"
+        rows = jittered_misfits(friction, log)
+        total = np.sqrt(np.mean(rows**2, axis=0))
+        lines.append(_row(name, str(len(names)), Misfit(*rows[JITTER.index(1.0)])))
+        lines[-1] += f"   {total[0]:15.2f} {total[1]:6.1f}"
     friction = list(LADDER.values())[-1][0]
-    lines.append(_row("the last one at a quarter of the time step", "", scored(log, run(friction, log, TIME_STEP / 4))))
+    lines.append(
+        _row("last model, a quarter of the time step", "", simulated_misfit(log, run(friction, log, TIME_STEP / 4)))
+    )
     return "\n".join([*lines, "torque in kN m rms, bit speed in rpm rms, over 0 to 45 s"])
 
 
-def _row(name: str, fitted: str, found: Score) -> str:
-    return f"{name:44} {fitted:>6} {found.torque_rms:7.2f} {found.bit_rms:6.1f} {found.extremes_rms:8.1f}"
+def _row(name: str, fitted: str, result: Misfit) -> str:
+    return f"{name:44} {fitted:>6} {result.torque_rms:7.2f} {result.bit_rms:6.1f} {result.extremes_rms:8.1f}"
 
 
-def draw(log: FieldLog, made: StartUp, path: Path) -> None:
+def draw(log: FieldLog, simulated: StartUp, path: Path) -> None:
     """Torque and bit speed, measured, simulated, and simulated by the authors."""
     import matplotlib as mpl
 
@@ -135,11 +140,11 @@ def draw(log: FieldLog, made: StartUp, path: Path) -> None:
     time = np.arange(log.torque.size) / RATE
     torque.plot(time, log.torque / 1e3, "k", lw=0.8, label="measured")
     torque.plot(time, log.authors_torque / 1e3, color="0.7", lw=0.8, label="authors")
-    torque.plot(made.time, made.torque / 1e3, "C1", lw=1.0, label="simulated")
+    torque.plot(simulated.time, simulated.torque / 1e3, "C1", lw=1.0, label="simulated")
     torque.set_ylabel("drive torque, kN m")
     speed.fill_between(time, log.bit_slowest / RPM, log.bit_fastest / RPM, color="0.4", alpha=0.5, lw=0)
     speed.plot(time, log.authors_bit_speed / RPM, color="0.7", lw=0.8)
-    speed.plot(made.time, made.recorded_bit_speed() / RPM, "C1", lw=1.0)
+    speed.plot(simulated.time, simulated.recorded_bit_speed() / RPM, "C1", lw=1.0)
     speed.set(xlabel="time, s", ylabel="bit speed, rpm (shade: half-second extremes)")
     torque.legend(ncols=3)
     for axis in (torque, speed):
@@ -150,27 +155,31 @@ def draw(log: FieldLog, made: StartUp, path: Path) -> None:
     plt.close(figure)
 
 
-def write(log: FieldLog, friction: Friction, folder: Path = RESULTS) -> None:
-    """Figure and results/field.json of one model."""
-    made = run(friction, log)
-    found = scored(log, made)
-    draw(log, made, folder / "field.png")
-    content = {"torque_rms_knm": found.torque_rms, "bit_rms_rpm": found.bit_rms, "extremes_rms_rpm": found.extremes_rms}
+def write(log: FieldLog, friction: WellFriction, folder: Path = RESULTS) -> None:
+    """Write the figure and results/field.json of one model."""
+    simulated = run(friction, log)
+    result = simulated_misfit(log, simulated)
+    draw(log, simulated, folder / "field.png")
+    content = {
+        "torque_rms_knm": result.torque_rms,
+        "bit_rms_rpm": result.bit_rms,
+        "extremes_rms_rpm": result.extremes_rms,
+    }
     content |= dict(zip(("torque_rms_knm_jittered", "bit_rms_rpm_jittered"), _jittered(friction, log), strict=True))
     (folder / "field.json").write_text(
         json.dumps({**content, "statistics_delay_s": STATISTICS_DELAY, "parameters": asdict(friction)}, indent=2) + "\n"
     )
 
 
-def _jittered(friction: Friction, log: FieldLog) -> list[float]:
-    whole: list[float] = np.sqrt(np.mean(jittered_scores(friction, log) ** 2, axis=0))[:2].tolist()
-    return whole
+def _jittered(friction: WellFriction, log: FieldLog) -> list[float]:
+    total: list[float] = np.sqrt(np.mean(jittered_misfits(friction, log) ** 2, axis=0))[:2].tolist()
+    return total
 
 
 def main(
     again: Annotated[bool, typer.Option("--fit", help="Fit each model again.")] = False,
 ) -> None:
-    """Print the table, draw the last model and write its figures."""
+    """Print the table, draw the last model and write its misfit and parameters."""
     try:
         log = read_field_log(DATA)
     except DrillidError as error:
@@ -183,7 +192,7 @@ def main(
     print(table(log))
     best = list(LADDER.values())[-1][0]
     write(log, best)
-    print(f"drawn in {RESULTS / 'field.png'}; figures in {RESULTS / 'field.json'}")
+    print(f"drawn in {RESULTS / 'field.png'}; misfit and parameters in {RESULTS / 'field.json'}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Virtual bit sensor: bit speed and torque on bit in time, from torque command and speed at the top drive.
 
-With u the drive's torque, τ the torque that the rock takes from the bit, A the bit speed per top-drive speed of the
+With u the drive's torque, τ the torque of the rock on the bit, A the bit speed per top-drive speed of the
 string driven from the top and M = 1/(J_td s + Y_in), reciprocity gives
 
     ω_td = M u − M A τ,    ω_bit = A M u − B τ,
@@ -9,7 +9,8 @@ B being the bit mobility under a top drive without control. The controller does 
 stationary coloured noise of stated variance, and so are the errors of the logged speed and torque; bit speed and
 bit torque are then the Wiener estimates, non-causal within the window, with the error spectra of the posterior.
 Where the string transmits nothing of τ to the top, the estimate falls back to the response to the known torque
-alone, and its error to that of the prior. Wiener (1949), Extrapolation, Interpolation, and Smoothing of Stationary Time Series.
+alone, and its error to that of the prior. Wiener (1949), Extrapolation, Interpolation, and Smoothing of Stationary
+Time Series.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Lowest rotational speed at which steady drilling is stable, against weight on bit, for a bit whose torque falls with speed.
+"""Lowest stable rotational speed against weight on bit, for a bit whose torque falls with speed.
 
 About a steady speed Ω the rock adds the admittance T'(Ω) at the bit, negative where torque falls. Steady rotation is
 stable as long as −T'(Ω) is below the least real part of the admittance Y = 1/(bit mobility) at the zeros of its
@@ -60,7 +60,9 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
     through_zero = np.abs(at_crossing.imag) < np.minimum(np.abs(imaginary[before]), np.abs(imaginary[before + 1]))
     critical = np.where(through_zero & (at_crossing.real > 0), at_crossing.real, np.inf)
     if not np.any(np.isfinite(critical)):
-        raise EstimationError("stick-slip", "no torque that falls with speed makes the bit vibrate", "Check the system")
+        raise EstimationError(
+            "stick-slip", "no fall of torque with speed destabilises the system in the searched band", "Check it"
+        )
     least = int(np.argmin(critical))
     return float(critical[least]), float(frequency[least])
 

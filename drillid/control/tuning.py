@@ -115,7 +115,7 @@ def controlled_by(system: DrillingSystem, controller: Controller) -> DrillingSys
 
 
 def sampled_systems(
-    value: Floats, covariance: Floats, known: KnownEquipment, count: int = 12, seed: int = 0
+    value: Floats, covariance: Floats, equipment: KnownEquipment, count: int = 12, seed: int = 0
 ) -> DrillingSystem:
     """The system at a fit's values, and at draws from its posterior within the physical bounds.
 
@@ -143,7 +143,7 @@ def sampled_systems(
         drawn = value + scale * generator.multivariate_normal(np.zeros(value.size), scaled, size=count)
         kept.extend(drawn[np.all((drawn >= BOUNDS[0]) & (drawn <= BOUNDS[1]), axis=1)])
         if len(kept) >= count:
-            return drilling_system(np.stack(kept[:count]), known)
+            return drilling_system(np.stack(kept[:count]), equipment)
     raise EstimationError(
         "samples of the fit", "nearly all lie outside the physical bounds", "Fit more windows jointly"
     )

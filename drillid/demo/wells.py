@@ -220,7 +220,7 @@ def write_demo_logs(well: str, paths: Sequence[Path], settings: SimulateSettings
     Parameters
     ----------
     well : name of one of WELLS
-    paths : one log a stand, in order; the names end in the logs' starts, the suffix chooses the format
+    paths : one log per stand, in order; the names end in the logs' starts, the suffix chooses the format
 
     Raises
     ------

@@ -11,7 +11,7 @@ import xarray as xr
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import known_equipment
+from drillid.fits.datasheet import data_sheet
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.physics.sensor import Recording
@@ -49,7 +49,7 @@ def identified_responses(
         window_model = (extended or {}).get(row)
         if window_model is None:
             window_model = WindowModel(
-                drilling_system(values, known_equipment(rig, controller, float(depth))), Recording()
+                drilling_system(values, data_sheet(rig, controller, float(depth)).equipment), Recording()
             )
         # complex arithmetic on the NaN of a fit without result would warn of what is meant
         with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):

@@ -2,13 +2,10 @@
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from drillid.arrays import Booleans, Complex, Floats, Indices
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.errors import EstimationError
-from drillid.physics.eight_parameters import KnownEquipment
-from drillid.physics.equipment import Controller
+from drillid.fits.datasheet import DataSheet
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,39 +22,6 @@ class OperatingPoints:
     """N m, mean of the command; NaN where it is not logged."""
     weight_on_bit: Floats
     """N; NaN where it is not logged."""
-
-
-@dataclass(frozen=True, eq=False)
-class Knowledge:
-    """What the rig's data sheets say, each with its standard uncertainty; infinite where they are silent."""
-
-    controller: Controller
-    controller_relative: float = 0.02
-    """Of both gains."""
-    collar_length: float = 0.0
-    """m; 0 without collars."""
-    collar_polar_moment: float = 0.0
-    """m⁴."""
-    collar_relative: float = 0.1
-    """Of the collars' inertia."""
-    delay: float = 0.04
-    """s."""
-    delay_error: float = np.inf
-    inertia_td: float = 1000.0
-    """kg m²."""
-    inertia_td_error: float = np.inf
-    polar_moment: float = 1e-5
-    """m⁴, of the pipe."""
-    polar_moment_error: float = np.inf
-    length_relative: float = np.inf
-    """Of the pipe's length as waves see it."""
-    clock_error: float = 0.002
-    """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
-
-    @property
-    def equipment(self) -> KnownEquipment:
-        """What a fit of one window takes as given."""
-        return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +45,7 @@ class Evidence:
     used: Booleans
     """(W, F) what passed the coherence gate."""
     operating_points: OperatingPoints
-    knowledge: Knowledge
+    data_sheet: DataSheet
     fitted: Floats
     """(W, 8) a fit of the eight parameters to each window on its own, in the order of the schema."""
     control: Complex | None = None
@@ -126,7 +90,7 @@ class Evidence:
             self.degrees_of_freedom[rows],
             self.used[rows],
             operating_points,
-            self.knowledge,
+            self.data_sheet,
             self.fitted[rows],
             None if self.control is None else self.control[rows],
             None if self.control_variance is None else self.control_variance[rows],

@@ -14,14 +14,12 @@ from drillid.datasets.codes import Gate
 from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
-from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
+from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import knowledge, known_equipment, speed_controller
-from drillid.fits.window_fit import Prior, fit, measured_rows
+from drillid.fits.datasheet import DataSheet, data_sheet, speed_controller
+from drillid.fits.window_fit import fit, measured_rows
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.responses import closed_loop_responses
-from drillid.physics.equipment import Controller
-from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH, PARAMETERS, POLAR_MOMENT
 from drillid.spectra.cross_spectra import stacked
 from drillid.spectra.local_polynomial import local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
@@ -34,12 +32,6 @@ if TYPE_CHECKING:
     from drillid.spectra.cross_spectra import Spectra
 
 
-_CLOCK_ERROR = 0.002
-"""s, between channels of one log whose rows were put on one grid."""
-_DATA_SHEET = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
-"""Figures that data sheets tell as such, and their places among the eight parameters."""
-
-
 def gather_well(
     rig: Rig, records: xr.Dataset, windows: xr.Dataset, spectra: xr.Dataset, mobility: xr.Dataset, fits: xr.Dataset
 ) -> Evidence:
@@ -49,7 +41,7 @@ def gather_well(
     """
     depth = windows["bit_depth"].values
     controller = speed_controller(rig, spectra)
-    known = rig_knowledge(rig, controller, float(np.nanmedian(depth)))
+    sheet = data_sheet(rig, controller, float(np.nanmedian(depth)))
     operating_points = OperatingPoints(
         *(
             windows[name].values.astype(float)
@@ -63,36 +55,8 @@ def gather_well(
         sweep, speed, command = window_channels(records, windows, row)
         finite = all(np.isfinite(values).all() for values in (fitted[row], sweep, speed))
         period = float(spectra["sweep_period"][row])
-        kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], known.equipment) if finite else None)
-    return assembled(mobility, operating_points, known, fitted, all_detections(kept))
-
-
-def rig_knowledge(rig: Rig, controller: Controller, bit_depth: float) -> Knowledge:
-    """What a rig's data sheets say with the bit at `bit_depth` (m); `controller` is theirs, or read from the log."""
-    data_sheet, collars = knowledge(rig, bit_depth), rig.collars_at(bit_depth)
-    known = known_equipment(rig, controller, bit_depth)
-    told = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
-    for name, place in _DATA_SHEET.items():
-        if np.isfinite(data_sheet.value[place]):
-            told[name], told[f"{name}_error"] = float(data_sheet.value[place]), float(data_sheet.error[place])
-    if collars:
-        told["collar_relative"] = collars.relative
-    if rig.pipe:
-        told["length_relative"] = rig.pipe.length_relative
-    collar = {"collar_length": known.collar_length, "collar_polar_moment": known.collar_polar_moment}
-    return Knowledge(controller, clock_error=_CLOCK_ERROR, **told, **collar)
-
-
-def prior(known: Knowledge, bit_depth: float) -> Prior:
-    """What a fit of one window takes from the data sheets, with the bit at `bit_depth` (m)."""
-    length = bit_depth - known.collar_length
-    told = {place: (getattr(known, name), getattr(known, f"{name}_error")) for name, place in _DATA_SHEET.items()}
-    told[LENGTH] = (length, known.length_relative * length)
-    value, error = np.full((2, len(PARAMETERS)), np.nan)
-    for place, (figure, deviation) in told.items():
-        if np.isfinite(deviation):
-            value[place], error[place] = figure, deviation
-    return Prior(value, error)
+        kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], sheet.equipment) if finite else None)
+    return assembled(mobility, operating_points, sheet, fitted, all_detections(kept))
 
 
 def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:
@@ -104,7 +68,7 @@ def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, .
 def assembled(
     mobility: xr.Dataset,
     operating_points: OperatingPoints,
-    known: Knowledge,
+    sheet: DataSheet,
     fitted: Floats,
     detections: tuple[Detection, ...],
 ) -> Evidence:
@@ -118,7 +82,7 @@ def assembled(
         degrees_of_freedom=mobility["degrees_of_freedom"].values,
         used=mobility["gate"].values == Gate.USED,
         operating_points=operating_points,
-        knowledge=known,
+        data_sheet=sheet,
         fitted=fitted,
         control=control if logged else None,
         control_variance=mobility["control_response_variance"].values if logged else None,
@@ -140,7 +104,7 @@ class Series:
 
 
 def gather(
-    windows: Sequence[Series], rate: float, operating_points: OperatingPoints, knowledge: Knowledge, settings: Settings
+    windows: Sequence[Series], rate: float, operating_points: OperatingPoints, sheet: DataSheet, settings: Settings
 ) -> Evidence:
     """Evidence from time series: spectra, gate, a fit and the detections of each window.
 
@@ -164,10 +128,10 @@ def gather(
     periods = np.array([sweep_period(one.sweep, rate, settings.spectra.frequency_minimum_hz) for one in windows])
     spectra = _spectra(windows, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    known = knowledge.equipment
+    known = sheet.equipment
     fitted = np.stack(
         [
-            fit(measured, known, prior(knowledge, float(depth)), settings.fits).value
+            fit(measured, known, sheet.prior(float(depth)), settings.fits).value
             for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)
         ]
     )
@@ -176,7 +140,7 @@ def gather(
         WindowRecord(*_channels(one), rate, float(period), own, known) if np.isfinite(own).all() else None
         for one, period, own in rows
     ]
-    return assembled(mobility, operating_points, knowledge, fitted, all_detections(records))
+    return assembled(mobility, operating_points, sheet, fitted, all_detections(records))
 
 
 def _channels(window: Series) -> tuple[Floats, Floats, Floats]:

@@ -16,7 +16,7 @@ from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
 from drillid.discrepancy.verdicts.verdict import Verdict
-from drillid.fits.datasheet import known_equipment, stored_controller
+from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.fits.window_fit import Measured, measured_rows
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.responses import command_mobility, laplace
@@ -73,7 +73,7 @@ def _residual_tests(data: WellData) -> xr.Dataset:
     for row, measured in enumerate(measured_rows(mobility)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
-            known = known_equipment(data.rig, controller, float(data.windows["bit_depth"][row]))
+            known = data_sheet(data.rig, controller, float(data.windows["bit_depth"][row])).equipment
             white = whitened_residuals(measured, parameters, known)
             residual[row, mobility["gate"].values[row] == Gate.USED] = white
             p_values[:, row] = normality_p_value(white), whiteness_p_value(white)

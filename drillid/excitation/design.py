@@ -137,7 +137,7 @@ class Design:
     criterion: float
     """Mean square of the chosen relative errors ("errors"), or log of their determinant ("volume")."""
     distance: float
-    """Relative excess of the largest sensitivity of a band over the mean; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
+    """Relative excess of a band's largest sensitivity over the mean; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
 
     def sweep(self, time: Floats, period: float) -> Floats:
         """Sweep of constant amplitude that repeats after a period (s), N m at each time (s); its peak is √2 its rms."""
@@ -172,7 +172,8 @@ def design(
     """Power per half octave that minimises the errors of the chosen parameters, for a torque of limited amplitude.
 
     Convex, solved by the multiplicative algorithm: each band's power is multiplied by the root of its sensitivity, the
-    fall of the criterion per power (Silvey, Titterington and Torsney 1978; monotone after Yu 2010, Annals of Statistics 38, 1593–1606).
+    fall of the criterion per power (Silvey, Titterington and Torsney 1978; monotone after Yu 2010, Annals of
+    Statistics 38, 1593–1606).
     Under a limit of peak torque the rms is that of a sweep; its crest factor √2 is hardly reached by multisines.
 
     Parameters

@@ -147,7 +147,7 @@ class Multisine:
         return np.fft.irfft(spectrum, samples)
 
     def torque(self, steps: int, time_step: float) -> Floats:
-        """Torque at each step from the start of a period, shape (steps,), N m; a period must be a whole number of steps."""
+        """Torque at each step from the start of a period, (steps,), N m; the period is a whole number of steps."""
         samples = round(self.period / time_step)
         if abs(samples * time_step - self.period) > 1e-9 * self.period:
             raise SettingsError(

@@ -13,7 +13,7 @@ from drillid.arrays import Complex, Floats
 from drillid.datasets.codes import Gate
 from drillid.figures.data import Successive, WellResults, cell_edges, successive_windows
 from drillid.figures.style import AMPLITUDE, COLOUR_BAR, INK, MUTED, frequency_axis, new_figure
-from drillid.fits.datasheet import known_equipment, stored_controller
+from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from drillid.statistics import TWO_SIDED
@@ -161,7 +161,7 @@ def command_mobility_fitted(results: WellResults) -> Figure:
 
 def _draw_fitted_stack(results: WellResults, row: int, amplitude: Axes, phase: Axes, bit: Axes) -> None:
     fit, frequency = results.stack_fits.isel(stack=row), results.depth["frequency"].values
-    known = known_equipment(results.rig, stored_controller(results.fits), float(fit["hole_depth"]))
+    known = data_sheet(results.rig, stored_controller(results.fits), float(fit["hole_depth"])).equipment
     system, s = drilling_system(fit["value"].values, known), laplace(frequency)
     fitted = command_mobility(system, s)
     line: dict[str, Any] = {"color": "black", "linewidth": 1.4, "linestyle": "-" if bool(fit["accepted"]) else ":"}

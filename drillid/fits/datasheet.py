@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,29 +24,71 @@ _CONTRADICTION = 4.0
 """Standard deviations between log and data sheets that tolerances do not explain."""
 
 
-def known_equipment(rig: Rig, controller: Controller, bit_depth: float) -> KnownEquipment:
-    """Controller and the tally's collars with the bit at `bit_depth` (m)."""
-    collars = rig.collars_at(bit_depth)
-    if collars is None:
-        return KnownEquipment(controller)
-    return KnownEquipment(controller, collars.length, polar_moment(collars.outer_diameter, collars.inner_diameter))
+@dataclass(frozen=True, eq=False)
+class DataSheet:
+    """What a rig's data sheets and tally say, each with its standard uncertainty; infinite where they are silent."""
+
+    controller: Controller
+    controller_relative: float = 0.02
+    """Of both gains."""
+    collar_length: float = 0.0
+    """m; 0 without collars."""
+    collar_polar_moment: float = 0.0
+    """m⁴."""
+    collar_relative: float = 0.1
+    """Of the collars' inertia."""
+    delay: float = 0.04
+    """s."""
+    delay_error: float = np.inf
+    inertia_td: float = 1000.0
+    """kg m²."""
+    inertia_td_error: float = np.inf
+    polar_moment: float = 1e-5
+    """m⁴, of the pipe."""
+    polar_moment_error: float = np.inf
+    length_relative: float = np.inf
+    """Of the pipe's length as waves see it."""
+    clock_error: float = 0.002
+    """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
+
+    @property
+    def equipment(self) -> KnownEquipment:
+        """What a fit of one window takes as given."""
+        return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
+
+    def prior(self, bit_depth: float) -> Prior:
+        """Prior of a fit of one window, with the bit at `bit_depth` (m)."""
+        length = bit_depth - self.collar_length
+        stated = {place: (getattr(self, name), getattr(self, f"{name}_error")) for name, place in _STATED.items()}
+        stated[LENGTH] = (length, self.length_relative * length)
+        prior = Prior.silent()
+        for place, (value, error) in stated.items():
+            if np.isfinite(error):
+                prior.value[place], prior.error[place] = value, error
+        return prior
 
 
-def knowledge(rig: Rig, bit_depth: float) -> Prior:
-    """What the rig's data sheets say about the parameters with the bit at `bit_depth` (m)."""
-    prior = Prior.silent()
+_STATED = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
+"""Parameters that data sheets state as such, and their places among the eight."""
+
+
+def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
+    """What a rig's description says with the bit at `bit_depth` (m); `controller` is stated, or read from the log."""
+    stated: dict[str, float] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
     if rig.drive_delay:
-        prior.value[DELAY], prior.error[DELAY] = rig.drive_delay.value, rig.drive_delay.tolerance
+        stated |= {"delay": rig.drive_delay.value, "delay_error": rig.drive_delay.tolerance}
     if rig.top_drive_inertia:
         inertia = rig.top_drive_inertia
-        prior.value[INERTIA_TD], prior.error[INERTIA_TD] = inertia.value, inertia.relative * inertia.value
+        stated |= {"inertia_td": inertia.value, "inertia_td_error": inertia.relative * inertia.value}
     if rig.pipe:
         moment = polar_moment(rig.pipe.outer_diameter, rig.pipe.inner_diameter)
-        prior.value[POLAR_MOMENT], prior.error[POLAR_MOMENT] = moment, rig.pipe.relative * moment
-        collars = rig.collars_at(bit_depth)
-        length = bit_depth - (collars.length if collars else 0.0)
-        prior.value[LENGTH], prior.error[LENGTH] = length, rig.pipe.length_relative * length
-    return prior
+        stated |= {"polar_moment": moment, "polar_moment_error": rig.pipe.relative * moment}
+        stated["length_relative"] = rig.pipe.length_relative
+    collars = rig.collars_at(bit_depth)
+    if collars:
+        stated |= {"collar_length": collars.length, "collar_relative": collars.relative}
+        stated["collar_polar_moment"] = polar_moment(collars.outer_diameter, collars.inner_diameter)
+    return DataSheet(controller, **stated)
 
 
 def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:

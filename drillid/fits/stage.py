@@ -10,7 +10,7 @@ import xarray as xr
 from drillid.arrays import Floats
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.store import Problem, WellFolders, window_place
-from drillid.fits.datasheet import contradicted_controller, knowledge, known_equipment, speed_controller
+from drillid.fits.datasheet import contradicted_controller, data_sheet, speed_controller
 from drillid.fits.joint.dataset import joint_dataset
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
 from drillid.physics.equipment import Controller
@@ -35,9 +35,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
     gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **gains)
-    known = [known_equipment(well.rig, controller, depth) for depth in bit_depth]
-    data_sheet = knowledge(well.rig, float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
-    joint, contradictions = joint_dataset(rows, known, bit_depth, data_sheet, fits, settings.fits)
+    known = [data_sheet(well.rig, controller, depth).equipment for depth in bit_depth]
+    first = data_sheet(well.rig, controller, float(bit_depth[0]))
+    prior = first.prior(float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
+    joint, contradictions = joint_dataset(rows, known, bit_depth, prior, fits, settings.fits)
     folders.write("fits", "joint", joint)
     stack_depth = stacks["hole_depth"].values
     stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
@@ -65,10 +66,14 @@ def _fit_rows(
     rows: list[Measured], bit_depth: Floats, rig: Rig, controller: Controller, settings: FitsSettings, dimension: str
 ) -> xr.Dataset:
     """Fits of measured mobilities, one at each bit depth."""
-    priors = [knowledge(rig, depth) if settings.use_knowledge else Prior.silent() for depth in bit_depth]
+    sheets = [data_sheet(rig, controller, depth) for depth in bit_depth]
+    priors = [
+        sheet.prior(depth) if settings.use_knowledge else Prior.silent()
+        for sheet, depth in zip(sheets, bit_depth, strict=True)
+    ]
     fits = [
-        fit(measured, known_equipment(rig, controller, depth), prior, settings)
-        for measured, depth, prior in zip(rows, bit_depth, priors, strict=True)
+        fit(measured, sheet.equipment, prior, settings)
+        for measured, sheet, prior in zip(rows, sheets, priors, strict=True)
     ]
     size = len(PARAMETERS)
     columns = {

@@ -69,7 +69,7 @@ class Plan:
                 path.unlink(missing_ok=True)
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
-        """Take the wells' keys away, so that the stage and what follows from it are done again though nothing changed."""
+        """Take the wells' keys away, so that the stage and what follows from it are done again in any case."""
         again = {stage}
         for later in STAGES.values():
             if again.intersection(later.upstream):

@@ -69,7 +69,7 @@ class Recorder:
             raise SettingsError(
                 "recorder",
                 f"the interval {self.interval} s is not a whole number of the signal's {signal_interval} s",
-                "Choose one that is",
+                "Choose a multiple of the signal's interval",
             )
         time = signal_interval * np.arange(signal.size, dtype=float)
         shown = self._shown_times(time[::every])

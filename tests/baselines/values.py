@@ -18,8 +18,8 @@ from benchmarks.discoveries.motor_fit import CANDIDATES, fit_motor, halves
 from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
-from benchmarks.field.log import read_field_log, score
-from benchmarks.field.start_up import LADDER, jittered_scores
+from benchmarks.field.log import misfit, read_field_log
+from benchmarks.field.start_up import LADDER, jittered_misfits
 from benchmarks.microstrip import CONNECTED, PLAIN, fit_line, read_ends
 from benchmarks.microstrip import DATA as LINE
 from drillid.config.rig import Rig
@@ -62,10 +62,10 @@ def field_start() -> Values:
     late = np.interp(time - STATISTICS_DELAY, time, log.authors_bit_speed)
     found: Values = {}
     for name, speed in (("authors", log.authors_bit_speed), ("authors, stamps at the end", late)):
-        authors = score(log, log.authors_torque, speed)
+        authors = misfit(log, log.authors_torque, speed)
         found |= {f"{name}: torque": authors.torque_rms, f"{name}: bit speed": authors.bit_rms}
     for name, (friction, _) in LADDER.items():
-        torque, bit, extremes = np.sqrt(np.mean(jittered_scores(friction, log) ** 2, axis=0)).tolist()
+        torque, bit, extremes = np.sqrt(np.mean(jittered_misfits(friction, log) ** 2, axis=0)).tolist()
         found |= {f"{name}: torque": torque, f"{name}: bit speed": bit, f"{name}: extremes": extremes}
     return found
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.field import start_up as field
-from benchmarks.field.log import FieldLog, read_field_log, score
-from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_scores, run, scored, table, write
+from benchmarks.field.log import FieldLog, misfit, read_field_log
+from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_misfits, run, simulated_misfit, table, write
 from drillid.simulation.start_up import RATE, TIME_STEP
 from tests.drawn import check_visible, kept_figures, line
 
@@ -40,32 +40,32 @@ def test_torques_from_12_to_48_s_are_as_documented(
 
 def test_the_best_model_misses_less_than_half_of_what_the_authors_miss(log: FieldLog) -> None:
     """With the friction a little off, too."""
-    torque, bit, _ = np.sqrt(np.mean(jittered_scores(list(LADDER.values())[-1][0], log) ** 2, axis=0))
-    authors = score(log, log.authors_torque, log.authors_bit_speed)
+    torque, bit, _ = np.sqrt(np.mean(jittered_misfits(list(LADDER.values())[-1][0], log) ** 2, axis=0))
+    authors = misfit(log, log.authors_torque, log.authors_bit_speed)
     assert torque < 0.5 * authors.torque_rms
     assert bit < 0.5 * authors.bit_rms
 
 
 def test_each_part_of_the_model_gains_also_when_friction_is_a_little_off(log: FieldLog) -> None:
-    misses = [np.mean((jittered_scores(friction, log)[:, :2] / (1.9, 21.0)) ** 2) for friction, _ in LADDER.values()]
+    misses = [np.mean((jittered_misfits(friction, log)[:, :2] / (1.9, 21.0)) ** 2) for friction, _ in LADDER.values()]
     assert np.all(np.diff(misses) < 0)
     assert misses[-1] < 0.5 * misses[-2]
 
 
 def test_the_misses_do_not_depend_on_the_time_step(log: FieldLog) -> None:
     friction = list(LADDER.values())[-1][0]
-    coarse, fine = (scored(log, run(friction, log, step)) for step in (TIME_STEP, TIME_STEP / 2))
+    coarse, fine = (simulated_misfit(log, run(friction, log, step)) for step in (TIME_STEP, TIME_STEP / 2))
     assert coarse.torque_rms == pytest.approx(fine.torque_rms, abs=0.1)
     assert coarse.bit_rms == pytest.approx(fine.bit_rms, abs=1.0)
 
 
 def test_the_segment_that_was_not_fitted_is_met_too(log: FieldLog) -> None:
     """Until the string begins to move axially at 50 s."""
-    made = run(list(LADDER.values())[-1][0], log)
-    found = score(log, made.torque, made.recorded_bit_speed(), 45.0, 50.0)
-    authors = score(log, log.authors_torque, log.authors_bit_speed, 45.0, 50.0)
-    assert found.torque_rms < 0.6 * authors.torque_rms
-    assert found.bit_rms < 0.5 * authors.bit_rms
+    simulated = run(list(LADDER.values())[-1][0], log)
+    result = misfit(log, simulated.torque, simulated.recorded_bit_speed(), 45.0, 50.0)
+    authors = misfit(log, log.authors_torque, log.authors_bit_speed, 45.0, 50.0)
+    assert result.torque_rms < 0.6 * authors.torque_rms
+    assert result.bit_rms < 0.5 * authors.bit_rms
 
 
 def test_the_table_and_the_files_say_the_same(log: FieldLog, tmp_path: Path) -> None:
@@ -73,14 +73,14 @@ def test_the_table_and_the_files_say_the_same(log: FieldLog, tmp_path: Path) -> 
     with kept_figures() as figures:
         write(log, friction, tmp_path)
     content = json.loads((tmp_path / "field.json").read_text())
-    torque, bit, _ = jittered_scores(friction, log)[JITTER.index(1.0)]
+    torque, bit, _ = jittered_misfits(friction, log)[JITTER.index(1.0)]
     assert content["torque_rms_knm"] == pytest.approx(torque)
     assert content["bit_rms_rpm"] == pytest.approx(bit)
     assert replace(friction, **content["parameters"]) == friction
     drawn_torque, drawn_speed = figures[0].axes
-    made = run(friction, log)
+    simulated = run(friction, log)
     np.testing.assert_allclose(line(drawn_torque, "measured")[1], log.torque / 1e3)
-    np.testing.assert_allclose(line(drawn_torque, "simulated")[1], made.torque / 1e3)
+    np.testing.assert_allclose(line(drawn_torque, "simulated")[1], simulated.torque / 1e3)
     assert drawn_torque.get_ylabel() == "drive torque, kN m"
     assert drawn_speed.get_ylabel().startswith("bit speed, rpm")
     assert drawn_speed.get_xlabel() == "time, s"

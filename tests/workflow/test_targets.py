@@ -46,10 +46,12 @@ def test_one_stage_of_one_well_takes_what_it_reads_along(checkout: Checkout) -> 
 def test_a_deleted_folder_of_a_well_is_made_again_and_the_other_wells_are_kept(finished: Checkout) -> None:
     finished.journal()
     shutil.rmtree(finished.root / "results/main/figures/W1")
-    assert finished.would_run() == ["figures W1", "figures_of_well W1", "fleet", "report", "all"]
+    assert set(finished.would_run()) == {"figures W1", "figures_of_well W1", "fleet", "report", "all"}
+    finished.run()
+    assert finished.journal() == ["figures W1"]
     shutil.rmtree(finished.root / "results/main/spectra/W1")
     finished.run()
-    assert sorted(finished.journal()) == ["figures W1", "spectra W1"]
+    assert finished.journal() == ["spectra W1"]
     assert (finished.root / "results/main/figures/W1/figure_6.png").is_file()
     assert "Nothing to be done" in finished.run()
 

@@ -82,11 +82,13 @@ def manifest_of_well(stage="{stage}"):
 
 
 def everything():
-    """The tables and the report, which wait for all stages of all wells, and the figures that Snakemake's report shows."""
+    """Tables and report, the figures that Snakemake's report shows, and all manifests, of which none may be missing."""
     if not PLAN.wells:
         return []
+    # a file that is missing between others is remade only where it is a target
+    stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [f"<results>/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "report.html")]
-    return tables + expand("<results>/figures/{well}", well=PLAN.wells)
+    return stages + expand("<results>/figures/{well}", well=PLAN.wells) + tables
 
 
 def forget_forced():

@@ -19,11 +19,12 @@ from benchmarks.blind.generator.rigs import (
 from benchmarks.blind.generator.world import World, base_world
 from drillid.arrays import Floats
 from drillid.config.settings import Settings
-from drillid.discrepancy.evidence import Evidence, Knowledge, OperatingPoints
+from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
+from drillid.fits.datasheet import DataSheet
 from drillid.fleet.provenance import digest, source_hash
-from drillid.physics.nonlinear import VaryingRig, NonlinearRig
+from drillid.physics.nonlinear import NonlinearRig, VaryingRig
 from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 
 EFFECTS: dict[str, Effect] = {
@@ -67,7 +68,7 @@ class Case:
     seed: int
     equipment: Equipment
     stretches: tuple[Segment, ...]
-    data_sheet: Knowledge
+    data_sheet: DataSheet
     hidden: tuple[Hidden, ...]
     removed: bool
     """Whether the hidden cause is taken out of the engine's catalogue."""

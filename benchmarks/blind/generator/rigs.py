@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drillid.discrepancy.evidence import Knowledge
+from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
 
 PIPES = ((0.0889, 0.0702), (0.1016, 0.0848), (0.1143, 0.0972), (0.127, 0.1086), (0.1397, 0.1214), (0.1492, 0.1297))
@@ -139,7 +139,7 @@ def draw_stretches(
     return tuple(stretches)
 
 
-def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> Knowledge:
+def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> DataSheet:
     """What the rig's data sheets say: true within tolerances, as normal variables."""
     delay_error = float(generator.uniform(0.003, 0.005))
     inertia_relative, moment_relative, collar_relative, gain_relative = 0.02, 0.05, 0.1, 0.02
@@ -150,7 +150,7 @@ def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> Kno
     )
     inertia = float(equipment.top_drive.inertia * (1 + inertia_relative * by[2]))
     moment = float(equipment.pipe.polar_moment * (1 + moment_relative * by[3]))
-    return Knowledge(
+    return DataSheet(
         controller=controller,
         controller_relative=gain_relative,
         collar_length=float(equipment.collars.length),

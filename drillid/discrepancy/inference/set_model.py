@@ -115,31 +115,31 @@ class SetModel:
         self.evidence = evidence
         self.deviation = deviation
         self.s = laplace(evidence.frequency)
-        knowledge, fitted = evidence.knowledge, evidence.fitted
-        length = (evidence.operating_points.bit_depth - knowledge.collar_length)[:, None]
+        sheet, fitted = evidence.data_sheet, evidence.fitted
+        length = (evidence.operating_points.bit_depth - sheet.collar_length)[:, None]
         self.length = np.where(np.isfinite(length), length, fitted[:, LENGTH, None])
-        self.controller = knowledge.controller
-        self.polar_moment = knowledge.polar_moment if np.isfinite(knowledge.polar_moment_error) else _middle(fitted, 3)
+        self.controller = sheet.controller
+        self.polar_moment = sheet.polar_moment if np.isfinite(sheet.polar_moment_error) else _middle(fitted, 3)
         self.prior_mean, self.prior_error = self._prior()
         torque = np.nan_to_num(evidence.operating_points.torque, nan=0.0)[:, None]
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
         """Mean and deviation of the shared figures, each (11,)."""
-        known = self.evidence.knowledge
-        lump = np.hypot(1.0, known.collar_relative * self.collar_inertia / _LUMP)
-        mean = [1.5, 0.0, 0.0, 0.0, known.delay / _DELAY, known.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
-        relative = known.polar_moment_error / self.polar_moment
-        error = [1.5, np.log(3.0), known.length_relative, relative]
-        error += [known.delay_error / _DELAY, known.inertia_td_error / _INERTIA, 2.0, lump]
-        error += [known.controller_relative, known.controller_relative, known.clock_error / _CLOCK]
+        sheet = self.evidence.data_sheet
+        lump = np.hypot(1.0, sheet.collar_relative * self.collar_inertia / _LUMP)
+        mean = [1.5, 0.0, 0.0, 0.0, sheet.delay / _DELAY, sheet.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
+        relative = sheet.polar_moment_error / self.polar_moment
+        error = [1.5, np.log(3.0), sheet.length_relative, relative]
+        error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
+        error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
         return np.array(mean), np.minimum(error, _WIDE)
 
     @property
     def collar_inertia(self) -> float:
         """Inertia of the tally's collars, kg m²."""
-        known = self.evidence.knowledge
-        return Section(known.collar_length, known.collar_polar_moment).inertia if known.collar_length else 0.0
+        sheet = self.evidence.data_sheet
+        return Section(sheet.collar_length, sheet.collar_polar_moment).inertia if sheet.collar_length else 0.0
 
     @cached_property
     def weight(self) -> Floats:
@@ -193,18 +193,18 @@ class SetModel:
     def window_model(self, figures: list[Any]) -> WindowModel:
         """The model of all windows from their scaled figures, each (W, 1) or a Dual of it."""
         kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = figures
-        known = self.evidence.knowledge
+        sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
         )
-        collars = replace(pipe, length=known.collar_length, polar_moment=known.collar_polar_moment)
+        collars = replace(pipe, length=sheet.collar_length, polar_moment=sheet.collar_polar_moment)
         controller = replace(
             self.controller,
             proportional=self.controller.proportional * (1 + proportional),
             integral=self.controller.integral * (1 + integral),
         )
         top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller)
-        string = (pipe, collars) if known.collar_length else (pipe,)
+        string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
             Recording(clock_offset=_CLOCK * clock),

@@ -1,6 +1,6 @@
 """Which one further measurement would help a set of windows most, by the information that it would bring.
 
-Every measurement is a change of evidence or knowledge about the fitted model. What causes can be told apart, and how
+Every measurement is a change of evidence or data sheet about the fitted model. What causes can be told apart, and how
 small each may be, follows from the projected information before anything is measured (Pukelsheim 2006, Optimal
 Design of Experiments, chapter 3).
 """
@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.discrepancy.evidence import Evidence, Knowledge
+from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_model import Extension, Linearised, Point, SetModel, weighted
 from drillid.discrepancy.rules import DETECTABLE
+from drillid.fits.datasheet import DataSheet
 from drillid.physics.dual_numbers import primal
 from drillid.physics.responses import string_admittance
 
@@ -157,7 +158,9 @@ def _told(model: SetModel, found: Examination, chosen: Sequence[Extension]) -> _
 def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
     """Every measurement in words, with the model of a set that has it."""
     evidence = model.evidence
-    found = [(words, model.with_evidence(replace(evidence, knowledge=known))) for words, known in _data_sheet(evidence)]
+    found = [
+        (words, model.with_evidence(replace(evidence, data_sheet=sheet))) for words, sheet in _better_sheets(evidence)
+    ]
     if evidence.control is None:
         control = model.window_model_at(point).control(model.s)
         logged = np.broadcast_to(np.asarray(control, dtype=complex), evidence.mobility.shape)
@@ -169,17 +172,17 @@ def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
     return found
 
 
-def _data_sheet(evidence: Evidence) -> list[tuple[str, Knowledge]]:
-    known = evidence.knowledge
-    scale = {"inertia_td_error": known.inertia_td, "polar_moment_error": known.polar_moment}
-    told = []
+def _better_sheets(evidence: Evidence) -> list[tuple[str, DataSheet]]:
+    sheet = evidence.data_sheet
+    scale = {"inertia_td_error": sheet.inertia_td, "polar_moment_error": sheet.polar_moment}
+    better_sheets = []
     for name, words in _DATA_SHEET.items():
-        error = float(getattr(known, name))
+        error = float(getattr(sheet, name))
         given = np.isfinite(error)
         better: dict[str, Any] = {name: error / _TIGHTER if given else _USUAL[name] * scale.get(name, 1.0)}
         exact = " that is five times as exact" if given else ""
-        told.append((f"a figure of {words}{exact}", replace(known, **better)))
-    return told
+        better_sheets.append((f"a figure of {words}{exact}", replace(sheet, **better)))
+    return better_sheets
 
 
 def _joined(evidence: Evidence, faster: float) -> Evidence:

@@ -31,7 +31,7 @@ control, the offset between the clocks, the collars, and the circumstances that 
 
 def figures(model: SetModel, point: Point) -> dict[str, Floats]:
     """Figures of every window, each of shape (window,)."""
-    window_model, known = model.window_model_at(point), model.evidence.knowledge
+    window_model, known = model.window_model_at(point), model.evidence.data_sheet
     system, operating_point = window_model.system, model.operating_point
     pipe, top_drive, controller = system.string[0], system.top_drive, system.top_drive.controller
     values = [pipe.kappa, pipe.delta, pipe.length, pipe.polar_moment, top_drive.delay, top_drive.inertia]

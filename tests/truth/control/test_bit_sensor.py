@@ -65,7 +65,7 @@ def test_bit_speed_and_torque_lie_within_their_bands_at_the_stated_rate(
     assert motion.speed_error < 0.1 * np.std(drilled.bit_speed)
 
 
-def test_bit_speed_follows_the_truth_where_the_model_says_that_it_is_observed(
+def test_bit_speed_follows_the_truth_where_it_is_observed(
     drilled: Simulation, logged: tuple[np.ndarray, np.ndarray]
 ) -> None:
     from scipy.signal import csd, welch
@@ -78,28 +78,28 @@ def test_bit_speed_follows_the_truth_where_the_model_says_that_it_is_observed(
     inside = (frequency > 0.1) & (frequency < 3.0)
     assert np.corrcoef(*pair)[0, 1] > 0.99
     assert np.min(coherence[inside & (share > 0.98)]) > 0.9
-    # Wiener: coherence of estimate and truth is the share of the variance that the data remove
+    # Wiener: coherence of estimate and truth is the share of the variance that the data explain
     assert np.mean(coherence[(frequency > 2.5) & (frequency < 4.5)]) == pytest.approx(
         np.mean(share[(frequency > 2.5) & (frequency < 4.5)]), abs=0.1
     )
 
 
 def test_severity_index_lies_within_its_interval_at_the_stated_rate() -> None:
-    """Nine spans of each of five windows; 1 of 1000 right sensors would miss more often."""
+    """Nine spans of each of five windows; a correct sensor would miss more often with probability 0.001."""
     from scipy.stats import binom
 
     inside, pulls = [], []
     for seed in range(5):
         simulated = drilling(10 + seed)
         motion = sense_bit(SYSTEM, *log_of(simulated, 20 + seed), RATE, NOISE)
-        found = severity(motion, 30.0)
-        assert len(found) == 9
-        blocks = simulated.bit_speed[LEAD_IN:][motion.inner][: len(found) * 1500].reshape(-1, 1500)
+        indices = severity(motion, 30.0)
+        assert len(indices) == 9
+        blocks = simulated.bit_speed[LEAD_IN:][motion.inner][: len(indices) * 1500].reshape(-1, 1500)
         true = np.ptp(blocks, axis=1) / (2 * blocks.mean(axis=1))
-        for one, index in zip(found, true, strict=True):
-            inside.append(one.interval[0] < index < one.interval[1])
-            pulls.append((one.index - index) / one.error)
-            assert one.error < 0.05 * index
+        for estimate, index in zip(indices, true, strict=True):
+            inside.append(estimate.interval[0] < index < estimate.interval[1])
+            pulls.append((estimate.index - index) / estimate.error)
+            assert estimate.error < 0.05 * index
     assert len(inside) - sum(inside) <= binom.ppf(0.999, len(inside), 0.05)
     assert 0.75 < np.sqrt(np.mean(np.square(pulls))) < 1.35
 
@@ -113,12 +113,12 @@ def test_estimates_are_as_good_at_the_ends_of_the_inner_samples(
         assert np.sqrt(np.mean(end**2)) < 1.5 * motion.speed_error
 
 
-def test_the_command_is_found_again_from_sweep_and_controller(logged: tuple[np.ndarray, np.ndarray]) -> None:
+def test_the_command_is_recovered_from_sweep_and_controller(logged: tuple[np.ndarray, np.ndarray]) -> None:
     command, speed = logged
     sweep = exponential_sweeps(np.arange(speed.size) * SAMPLE_INTERVAL, 530.0)
-    found = command_of_control(SYSTEM.top_drive.controller, sweep, speed, RATE)
+    recovered = command_of_control(SYSTEM.top_drive.controller, sweep, speed, RATE)
     inner = slice(3000, -3000)
-    misses = (found - command)[inner]
+    misses = (recovered - command)[inner]
     assert np.std(misses) < 0.05 * np.std(command[inner])
 
 
@@ -136,7 +136,7 @@ def test_a_wrong_model_misses_by_more_than_its_band_and_draws_of_the_model_widen
     assert severity(widened, 30.0)[0].error > 1.5 * severity(motion, 30.0)[0].error
 
 
-def test_noisier_logs_observe_less_and_say_so(logged: tuple[np.ndarray, np.ndarray]) -> None:
+def test_noisier_logs_have_larger_errors_and_smaller_observed_shares(logged: tuple[np.ndarray, np.ndarray]) -> None:
     clean, noisy = (sense_bit(SYSTEM, *logged, RATE, replace(NOISE, speed=size)) for size in (0.005, 0.1))
     assert noisy.speed_error > 2 * clean.speed_error
     assert np.all(noisy.observed_share <= clean.observed_share + 1e-9)

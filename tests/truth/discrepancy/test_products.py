@@ -187,11 +187,11 @@ def test_a_place_is_told_where_the_noise_lets_it(braked: Examination, noise: flo
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     """What the data sheets rule out, a port must take up."""
     lagging = examined.model.evidence
-    known = replace(lagging.knowledge, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
+    known = replace(lagging.data_sheet, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
     late = replace(
         lagging,
         mobility=lagging.mobility * np.exp(-0.03 * laplace(lagging.frequency)),
-        knowledge=known,
+        data_sheet=known,
         control=None,
         control_variance=None,
     )
@@ -216,7 +216,7 @@ def test_a_window_that_has_strayed_is_brought_back(examined: Examination) -> Non
 def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Examination) -> None:
     """The mean of 1/(1 + n) over complex normal n of variance v is 1 - exp(-1/v): 0.96 at 0.3."""
     seen = examined.model.evidence
-    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    told = np.abs(control(seen.data_sheet.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
     used = np.flatnonzero(examined.model.weight.all(axis=0))
     for noise, own, tells in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
         variance = noise * told
@@ -231,7 +231,7 @@ def test_what_all_windows_err_alike_in_tells_no_more_in_more_windows(
     examined: Examination, noise: float, rounding: float, gained: float
 ) -> None:
     seen = examined.model.evidence
-    told = np.abs(control(seen.knowledge.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    told = np.abs(control(seen.data_sheet.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
     one = replace(seen, control_variance=noise * told, control_rounding=rounding * told).subset(np.array([0]))
     information = []
     for copies in (1, 8):

@@ -1,17 +1,17 @@
-"""Signals, expected errors and the designer against closed forms and the time-domain simulator."""
+"""Signals, expected errors and experiment design against closed forms and the time-domain simulator."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.excitation import situation as field_situation
+from benchmarks.excitation import experiment as benchmark_experiment
 from benchmarks.excitation import table
 from drillid.arrays import Complex, Floats
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.design import (
     Criterion,
-    Situation,
+    Experiment,
     band_information,
     crest_factor,
     criterion_of,
@@ -50,10 +50,10 @@ NOISE = 20.0
 TIME = np.arange(0, PERIOD, 0.005)
 
 
-def situation(duration: float = PERIOD) -> Situation:
+def experiment(duration: float = PERIOD) -> Experiment:
     frequency = np.geomspace(0.01, 25.0, 400)
     density = coloured_noise_density(frequency, NOISE, 2.0)
-    return Situation(SHALLOW.parameters, SHALLOW.known, frequency, density, duration)
+    return Experiment(SHALLOW.parameters, SHALLOW.known, frequency, density, duration)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def situation(duration: float = PERIOD) -> Situation:
     ],
 )
 def test_crest_factor_is_that_of_the_closed_form(torque: Floats, crest: float) -> None:
-    """√2 of a sweep; √6 where three sweeps come to their peaks together; √(2n) of n cosines in phase."""
+    """√2 of a sweep; √6 where three sweeps peak together; √(2n) of n cosines in phase."""
     assert crest_factor(torque) == pytest.approx(crest, rel=0.03)
 
 
@@ -84,7 +84,7 @@ def test_power_of_lines_adds_to_the_mean_square(samples: int) -> None:
     assert bands[1] == pytest.approx(np.mean(np.fft.irfft(passed, samples) ** 2), rel=1e-9)
 
 
-def test_powered_sweep_puts_its_power_where_it_is_wanted_and_nowhere_else() -> None:
+def test_powered_sweep_has_the_given_power_per_band() -> None:
     wanted = np.array([4.0, 0.0, 1.0, 3.0, 2.0])
     edges = np.array([0.2, 0.4, 0.8, 1.2, 2.0, 4.0])
     torque = powered_sweep(np.arange(0, 400.0, 0.005), 100.0, edges, wanted, 400.0)
@@ -104,16 +104,16 @@ def test_linear_sweep_has_equal_power_per_hertz_and_exponential_per_octave() -> 
     assert np.ptp(octaves) < 0.08 * octaves.mean()
 
 
-def test_odd_multisine_leaves_even_lines_and_one_odd_line_of_each_group_out() -> None:
-    multisine, left_out = odd_multisine(np.random.default_rng(4), 250.0, BAND, 100.0)
+def test_odd_multisine_omits_even_lines_and_one_odd_line_of_each_group() -> None:
+    multisine, omitted = odd_multisine(np.random.default_rng(4), 250.0, BAND, 100.0)
     torque = multisine.torque(20000, 0.005)
     _, power = line_power(torque, 200.0)
     assert np.mean(torque**2) == pytest.approx(250.0**2, rel=1e-9)
     assert np.all(power[multisine.harmonics] > 1.0)
     assert power[::2].max() < 1e-15
-    assert power[left_out].max() < 1e-15
-    assert np.all(left_out % 2 == 1)
-    assert np.all(np.diff(left_out) <= 14)
+    assert power[omitted].max() < 1e-15
+    assert np.all(omitted % 2 == 1)
+    assert np.all(np.diff(omitted) <= 14)
 
 
 def test_phases_of_low_crest_keep_the_spectrum_and_fall_well_below_random_ones() -> None:
@@ -169,18 +169,18 @@ def windows() -> tuple[Complex, Complex]:
 
 
 def sweep_lines() -> tuple[Floats, Floats]:
-    one_period = exponential_sweeps(np.arange(0, PERIOD, SAMPLE_INTERVAL), 150.0, SWEEP_BANDS, PERIOD)
-    return lines_within(one_period, RATE, BAND)
+    period = exponential_sweeps(np.arange(0, PERIOD, SAMPLE_INTERVAL), 150.0, SWEEP_BANDS, PERIOD)
+    return lines_within(period, RATE, BAND)
 
 
 def test_bound_is_the_spread_of_estimates_from_simulated_windows(windows: tuple[Complex, Complex]) -> None:
-    """Maximum-likelihood estimates of 60 windows scatter as the bound says, each parameter and all together."""
+    """Maximum-likelihood estimates of 60 windows scatter according to the bound, each parameter and all together."""
     sweep, speeds = windows
     frequency, power = sweep_lines()
     lines = np.rint(frequency * PERIOD).astype(int)
     mobility = speeds[:, lines] / sweep[lines]
-    case = situation()
-    model, slopes = command_mobility_with_derivatives(case.parameters, case.known, laplace(frequency))
+    case = experiment()
+    model, slopes = command_mobility_with_derivatives(case.parameters, case.equipment, laplace(frequency))
     weight = 2 * PERIOD * power / case.speed_noise(frequency)
     covariance = case.covariance(frequency, power)
     score = ((mobility - model) * weight) @ np.conj(slopes).T
@@ -199,7 +199,7 @@ def test_expected_coherence_is_the_simulated_one(windows: tuple[Complex, Complex
     lines = np.rint(frequency * PERIOD).astype(int)
     spectra = speeds[:, lines]
     coherence = np.abs(spectra.mean(axis=0)) ** 2 / np.mean(np.abs(spectra) ** 2, axis=0)
-    expected = situation().coherence(frequency, power * PERIOD)
+    expected = experiment().coherence(frequency, power * PERIOD)
     ratio = np.log((1 - coherence) / (1 - expected))
     assert np.abs(np.mean(ratio)) < 0.05
     assert np.std(ratio) < 2 / np.sqrt(WINDOWS)
@@ -210,7 +210,7 @@ def test_expected_coherence_is_the_simulated_one(windows: tuple[Complex, Complex
 def test_design_beats_the_sweep_and_no_shift_of_power_improves_it(
     chosen: tuple[str, ...], criterion: Criterion
 ) -> None:
-    case = situation()
+    case = experiment()
     best = design(case, 180.0, chosen, criterion=criterion)
     assert best.power.sum() == pytest.approx(180.0**2)
     assert best.distance < 2e-6
@@ -224,9 +224,9 @@ def test_design_beats_the_sweep_and_no_shift_of_power_improves_it(
         assert criterion_of(case, best.edges, shifted, chosen, criterion) >= best.criterion - 1e-9 * abs(best.criterion)
 
 
-def test_design_is_played_with_the_expected_errors() -> None:
-    """The multisine and the sweep made from a design reach what it promises for one length."""
-    case = situation(200.0)
+def test_signals_of_a_design_have_its_expected_errors() -> None:
+    """The multisine and the sweep of a design have the expected error of the length."""
+    case = experiment(200.0)
     best = design(case, 180.0, ("length",))
     multisine = best.multisine(200.0)
     torques = {
@@ -243,8 +243,8 @@ def test_design_is_played_with_the_expected_errors() -> None:
 
 
 def test_prior_and_power_lower_the_bound_as_they_must() -> None:
-    """Four times the power or time halves every error; knowledge of a parameter bounds its error."""
-    case = situation()
+    """Four times the power or time halves every error; prior knowledge of a parameter bounds its error."""
+    case = experiment()
     frequency, power = lines_within(
         exponential_sweeps(np.arange(0, PERIOD, 0.02), 150.0, SWEEP_BANDS, PERIOD), 50.0, BAND
     )
@@ -294,7 +294,7 @@ def test_torque_limit_shows_as_distortion_and_a_linear_rig_shows_none() -> None:
 
 
 def test_orders_of_a_sweep_show_the_torque_limit_in_the_simulator() -> None:
-    """A limit of the whole torque leaves a third order in the speed that a linear rig does not have."""
+    """A limit of the total torque causes a third order in the speed that a linear rig does not have."""
     steps = round(80.0 / TIME_STEP)
     time = np.arange(steps) * TIME_STEP
     kept = slice(round(40.0 * RATE), None)
@@ -325,7 +325,7 @@ def test_orders_of_a_static_curve_are_its_chebyshev_coefficients_and_images_fold
 
 def test_white_noise_needs_several_times_the_sweeps_amplitude_for_their_coherence() -> None:
     """The sweeps need their own rms; noise of the same coherence in the middle of the band more, in peak far more."""
-    rows = {row.name: row for row in table(field_situation())}
+    rows = {row.name: row for row in table(benchmark_experiment())}
     sweeps, white = rows["three exponential sweeps"], rows["white noise to 25 Hz"]
     assert sweeps.rms_everywhere == pytest.approx(500 * np.sqrt(1.5), rel=0.01)
     assert 3 < white.rms_middle / sweeps.rms_middle < 4.5

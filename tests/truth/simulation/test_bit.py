@@ -137,8 +137,10 @@ def test_a_motor_twists_by_the_torque_over_its_stiffness() -> None:
     time = TIME_STEP * np.arange(steps_in(140.0), dtype=float)
     weight = WEIGHT * np.interp(time, [5, 60], [0.0, 1.0])
     stiff, soft = (
-        simulate(one, 0 * time, np.full(time.size, SPEED), 0 * time, weight_on_bit=weight, sample_interval=TIME_STEP)
-        for one in (NonlinearRig(STIFF, cutting=Cutting(0.05, 0.05)), rig)
+        simulate(
+            variant, 0 * time, np.full(time.size, SPEED), 0 * time, weight_on_bit=weight, sample_interval=TIME_STEP
+        )
+        for variant in (NonlinearRig(STIFF, cutting=Cutting(0.05, 0.05)), rig)
     )
     behind = TIME_STEP * np.cumsum(stiff.bit_speed - soft.bit_speed)
     assert behind[time > 100].mean() == pytest.approx(WEIGHT * 0.05 / 2e4, rel=0.02)

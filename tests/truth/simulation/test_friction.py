@@ -94,7 +94,7 @@ def test_a_string_that_has_rested_breaks_away_at_a_torque_greater_by_its_share()
     assert result.drive_torque[first] == pytest.approx(1.4 * static, rel=5e-3)
     assert closure(result) < 1e-9
     steady = np.full(400, SPEED)
-    turning = [simulate(NonlinearRig(SYSTEM, contact=one), 0 * steady, steady, 0 * steady) for one in (contact, rested)]
+    turning = [simulate(NonlinearRig(SYSTEM, contact=law), 0 * steady, steady, 0 * steady) for law in (contact, rested)]
     assert turning[0].drive_torque.tobytes() == turning[1].drive_torque.tobytes()
 
 
@@ -179,9 +179,9 @@ def test_contact_that_takes_no_torque_changes_no_bit() -> None:
 
 def test_motion_with_sliding_friction_converges_with_the_square_of_the_step() -> None:
     """Sections that are whole numbers of steps long at every step, a weakening that is smooth, no reversal."""
-    way = np.sqrt(PIPE.shear_modulus / PIPE.density) * 0.01 * (1 + 1e-9)
-    system = replace(SYSTEM, string=(replace(PIPE, length=40 * way), replace(COLLARS, length=3 * way)))
-    contact = WallContact(np.array([0.0, 43 * way]), np.array([4.0]), np.array([1.0]), Weakening(8.0))
+    distance = np.sqrt(PIPE.shear_modulus / PIPE.density) * 0.01 * (1 + 1e-9)
+    system = replace(SYSTEM, string=(replace(PIPE, length=40 * distance), replace(COLLARS, length=3 * distance)))
+    contact = WallContact(np.array([0.0, 43 * distance]), np.array([4.0]), np.array([1.0]), Weakening(8.0))
 
     def bit_speed(step: float) -> np.ndarray:
         time = step * (np.arange(round(40 / step), dtype=float) + 0.5)

@@ -1,4 +1,4 @@
-"""Every linear effect that the simulator and the transmission-line model both know, at small amplitude."""
+"""Every linear effect of both the simulator and the transmission-line model, at small amplitude."""
 
 from dataclasses import replace
 from typing import Any
@@ -63,8 +63,8 @@ def mobility_error(
     return float(np.max(np.abs(measured - expected) / np.abs(expected)))
 
 
-def top(**figures: Any) -> DrillingSystem:
-    return replace(SYSTEM, top_drive=replace(TOP_DRIVE, **figures))
+def top(**parameters: Any) -> DrillingSystem:
+    return replace(SYSTEM, top_drive=replace(TOP_DRIVE, **parameters))
 
 
 def controlled(controller: Controller) -> DrillingSystem:
@@ -105,7 +105,7 @@ def test_simulated_command_mobility_has_the_effect(system: DrillingSystem) -> No
     assert mobility_error(system, system) < LARGEST_ERROR
 
 
-def test_damping_laws_with_memory_take_nothing_from_steady_rotation_but_their_steady_drag() -> None:
+def test_damping_laws_with_memory_only_have_their_steady_drag_in_steady_rotation() -> None:
     """Drag by √s vanishes at rest of all change; the fit's last damper stands for what is slower than it resolves."""
     steady = np.full(4000, SPEED)
     dragged = damped(RootDrag(200.0), ConstantLossFactor(0.02))
@@ -151,7 +151,7 @@ def test_a_gear_whose_teeth_stay_in_contact_is_nearly_rigid() -> None:
     [StribeckCutting(2500.0, 1000.0, 6.0, SPEED, 1.2), RegenerativeCutting(300.0, SPEED, 5)],
     ids=["Stribeck", "blades"],
 )
-def test_linear_laws_of_cutting_become_a_rig_that_has_them(law: StribeckCutting | RegenerativeCutting) -> None:
+def test_linear_cutting_laws_convert_to_a_rig_that_has_them(law: StribeckCutting | RegenerativeCutting) -> None:
     linear = replace(SYSTEM, bit=Bit(40.0, 40.0, (law,)))
     rig = NonlinearRig.from_linear(linear, WEIGHT)
     assert mobility_error(rig, linear, bit_torque=0.0, amplitude=2.0) < LARGEST_ERROR
@@ -161,7 +161,7 @@ def test_linear_laws_of_cutting_become_a_rig_that_has_them(law: StribeckCutting 
     )
 
 
-def test_laws_of_cutting_without_weight_or_twice_are_refused() -> None:
+def test_cutting_laws_without_weight_or_twice_are_refused() -> None:
     law = StribeckCutting(2500.0, 1000.0, 6.0, SPEED)
     for laws, weight in (((law,), 0.0), ((law, law), WEIGHT)):
         with pytest.raises(SettingsError, match="cutting needs"):

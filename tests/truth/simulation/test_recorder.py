@@ -52,11 +52,11 @@ def test_the_filter_lags_as_an_analog_one_does(order: int) -> None:
     recorder = Recorder(ROW, filter_frequency=0.2 / FINE, filter_order=order)
     whole, frequency = slice(2500, None), 2.0
     rows = recorder.record(tone(TIME, frequency), FINE)
-    answer = np.mean(rows[whole] * np.exp(-2j * np.pi * frequency * ROWS[whole]))
+    response = np.mean(rows[whole] * np.exp(-2j * np.pi * frequency * ROWS[whole]))
     sent = np.mean(tone(ROWS, frequency)[whole] * np.exp(-2j * np.pi * frequency * ROWS[whole]))
     numerator, denominator = butter(order, 0.4 * np.pi / FINE, analog=True)
     _, expected = freqs(numerator, denominator, [2 * np.pi * frequency])
-    assert abs(answer / sent - expected[0]) < 1e-4
+    assert abs(response / sent - expected[0]) < 1e-4
 
 
 def test_a_tone_above_half_the_row_rate_is_aliased_unless_filtered() -> None:

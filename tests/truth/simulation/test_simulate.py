@@ -1,4 +1,4 @@
-"""The time-domain simulator against the transmission line, which it shares no formula with."""
+"""The time-domain simulator against the transmission line, with which it shares no formula."""
 
 import numpy as np
 import pytest
@@ -68,19 +68,21 @@ def test_simulated_bit_mobility_is_that_of_the_line() -> None:
     assert np.max(np.abs(lines_of(result.bit_speed, samples) / torque - expected) / np.abs(expected)) < 1e-3
 
 
-def test_command_holds_the_sweep_and_what_the_controller_answers() -> None:
+def test_command_is_the_sweep_plus_the_response_of_the_controller() -> None:
     """(T_com − T_sweep)/ω = −(P + I/s), with the command ahead of the drive's delay."""
     sweep = multisine(round(PERIOD / TIME_STEP))
     steady = np.full(6 * sweep.size, 1.0)
     result = simulate(rig(), np.tile(sweep, 6), SPEED * steady, 4e3 * steady, mean_bit_torque=4e3)
     samples = result.speed.size // 6
-    answer = lines_of(result.torque_command, samples) - lines_of(sweep[:: round(SAMPLE_INTERVAL / TIME_STEP)], samples)
-    ratio = -answer / lines_of(result.speed, samples)
+    response = lines_of(result.torque_command, samples) - lines_of(
+        sweep[:: round(SAMPLE_INTERVAL / TIME_STEP)], samples
+    )
+    ratio = -response / lines_of(result.speed, samples)
     np.testing.assert_allclose(ratio, 1500 + 800 / laplace(FREQUENCIES), rtol=1e-4)
 
 
 def test_energy_balance_closes() -> None:
-    """Work of drive and rock, summed over steps, is lost in dampers or stored: nothing is made by the scheme."""
+    """Work of drive and rock, summed over steps, is lost in dampers or stored: the scheme creates none."""
     steps = round(60 / TIME_STEP)
     noise = coloured_noise(np.random.default_rng(1), steps, TIME_STEP, 400.0, 2.0)
     result = simulate(
@@ -101,7 +103,7 @@ def test_undisturbed_rotation_stays_steady() -> None:
     np.testing.assert_allclose(result.drive_torque, 4e3 + friction, rtol=1e-10)
 
 
-def test_drive_torque_answers_after_the_delay() -> None:
+def test_drive_torque_responds_after_the_delay() -> None:
     """A pulse smooth enough for the interpolation reaches the drive one delay later, unchanged."""
     time = np.arange(4000) * TIME_STEP
     pulse = 500 * np.exp(-(((time - 4) / 0.2) ** 2))

@@ -1,4 +1,4 @@
-"""The field well's start of rotation: laws that hold whatever its friction."""
+"""The field well's start of rotation: laws that hold for any friction."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.field.log import FieldLog, read_field_log, score
+from benchmarks.field.log import FieldLog, misfit, read_field_log
 from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.errors import LogError, SettingsError
 from drillid.physics.soft_string import Survey
-from drillid.simulation.start_up import RATE, WellFriction, StartUp, rig_at, start_up
+from drillid.simulation.start_up import RATE, StartUp, WellFriction, rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey
 from drillid.units import RPM, STANDARD_GRAVITY
 
@@ -26,32 +26,32 @@ def ramp(seconds: float, speed: float, rise: float = 5.0) -> np.ndarray:
 
 def test_steady_rotation_takes_the_sliding_torque_and_the_drag_of_the_whole_string() -> None:
     rig = rig_at(1733.0, SURVEY, EQUIPMENT, SLIDING)
-    made = start_up(rig, ramp(60.0, 10.0))
+    result = start_up(rig, ramp(60.0, 10.0))
     assert rig.contact is not None
     sliding = float(np.sum(rig.contact.dynamic * np.diff(rig.contact.edges)))
     drag = sum(section.kappa * section.polar_moment * section.length for section in rig.system.string) * 10.0
-    assert made.bit_speed[-500:].mean() == pytest.approx(10.0, rel=0.01)
-    assert made.torque[-500:].mean() == pytest.approx(sliding + drag, rel=0.01)
+    assert result.bit_speed[-500:].mean() == pytest.approx(10.0, rel=0.01)
+    assert result.torque[-500:].mean() == pytest.approx(sliding + drag, rel=0.01)
 
 
 def test_a_string_without_friction_takes_momentum_alone() -> None:
     rig = rig_at(1733.0, SURVEY, EQUIPMENT, WellFriction(0.0, delta=1e9))
-    made = start_up(rig, ramp(30.0, 8.0))
+    result = start_up(rig, ramp(30.0, 8.0))
     inertia = EQUIPMENT.top_drive.inertia + sum(section.inertia for section in rig.system.string)
-    assert np.sum(made.torque) / RATE == pytest.approx(inertia * 8.0, rel=0.05)
+    assert np.sum(result.torque) / RATE == pytest.approx(inertia * 8.0, rel=0.05)
 
 
 def test_the_bit_stays_at_rest_until_the_static_torque_is_wound_up() -> None:
     friction = WellFriction(0.1, breakaway=2.0, threshold=0.5)
     rig = rig_at(1733.0, SURVEY, EQUIPMENT, friction)
-    made = start_up(rig, ramp(20.0, 6.0))
+    result = start_up(rig, ramp(20.0, 6.0))
     assert rig.contact is not None
     static = float(np.sum(rig.contact.static * np.diff(rig.contact.edges)))
-    moving = np.flatnonzero(made.bit_speed > 0.05)
+    moving = np.flatnonzero(result.bit_speed > 0.05)
     assert moving.size
     # waves may break the bit loose a little before the wound-up torque alone would
-    assert made.torque[: moving[0]].max() > 0.7 * static
-    assert np.all(np.abs(made.bit_speed[: moving[0] - 5]) < 0.06)
+    assert result.torque[: moving[0]].max() > 0.7 * static
+    assert np.all(np.abs(result.bit_speed[: moving[0] - 5]) < 0.06)
 
 
 def test_longer_strings_and_heavier_assemblies_take_more() -> None:
@@ -79,9 +79,9 @@ def test_another_hole_changes_the_torque_by_the_weight_that_it_carries() -> None
     """In a straight hole at the inclination θ all sliding torque is μ sin θ Σ w r L, w the buoyed weight per length."""
     friction = WellFriction(0.2, kappa=3000.0, delta=1e9)
     torques = [steady_torque(Survey.from_degrees([0, 3000], [angle, angle]), friction) for angle in (0, 20, 50)]
-    figures = ((1733.0 - EQUIPMENT.assembly_length, *EQUIPMENT.pipe), *EQUIPMENT.assembly)
+    sections = ((1733.0 - EQUIPMENT.assembly_length, *EQUIPMENT.pipe), *EQUIPMENT.assembly)
     steel = (7850.0 - EQUIPMENT.mud_density) * STANDARD_GRAVITY * np.pi / 4
-    carried = sum(steel * (outer**2 - inner**2) * outer / 2 * length for length, outer, inner in figures)
+    carried = sum(steel * (outer**2 - inner**2) * outer / 2 * length for length, outer, inner in sections)
     for angle, torque in ((20, torques[1]), (50, torques[2])):
         assert torque - torques[0] == pytest.approx(0.2 * carried * np.sin(np.radians(angle)), rel=0.01)
 
@@ -106,21 +106,21 @@ def test_stick_slip_of_the_fitted_well_is_the_same_at_half_the_time_step() -> No
 
 def test_a_record_shows_the_middle_of_each_half_second_at_its_end() -> None:
     time = np.arange(400) / RATE
-    made = StartUp(time, np.zeros(400), 3.0 * time)
-    record = made.recorded_bit_speed()
-    middle = np.array([(made.bit_speed[k - 50] + made.bit_speed[k]) / 2 for k in range(50, 400)])
+    result = StartUp(time, np.zeros(400), 3.0 * time)
+    record = result.recorded_bit_speed()
+    middle = np.array([(result.bit_speed[k - 50] + result.bit_speed[k]) / 2 for k in range(50, 400)])
     np.testing.assert_allclose(record[50:], middle, atol=1e-9)
 
 
-def test_scores_are_the_rms_of_what_is_missed_where_there_is_a_measurement() -> None:
+def test_misfits_are_the_rms_deviations_over_measured_samples() -> None:
     flat = np.full(1000, 10 * RPM)
     gap = flat.copy()
     gap[:200] = np.nan
     log = FieldLog(flat, np.full(1000, 5e3), gap - 2 * RPM, gap + 4 * RPM, flat, flat)
-    found = score(log, np.full(1000, 7e3), flat, 0.0, 9.0)
-    assert found.torque_rms == pytest.approx(2.0)
-    assert found.bit_rms == pytest.approx(1.0)
-    assert found.extremes_rms == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
+    result = misfit(log, np.full(1000, 7e3), flat, 0.0, 9.0)
+    assert result.torque_rms == pytest.approx(2.0)
+    assert result.bit_rms == pytest.approx(1.0)
+    assert result.extremes_rms == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
 
 
 def test_a_survey_is_read_from_its_sheet(tmp_path: Path) -> None:

@@ -48,11 +48,11 @@ def test_the_motor_turns_through_the_play_and_no_further() -> None:
 def test_play_shows_only_where_the_torque_reverses() -> None:
     light = replace(SYSTEM, bit=Bit(40.0, 0.0))
     gear = Gear(0.05, 150.0)
-    for bit_torque, shows in ((8e3, False), (0.0, True)):
-        rigid, loose = (swept(NonlinearRig(light, gear=one), bit_torque=bit_torque) for one in (Gear(), gear))
-        assert (rigid.string_torque.min() < 0) == shows
+    for bit_torque, visible in ((8e3, False), (0.0, True)):
+        rigid, loose = (swept(NonlinearRig(light, gear=part), bit_torque=bit_torque) for part in (Gear(), gear))
+        assert (rigid.string_torque.min() < 0) == visible
         difference = np.abs(loose.speed - rigid.speed).max() / rigid.speed.std()
-        assert (difference > 0.1) == shows
+        assert (difference > 0.1) == visible
         assert closure(loose) < 1e-3
 
 
@@ -118,7 +118,7 @@ def test_a_coarse_sensor_reads_whole_steps() -> None:
 
 
 def test_ripple_of_the_sensor_is_a_tone_once_per_revolution() -> None:
-    """120 rpm is 2 Hz; the control answers the tone, so that it enters the command."""
+    """120 rpm is 2 Hz; the control responds to the tone, which thus enters the command."""
     speed, share = 4 * np.pi, 0.01
     time = TIME_STEP * np.arange(steps_in(60.0), dtype=float)
     rig = NonlinearRig(SYSTEM, sensor=SpeedSensor(ripple=share))

@@ -39,7 +39,12 @@ SCHEMA = DatasetSchema(
 
 def pages() -> xr.Dataset:
     """Two pages as a stage would make them."""
-    columns = {"height": [0.2, 0.3], "colour": [1, 2], "marks": [5, 0], "place": ["here", "there"]}
+    columns = {
+        "height": [0.2, 0.3],
+        "colour": [Colour.RED, Colour.BLUE],
+        "marks": [Marks.OLD | Marks.TORN, 0],
+        "place": ["here", "there"],
+    }
     return xr.Dataset({name: ("page", values) for name, values in columns.items()}, {"page": [1, 2]})
 
 

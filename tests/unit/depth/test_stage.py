@@ -12,7 +12,7 @@ from drillid.datasets.codes import RigState
 from drillid.datasets.identified import DEPTH, FLEET
 from drillid.depth.fleet import write_fleet
 from drillid.depth.responses import identified_responses
-from drillid.fits.datasheet import known_equipment, stored_controller
+from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
@@ -64,7 +64,7 @@ def test_responses_are_those_of_the_stored_parameters(healthy: Processed) -> Non
     for row in range(4):
         stored = depth.isel(depth=row)
         values = np.array([float(stored[name]) for name in PARAMETERS])
-        system = drilling_system(values, known_equipment(RIG, controller, SHALLOW.bit_depth))
+        system = drilling_system(values, data_sheet(RIG, controller, SHALLOW.bit_depth).equipment)
         np.testing.assert_allclose(stored["command_mobility_fitted"], command_mobility(system, s), rtol=1e-12)
         np.testing.assert_allclose(stored["bit_mobility_stiff"], bit_mobility(system, s, stiff=True), rtol=1e-12)
         np.testing.assert_allclose(stored["bit_mobility_controlled"], bit_mobility(system, s), rtol=1e-12)

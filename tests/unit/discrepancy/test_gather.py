@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
-from drillid.discrepancy.gather import Series, gather, gather_well, prior, rig_knowledge
+from drillid.discrepancy.gather import Series, gather, gather_well
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.errors import EstimationError
-from drillid.physics.equipment import Controller
-from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH
+from drillid.physics.parameters import LENGTH
 from drillid.windows.channels import window_channels
 from tests.simulated import RATE, RIG, SHALLOW, Processed
 
@@ -28,7 +26,7 @@ def of_well(healthy: Processed) -> Evidence:
 def test_a_well_gives_what_its_time_series_give(healthy: Processed, of_well: Evidence) -> None:
     records, windows = healthy.dataset("records", "records"), healthy.dataset("windows", "windows")
     series = [Series(*window_channels(records, windows, row)) for row in range(windows.sizes["window"])]
-    own = gather(series, RATE, of_well.operating_points, of_well.knowledge, Settings())
+    own = gather(series, RATE, of_well.operating_points, of_well.data_sheet, Settings())
     assert own.windows == of_well.windows == 4
     np.testing.assert_array_equal(own.used, of_well.used)
     assert own.control is not None
@@ -79,30 +77,10 @@ def test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same(
     assert [one.verdict for one in told] == [verdict]
 
 
-def test_silent_data_sheet_leave_the_prior_open() -> None:
-    known = rig_knowledge(RIG, Controller(350.0, 180.0), 960.0)
-    assert np.isinf(known.inertia_td_error)
-    assert np.isnan(prior(known, 960.0).value).all()
-    assert known.collar_length == 60.0
-
-
-def test_data_sheets_are_taken_with_their_tolerances() -> None:
-    data_sheet = RIG.model_dump(exclude_none=True) | {
-        "drive_delay": {"value": "40 ms", "tolerance": "4 ms"},
-        "top_drive_inertia": {"value": "1000 kg m^2", "relative": "2 %"},
-        "pipe": {"outer_diameter": "5.5 in", "inner_diameter": "4.778 in", "length_relative": "3 %"},
-    }
-    known = rig_knowledge(Rig.checked(data_sheet, "rig"), Controller(350.0), 1060.0)
-    found = prior(known, 1060.0)
-    assert (found.value[DELAY], found.error[DELAY]) == pytest.approx((0.04, 0.004))
-    assert (found.value[INERTIA_TD], found.error[INERTIA_TD]) == pytest.approx((1000.0, 20.0))
-    assert (found.value[LENGTH], found.error[LENGTH]) == pytest.approx((1000.0, 30.0))
-
-
 def test_windows_without_their_operating_points_are_refused(of_well: Evidence) -> None:
     nothing = np.zeros(1000)
     with pytest.raises(EstimationError, match="Give one for each window"):
-        gather([Series(nothing, nothing, nothing)], RATE, of_well.operating_points, of_well.knowledge, Settings())
+        gather([Series(nothing, nothing, nothing)], RATE, of_well.operating_points, of_well.data_sheet, Settings())
     none = OperatingPoints(*(values[:0] for values in vars(of_well.operating_points).values()))
     with pytest.raises(EstimationError, match="Give one for each window"):
-        gather([], RATE, none, of_well.knowledge, Settings())
+        gather([], RATE, none, of_well.data_sheet, Settings())

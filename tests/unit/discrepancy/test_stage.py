@@ -181,6 +181,7 @@ def test_an_interval_that_its_own_windows_predict_is_a_change() -> None:
     assert (found.verdict, found.cause, found.held_out_windows) == ("regime_change", "regime_change", 3)
     assert found.size == pytest.approx(403.3 - 23.8, abs=0.1)
     assert found.size_high - found.size == pytest.approx(1.96 * 20 * np.sqrt(1 / 3 + 1 / 6))
+    assert found.size - found.size_low == pytest.approx(found.size_high - found.size)
     assert found.gain_low > 30
     assert found.probability == pytest.approx(1 / (1 + np.e * 1e-4 * np.log(1e4)))
 

@@ -10,8 +10,9 @@ import pytest
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import knowledge, speed_controller
+from drillid.fits.datasheet import data_sheet, speed_controller
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
+from drillid.physics.equipment import Controller
 from drillid.physics.parameters import PARAMETERS
 from tests.simulated import RIG, SHALLOW, Processed
 
@@ -114,10 +115,10 @@ def test_a_window_of_a_sweep_that_does_not_repeat_is_fitted_too(troubled: Proces
 
 def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
-    data_sheet = rig(**DATA_SHEET)
-    assert well.run("fits", rig=data_sheet) == []
+    described = rig(**DATA_SHEET)
+    assert well.run("fits", rig=described) == []
     alone, told = healthy.dataset("fits", "fits"), well.dataset("fits", "fits")
-    prior = knowledge(data_sheet, SHALLOW.bit_depth)
+    prior = data_sheet(described, Controller(350.0), SHALLOW.bit_depth).prior(SHALLOW.bit_depth)
     np.testing.assert_allclose(told["prior"], np.tile(prior.value, (4, 1)))
     np.testing.assert_allclose(told["prior_error"], np.tile(prior.error, (4, 1)))
     assert np.isnan(alone["prior"]).all()
@@ -125,7 +126,7 @@ def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path
     assert (moment < 0.75 * before).all()
     assert (moment < prior.error[list(PARAMETERS).index("polar_moment")]).all()
     unused = Settings.checked({"fits": {"use_knowledge": False}}, "test")
-    well.run("fits", rig=data_sheet, settings=unused)
+    well.run("fits", rig=described, settings=unused)
     again = well.dataset("fits", "fits")
     assert np.isnan(again["prior"]).all()
     np.testing.assert_allclose(again["value"], alone["value"], rtol=1e-6)
