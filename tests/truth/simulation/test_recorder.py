@@ -97,7 +97,7 @@ def test_noise_has_its_size_and_seed() -> None:
 @pytest.mark.parametrize(
     ("recorder", "message"),
     [
-        (Recorder(0.021), "no whole number"),
+        (Recorder(0.021), "not a whole number"),
         (Recorder(ROW, filter_frequency=300.0), "cannot act on samples"),
         (Recorder(ROW, noise=0.1), "needs a random generator"),
     ],

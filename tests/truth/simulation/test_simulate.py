@@ -125,7 +125,7 @@ def test_same_input_gives_the_same_bits() -> None:
 
 @pytest.mark.parametrize(
     ("time_step", "length", "message"),
-    [(0.003, 100.0, "no whole number of time steps"), (0.005, 10.0, "a wave runs")],
+    [(0.003, 100.0, "not a whole number of time steps"), (0.005, 10.0, "a wave travels")],
 )
 def test_unusable_time_steps_are_refused(time_step: float, length: float, message: str) -> None:
     short = Section(length, COLLARS.polar_moment)
