@@ -79,18 +79,18 @@ def test_margins_of_a_first_order_plant_with_delay() -> None:
 
 
 def test_a_lead_at_a_crossover_is_lag_that_a_delay_has_to_use_up_first() -> None:
-    """L = K (s/(1 + s))² /(1 + 0.1 s) rises through |L| = 1 with a lead near 120° and falls through it with a lag."""
-    gain = 4.0
-    found = margins(lambda s: gain * (s / (1 + s)) ** 2 / (1 + 0.1 * s))
-    rise, fall = (
-        brentq(lambda w: gain * w**2 / (1 + w**2) / np.hypot(1, 0.1 * w) - 1, *ends)
-        for ends in ((0.1, 2.0), (5.0, 100.0))
-    )
-    angles = [np.pi - 2 * np.arctan(w) - np.arctan(0.1 * w) for w in (rise, fall)]
-    assert angles[0] > 1.9
-    assert angles[1] < 0
-    assert found.delay == pytest.approx((np.pi + angles[1]) / fall, rel=2e-3)
-    assert found.phase == pytest.approx(np.pi - angles[0], rel=2e-3)
+    """A resonance rises through |L| = 1 with a lead of more than 90° and falls through it with a lag."""
+
+    def loop(s: Complex) -> Complex:
+        return np.asarray(0.5 * s**2 / ((s**2 + 0.1 * s + 1) * (1 + s)), dtype=complex)
+
+    found = margins(loop)
+    crossovers = np.array([brentq(lambda w: abs(loop(1j * w)) - 1, *ends) for ends in ((0.3, 1.0), (1.0, 5.0))])
+    lead, lag = np.angle(loop(1j * crossovers))
+    assert lag < 0 < np.pi / 2 < lead
+    assert found.phase == pytest.approx(np.pi - lead, rel=2e-3)
+    assert found.delay == pytest.approx((np.pi + lag) / crossovers[1], rel=2e-3)
+    assert found.delay > found.phase / crossovers[0]
 
 
 def test_loop_of_a_top_drive_without_string_is_that_of_its_inertia() -> None:
