@@ -19,8 +19,8 @@ if SIMULATED:
             mem_mb=1000,
             runtime=10,
         params:
+            **PLAN.simulation_dependencies(),
             well=lambda wildcards: SIMULATED[wildcards.log][0],
             stand=lambda wildcards: SIMULATED[wildcards.log][1],
-            **PLAN.simulation_dependencies(),
         script:
             "../../scripts/simulate.py"
