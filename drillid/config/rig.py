@@ -89,7 +89,7 @@ class KnownDelay(Strict):
     """Standard uncertainty."""
 
 
-class Controller(Strict):
+class SpeedControl(Strict):
     """The speed controller A(s) = P + I/s, with a first-order filter H on the measured speed."""
 
     proportional: TorsionalDamping = Field(ge=0)
@@ -159,7 +159,7 @@ class Rig(Strict):
     """The log's time column."""
     channels: dict[Channel, Column]
     """Column and unit of each channel; torque_sweep, speed and hole_depth are needed."""
-    controller: Controller | None = None
+    controller: SpeedControl | None = None
     """Speed controller; where it is not given it is taken from the logged torque command."""
     drive_delay: KnownDelay | None = None
     """Delay of the drive."""
