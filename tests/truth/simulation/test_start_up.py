@@ -104,7 +104,7 @@ def test_stick_slip_of_the_fitted_well_is_the_same_at_half_the_time_step() -> No
     assert np.sqrt(np.mean((coarse.bit_speed[:size] - fine.bit_speed[:size]) ** 2)) < 2.0 * RPM
 
 
-def test_a_record_shows_the_middle_of_each_half_second_at_its_end() -> None:
+def test_a_record_has_the_middle_of_each_half_second_at_its_end() -> None:
     time = np.arange(400) / RATE
     result = StartUp(time, np.zeros(400), 3.0 * time)
     record = result.recorded_bit_speed()
