@@ -84,7 +84,7 @@ def at_random(case: Case) -> Answer:
     depths = [stretch.hole_depth for stretch in case.stretches]
     name = "none" if generator.random() < 0.5 else str(generator.choice([*CATALOGUE, "unknown"]))
     family = CATALOGUE[name].family if name in CATALOGUE else ""
-    p_value = float(generator.random())
+    probability = float(generator.random())
     low = float(generator.uniform(-1, 1))
-    verdict = Verdict(name, family, p_value, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1)
+    verdict = Verdict(name, family, probability, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1)
     return Answer((verdict,), float("nan"))

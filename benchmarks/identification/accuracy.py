@@ -84,7 +84,7 @@ class Spread:
     estimate costs, is the spread over the bound.
 
     plain : root mean square of errors over the Cramér–Rao bound
-    over_bound : the same freed of p-value, as above
+    over_bound : the same freed of chance, as above
     identifiable : where the bound means something, as `Noise.identifiable`
     covered : share of windows whose 95 % interval holds the truth
     """

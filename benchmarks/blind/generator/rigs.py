@@ -18,7 +18,7 @@ TIME_STEP = 0.005
 CLOCK_ERROR = 0.002
 """s, standard uncertainty between the clocks of speed and torque."""
 WINDOW_COUNTS = (1, 2, 4, 8, 12, 24)
-_COUNT_P_VALUES = (0.30, 0.25, 0.20, 0.12, 0.08, 0.05)
+_COUNT_PROBABILITIES = (0.30, 0.25, 0.20, 0.12, 0.08, 0.05)
 _REFERENCE = polar_moment(0.1397, 0.1214)
 LOCAL_STEPS = np.array([0.15, 0.10, 0.15])
 """Deviation of a window's κ, δ and damping at the bit from the set's, relative."""
@@ -120,7 +120,7 @@ def draw_stretches(
 ) -> tuple[Segment, ...]:
     """Successive windows of drilling ahead, two a stand; κ, δ and the bit's damping wander a little."""
     if count is None:
-        count = int(generator.choice(WINDOW_COUNTS, p=_COUNT_P_VALUES))
+        count = int(generator.choice(WINDOW_COUNTS, p=_COUNT_PROBABILITIES))
     base = np.array([equipment.pipe.kappa, equipment.pipe.delta, equipment.bit.damping])
     deviation = generator.standard_normal(3)
     speed = float(generator.uniform(7.0, 18.0))

@@ -66,7 +66,6 @@ class RegenerativeCut(Cause):
     action = "Change speed or weight: the bit's blades feed vibration at this speed."
     size = Size("mean cutting torque", "N m", 2000.0, 0.0, 3e4)
     shapes = (4.0, 6.0, 8.0)
-    shape_meaning = "blades"
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint

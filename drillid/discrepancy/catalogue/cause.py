@@ -118,8 +118,6 @@ class Cause:
     """What a drilling supervisor can do about it."""
     size: ClassVar[Size]
     shapes: ClassVar[tuple[float, ...]] = (0.0,)
-    shape_meaning: ClassVar[str] = ""
-    """What a shape is, with its unit; empty where there is one only."""
     shape_step: ClassVar[float] = 0.0
     """Step in which a continuous shape is refined; 0 where the shapes are all there are."""
     is_place: ClassVar[bool] = False

@@ -42,7 +42,6 @@ class SignOrUnit(Cause):
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
     # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
     shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
-    shape_meaning = "factor of recorded mobility"
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -84,7 +83,6 @@ class RecorderFilter(Cause):
     action = "Ask for the record before its filter, or write the filter into the rig's data sheets."
     size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
     shapes = (1.0, 2.0)
-    shape_meaning = "order"
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint

@@ -28,7 +28,6 @@ class ExtraSection(Cause):
     action = "Compare the string in the hole with the tally."
     size = Size("length", "m", 100.0, 0.0, 1000.0)
     shapes = (1.6, 2.5, 5.0)
-    shape_meaning = "polar moment per pipe's"
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -49,7 +48,6 @@ class TaperedString(Cause):
     action = "Compare the string in the hole with the tally: a second size of pipe is likely."
     size = Size("polar moment of the lower pipe per upper's, less one", "1", 0.4, -0.9, 4.0)
     shapes = (0.2, 0.35, 0.5, 0.65, 0.8)
-    shape_meaning = "upper pipe's share of the length"
     shape_step = 0.05
 
     def extend(
@@ -74,7 +72,6 @@ class LocalDampingZone(Cause):
     action = "Mind this depth when tripping: ream or circulate there, and look at the cuttings."
     size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
     shapes = tuple(0.025 + 0.05 * place for place in range(1, 19))
-    shape_meaning = "place, as a share of the pipe from the top"
     shape_step = 0.02
     is_place = True
 

@@ -60,7 +60,6 @@ class RegimeChange(Cause):
     detector = ChangeDetector(DAMPING_BHA, jumps=True)
     marks_intervals = True
     shapes = tuple(part / _PARTS for part in range(1, _PARTS))
-    shape_meaning = "moment of the jump, share of the window"
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
