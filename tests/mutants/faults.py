@@ -136,8 +136,8 @@ FAULTS = (
     Fault(
         "fits",
         "drillid/fits/datasheet.py",
-        "length = bit_depth - (collars.length if collars else 0.0)",
-        "length = bit_depth + (collars.length if collars else 0.0)",
+        "length = bit_depth - self.collar_length",
+        "length = bit_depth + self.collar_length",
         ("tests/unit/fits/test_datasheet.py",),
         "sign: the pipe is longer than the string",
     ),
@@ -234,7 +234,7 @@ FAULTS = (
         "drillid/figures/control.py",
         "axis.plot(found.weight / 1e3, speed * _RPM,",
         "axis.plot(found.weight / 1e3, speed,",
-        ("tests/truth/control/test_control.py::test_map_orders_the_controllers_and_its_figures_are_drawn",),
+        ("tests/truth/control/test_control.py::test_map_orders_the_controllers_and_is_drawn",),
         "rad/s drawn on an axis of rpm",
     ),
     Fault(
