@@ -11,6 +11,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -39,10 +40,10 @@ class Outcome:
     seconds: float
 
 
-def copied(folder: Path) -> None:
+def copied(root: Path, folder: Path) -> None:
     """What the library's tests need, in a folder of its own."""
     for name in COPIED:
-        source = ROOT / name
+        source = root / name
         if source.is_dir():
             shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
@@ -58,12 +59,12 @@ def tested(folder: Path, tests: tuple[str, ...]) -> subprocess.CompletedProcess[
     )
 
 
-def tried(fault: Fault) -> Outcome:
-    """Put a fault into a fresh copy and run the tests that must find it."""
+def tried(fault: Fault, root: Path) -> Outcome:
+    """Put a fault into a fresh copy of a checkout and run the tests that must find it."""
     begin = time.monotonic()
     with TemporaryDirectory(prefix="fault-") as name:
         folder = Path(name)
-        copied(folder)
+        copied(root, folder)
         path = folder / fault.file
         source = path.read_text() if path.is_file() else ""
         if source.count(fault.original) != 1:
@@ -74,12 +75,9 @@ def tried(fault: Fault) -> Outcome:
     return Outcome(fault, verdict, time.monotonic() - begin)
 
 
-def check_sound(faults: tuple[Fault, ...]) -> None:
+def check_sound(faults: tuple[Fault, ...], root: Path) -> None:
     """The chosen tests must pass without any fault, or catching one would say nothing."""
-    chosen = tuple(dict.fromkeys(test for fault in faults for test in fault.tests))
-    with TemporaryDirectory(prefix="sound-") as name:
-        copied(Path(name))
-        done = tested(Path(name), chosen)
+    done = tested(root, tuple(dict.fromkeys(test for fault in faults for test in fault.tests)))
     if done.returncode != _PASSED:
         typer.echo(done.stdout + done.stderr, err=True)
         typer.echo("the tests fail without any fault, so that nothing can be told from them", err=True)
@@ -104,9 +102,11 @@ def main(
     if unknown := set(rooms or ()) - known:
         raise typer.BadParameter(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
     faults = tuple(fault for fault in FAULTS if not rooms or fault.room in rooms)
-    check_sound(faults)
-    with ThreadPoolExecutor(jobs) as pool:
-        outcomes = list(pool.map(tried, faults))
+    with TemporaryDirectory(prefix="sound-") as name, ThreadPoolExecutor(jobs) as pool:
+        # an edit of the checkout meanwhile touches no trial
+        copied(ROOT, Path(name))
+        check_sound(faults, Path(name))
+        outcomes = list(pool.map(tried, faults, repeat(Path(name))))
     Console(width=None if sys.stdout.isatty() else 160).print(printed(outcomes))
     caught = sum(one.verdict == CAUGHT for one in outcomes)
     typer.echo(f"{caught} of {len(outcomes)} caught")
