@@ -13,9 +13,9 @@ LAG = Verdict(
     size_low=0.0489,
     size_high=0.0499,
     unit="s",
-    gain=339.2,
-    gain_low=309.6,
-    gain_high=368.2,
+    predictive_gain=339.2,
+    predictive_gain_low=309.6,
+    predictive_gain_high=368.2,
     held_out_windows=12,
     what_would_separate="a sweep to higher frequency",
 )

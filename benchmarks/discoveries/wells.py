@@ -19,7 +19,9 @@ def well_rows(verdicts: pd.DataFrame) -> tuple[Discovery, ...]:
 
 def _row(verdict: pd.Series) -> Discovery:
     windows = int(verdict["held_out_windows"])
-    size, gain = (tuple(float(verdict[name + end]) for end in ("", "_low", "_high")) for name in ("size", "gain"))
+    size, gain = (
+        tuple(float(verdict[name + end]) for end in ("", "_low", "_high")) for name in ("size", "predictive_gain")
+    )
     has_gain = isfinite(gain[0])
     return Discovery(
         verdict["well"],

@@ -36,7 +36,9 @@ EXAMINATIONS = DatasetSchema(
         "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
         "port": Variable(("port",), "str", "", "where something unknown may show: ports, and data sheets"),
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
-        "figure": Variable(("figure",), "str", "", "figure that describes a window before causes are added"),
+        "coordinate": Variable(
+            ("coordinate",), "str", "", "coordinate that describes a window before causes are added"
+        ),
         "window_set": Variable(("window",), "int32", "", "set of the window; -1 where it has no fit"),
         "verdict": Variable(("set",), "str", "", "verdicts on the set"),
         "advice": Variable(("set",), "str", "", "the one further measurement that would help most"),
@@ -66,7 +68,7 @@ EXAMINATIONS = DatasetSchema(
             residual_after=("1", "the same of the extended model"),
         ),
         "extended_value": Variable(("window", "parameter"), "float64", "", "parameter in the set's model, SI"),
-        "figures": Variable(("window", "figure"), "float64", "", "figure in the set's model, SI"),
+        "coordinates": Variable(("window", "coordinate"), "float64", "", "coordinate in the set's model, SI"),
         "extension_set": Variable(("extension",), "int32", "", "set whose model the cause extends"),
         "extension_cause": Variable(("extension",), "str", "", "cause that stays in the model"),
         "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as the catalogue says"),

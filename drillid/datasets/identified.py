@@ -47,12 +47,12 @@ STACK_FITS = DatasetSchema(
 
 _WP = ("window", "parameter")
 JOINT_FITS = DatasetSchema(
-    "Fit of all windows together: drive and pipe shared, damping and BHA walking with depth or jumping",
+    "Fit of all windows together: drive and pipe shared, damping and BHA on random walks with depth or jumping",
     {
         **IN_WINDOWS,
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
-        "shared": Variable(("shared",), "str", "", "figure that is the same in all windows"),
-        "walking": Variable(("walking",), "str", "", "parameter that walks with depth"),
+        "shared": Variable(("shared",), "str", "", "coordinate that is the same in all windows"),
+        "random_walk": Variable(("random_walk",), "str", "", "parameter that follows a random walk with depth"),
         "value": Variable(_WP, "float64", "", "value, SI"),
         "standard_error": Variable(_WP, "float64", "", "standard error of the value"),
         "lower": Variable(_WP, "float64", "", "lower end of the 95 % band"),
@@ -64,7 +64,9 @@ JOINT_FITS = DatasetSchema(
         ),
         "shared_value": Variable(("shared",), "float64", "", "shared value, SI"),
         "shared_error": Variable(("shared",), "float64", "", "standard error of the shared value"),
-        "walk": Variable(("walking",), "float64", "1", "root-mean-square change of the coordinate over 100 m"),
+        "random_walk_step": Variable(
+            ("random_walk",), "float64", "1", "root-mean-square change of the coordinate over 100 m"
+        ),
         "change_parameter": Variable(("change",), "str", "", "parameter that jumps"),
         **each(
             ("change",),

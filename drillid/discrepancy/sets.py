@@ -77,7 +77,8 @@ def evidence_of(data: WellData) -> Evidence:
 
 COLUMNS = (
     *("well", "from_m", "to_m", "verdict", "family", "class", "cause", "probability", "location_m"),
-    *("size", "size_low", "size_high", "unit", "gain", "gain_low", "gain_high", "held_out_windows"),
+    *("size", "size_low", "size_high", "unit"),
+    *("predictive_gain", "predictive_gain_low", "predictive_gain_high", "held_out_windows"),
     *("what_would_separate", "evidence"),
 )
 """Of verdicts.csv. The size is that of `cause`, the most likely member of the class."""

@@ -70,7 +70,7 @@ def verdicts(results: WellResults) -> Figure:
     probability.set_xlabel("Probability [–]")
     gain.axvline(0, color=MUTED, linewidth=0.9)
     gain.set_xscale("symlog", linthresh=1.0)
-    gain.set_xlabel("Gain on a held-out window\n[units of log-likelihood]")
+    gain.set_xlabel("Predictive gain on a held-out window\n[units of log-likelihood]")
     for axis in (track, probability, gain):
         depth_axis(axis, results, label=axis is track, labels=axis is gain, room=ROOM)
     if not len(results.verdicts):
@@ -92,10 +92,13 @@ def _draw_verdict(axes: tuple[Axes, Axes, Axes], row: dict[Any, Any], lane: int)
     ends = [row["from_m"], row["to_m"]]
     probability.plot([row["probability"]] * 2, ends, color=colour, linewidth=3, solid_capstyle="butt")
     probability.plot(row["probability"], middle, "o", color=colour, markersize=5)
-    if np.isfinite(row["gain"]):
-        low, high = (row[name] if np.isfinite(row[name]) else row["gain"] for name in ("gain_low", "gain_high"))
+    if np.isfinite(row["predictive_gain"]):
+        low, high = (
+            row[name] if np.isfinite(row[name]) else row["predictive_gain"]
+            for name in ("predictive_gain_low", "predictive_gain_high")
+        )
         gain.hlines(middle, low, high, colour, linewidth=1.5)
-        gain.plot(row["gain"], middle, "o", color=colour, markersize=5)
+        gain.plot(row["predictive_gain"], middle, "o", color=colour, markersize=5)
 
 
 def evidence(results: WellResults) -> Figure:

@@ -58,7 +58,7 @@ def told(row: Mapping[Any, Any]) -> Told:
         return _nothing(row, depths)
     return Told(
         heading=f"{depths}: {_title(row)}",
-        sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _worth(row)))),
+        sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _predictive_gain(row)))),
         action=CATALOGUE[row["cause"]].action if row["cause"] in CATALOGUE else _UNKNOWN_ACTION,
         doubt=_doubt(row),
         named=True,
@@ -156,15 +156,16 @@ def _surely(row: Mapping[Any, Any]) -> str:
     return f"{word}: the probability is {_percent(row['probability'])}."
 
 
-def _worth(row: Mapping[Any, Any]) -> str:
-    if not np.isfinite(row["gain"]):
+def _predictive_gain(row: Mapping[Any, Any]) -> str:
+    gain, low, high = (row[f"predictive_gain{end}"] for end in ("", "_low", "_high"))
+    if not np.isfinite(gain):
         return ""
     ends = ""
-    if np.isfinite(row["gain_low"]) and np.isfinite(row["gain_high"]):
-        ends = f" (90 % interval {_figure(row['gain_low'])} to {_figure(row['gain_high'])})"
+    if np.isfinite(low) and np.isfinite(high):
+        ends = f" (90 % interval {_figure(low)} to {_figure(high)})"
     windows = int(row["held_out_windows"])
-    over = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
-    return f"With it the model predicts {over} better by {_figure(row['gain'])}{ends} units of log-likelihood each."
+    data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
+    return f"Predictive gain on {data}: {_figure(gain)}{ends} units of log-likelihood per window."
 
 
 def _doubt(row: Mapping[Any, Any]) -> str:

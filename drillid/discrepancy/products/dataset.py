@@ -52,7 +52,7 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
             "cause_": list(CATALOGUE),
             "port": list(unknown.CHANNELS),
         }
-        | {"parameter": list(PARAMETERS), "figure": list(FIGURES)}
+        | {"parameter": list(PARAMETERS), "coordinate": list(FIGURES)}
     )
 
 

@@ -94,7 +94,7 @@ def extension_variables(sets: Sequence[ExaminedSet], windows: int) -> dict[str, 
     names = ("set", "cause", "shape", "size", "size_error")
     columns = list(zip(*rows, strict=True)) or [()] * len(names)
     return {
-        "figures": (("window", "figure"), values),
+        "coordinates": (("window", "coordinate"), values),
         "extension_present": (("extension", "window"), np.array(present, dtype=bool).reshape(len(rows), windows)),
         **{
             f"extension_{name}": ("extension", np.array(column, dtype=object if name == "cause" else float))
@@ -112,7 +112,7 @@ def extended_window_model(examination: xr.Dataset, number: int) -> WindowModel:
     number : of the set
     """
     rows = np.flatnonzero(examination["window_set"].values == number)
-    values = examination["figures"].values[rows].T
+    values = examination["coordinates"].values[rows].T
     of_set = examination.isel(extension=np.flatnonzero(examination["extension_set"].values == number))
     extensions = [
         Extension(CATALOGUE[str(cause)], float(shape), tuple(np.flatnonzero(present[rows]).tolist()))

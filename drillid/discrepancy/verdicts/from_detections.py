@@ -91,7 +91,7 @@ def _bent(examination: Examination, proved: list[PooledDetection]) -> bool:
 
 def _doubt(one: PooledDetection, verdict: Verdict) -> str:
     """Why a cause is not named by its sign; nothing where it is."""
-    if not verdict.gain_low > 0:
+    if not verdict.predictive_gain_low > 0:
         return NO_SURE_GAIN
     if verdict.size_low <= 0 <= verdict.size_high:
         return "the windows do not agree that it has a size"
@@ -150,9 +150,9 @@ def _detection_verdict(examination: Examination, one: PooledDetection, found: li
         size_low=one.size - reach,
         size_high=one.size + reach,
         unit=cause.size.unit,
-        gain=gain.value,
-        gain_low=gain.low,
-        gain_high=gain.high,
+        predictive_gain=gain.value,
+        predictive_gain_low=gain.low,
+        predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
         evidence=f"a detection of its own in the record, p-value {one.p_value:.2g} where it is absent",

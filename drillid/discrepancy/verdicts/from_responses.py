@@ -7,9 +7,9 @@ import numpy as np
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
-from drillid.discrepancy.inference.localisation import contiguous_windows, surely_placed
+from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import Refined, refine
+from drillid.discrepancy.inference.search import FittedCause, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
@@ -38,17 +38,17 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     """Name what the linear responses show: one cause, two, or unknown."""
     model, base, before = examination.model, examination.base, examination.before
     moving = _moving(examination)
-    refined = refine(
-        model, base, (), before, causes, moving=moving, every=True, rejected=base_model_rejected(model, base)
+    fitted_causes = search(
+        model, base, (), before, causes, moving=moving, all_causes=True, rejected=base_model_rejected(model, base)
     )
-    most = refined[0].log_evidence if refined else 0.0
-    refined = [one for one in refined if not one.at_bound and not _refuted(examination, one.name)]
-    if not refined or refined[0].log_evidence < most - LEFT_UNEXPLAINED:
+    most = fitted_causes[0].log_evidence if fitted_causes else 0.0
+    fitted_causes = [one for one in fitted_causes if not one.at_bound and not _refuted(examination, one.name)]
+    if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
         return _unknown(examination, max(before.unknown_evidence, most))
-    first = posterior(_with_own_detections(refined, examination.detections), before.unknown_evidence)
+    first = posterior(_with_own_detections(fitted_causes, examination.detections), before.unknown_evidence)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
-    chosen: list[tuple[Posterior, Refined]] = [(first, best)]
+    chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
     if after.p_value < CLOSURE_RATE:
         other = _other(examination, first, after, causes, generator)
         if other is not None:
@@ -64,7 +64,7 @@ def explained(examination: Examination, causes: list[Cause], generator: np.rando
     extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))
-    kept = tuple(one for one in verdicts if one.gain_low > 0)
+    kept = tuple(one for one in verdicts if one.predictive_gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
     return _unknown(examination, before.unknown_evidence, verdicts)
@@ -89,14 +89,14 @@ def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     return base.pulls > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
 
 
-def _with_own_detections(refined: list[Refined], detections: tuple[PooledDetection, ...]) -> list[Refined]:
+def _with_own_detections(fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]) -> list[FittedCause]:
     """Causes that also have a detection of their own carry its evidence as well, for or against."""
     own = {one.cause: one for one in detections}
     return [
         replace(one, log_evidence=one.log_evidence + own[one.name].evidence_for(float(one.fit.point.sizes[-1])))
         if one.name in own
         else one
-        for one in refined
+        for one in fitted_causes
     ]
 
 
@@ -115,7 +115,7 @@ def _bounded_in_depth(
 
 def _other(
     examination: Examination, first: Posterior, left: Screen, causes: list[Cause], generator: np.random.Generator
-) -> tuple[list[tuple[Posterior, Refined]], Screen] | None:
+) -> tuple[list[tuple[Posterior, FittedCause]], Screen] | None:
     """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes.
 
     Parameters
@@ -123,10 +123,10 @@ def _other(
     left : the screen beside the likeliest cause
     """
     model = examination.model
-    best: tuple[float, list[tuple[Posterior, Refined]], Screen] | None = None
+    best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
     # what explains nothing by itself is no half of a pair
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
-    firsts = [one for one in first.refined[:_FIRSTS] if one.log_evidence > least]
+    firsts = [one for one in first.fitted_causes[:_FIRSTS] if one.log_evidence > least]
     for one in firsts:
         seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
         own = _with_first(first, one)
@@ -153,33 +153,33 @@ def _other(
 
 def _seconds(
     examination: Examination, fit: SetFit, beside: Extension, seen: Screen, causes: list[Cause]
-) -> list[Refined]:
+) -> list[FittedCause]:
     """Further causes beside one, with their own detections; in the order of the responses' evidence."""
-    refined = refine(examination.model, fit, (beside,), seen, causes, moving=_moving(examination))
-    return _with_own_detections(refined, examination.detections)
+    fitted_causes = search(examination.model, fit, (beside,), seen, causes, moving=_moving(examination))
+    return _with_own_detections(fitted_causes, examination.detections)
 
 
 def _beside(
-    examination: Examination, one: Refined, other: Refined, causes: list[Cause], generator: np.random.Generator
+    examination: Examination, one: FittedCause, other: FittedCause, causes: list[Cause], generator: np.random.Generator
 ) -> Posterior | None:
     """Posterior of the first of two causes beside the second: what that one explains is no rival of the first."""
     model, pair = examination.model, other.fit.point
     fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
     seen = screen(model, fit, (other.extension,), causes, generator)
-    refined = _seconds(examination, fit, other.extension, seen, causes)
-    own = [candidate for candidate in refined if candidate.name == one.name]
-    return _with_first(posterior(refined, seen.unknown_evidence), own[0]) if own else None
+    fitted_causes = _seconds(examination, fit, other.extension, seen, causes)
+    own = [candidate for candidate in fitted_causes if candidate.name == one.name]
+    return _with_first(posterior(fitted_causes, seen.unknown_evidence), own[0]) if own else None
 
 
-def _with_first(found: Posterior, chosen: Refined) -> Posterior:
+def _with_first(found: Posterior, chosen: FittedCause) -> Posterior:
     """The posterior with another cause first, as one beside which a second was found."""
-    rest = tuple(one for one in found.refined if one is not chosen)
+    rest = tuple(one for one in found.fitted_causes if one is not chosen)
     share = dict(found.share)
     share[found.best.name], share[chosen.name] = share[chosen.name], share[found.best.name]
     return Posterior((chosen, *rest), share)
 
 
-def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refined) -> Verdict:
+def _linear_verdict(result: Examination, place: int, found: Posterior, one: FittedCause) -> Verdict:
     evidence = result.model.evidence
     size, error = _size(result, place)
     limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
@@ -201,9 +201,9 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Refi
         size_high=min(size + TWO_SIDED * error, limits.high),
         unit=limits.unit,
         location_m=_location(result, place, members),
-        gain=gain.value,
-        gain_low=gain.low,
-        gain_high=gain.high,
+        predictive_gain=gain.value,
+        predictive_gain_low=gain.low,
+        predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
         evidence=f"linear responses, log Bayes factor {one.log_evidence:.1f}",
@@ -218,7 +218,7 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
     model, extensions = result.model, result.extensions
     if not all(CATALOGUE[name].is_place for name in members):
         return float("nan")
-    if surely_placed(model, result.extended, extensions, place) < PLACED:
+    if place_probability(model, result.extended, extensions, place) < PLACED:
         return float("nan")
     return extensions[place].shape * float(np.mean(model.length))
 
@@ -235,18 +235,18 @@ def _size(result: Examination, place: int) -> tuple[float, float]:
 def _members(result: Examination, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
     """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
     first, likely = found.best, found.members
-    members = (one for one in found.refined if one.name in likely)
+    members = (one for one in found.fitted_causes if one.name in likely)
     return tuple(one.name for one in members if one is first or not _apart(result, first, one, beside))
 
 
-def _apart(result: Examination, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> bool:
+def _apart(result: Examination, one: FittedCause, other: FittedCause, beside: tuple[Extension, ...]) -> bool:
     """Whether two causes are told apart by their detections, or by what they predict."""
     detections = [detection for detection in result.detections if detection.cause in (one.name, other.name)]
     by_detections = len(detections) > 1 and told_apart(*detections)
     return by_detections or _distance(result.model, one, other, beside) >= SAME
 
 
-def _distance(model: SetModel, one: Refined, other: Refined, beside: tuple[Extension, ...]) -> float:
+def _distance(model: SetModel, one: FittedCause, other: FittedCause, beside: tuple[Extension, ...]) -> float:
     """Standard deviations between what two causes at their best predict, the data sheets' figures among it."""
     left, right = (model.residual(fitted.fit.point, (*beside, fitted.extension)) for fitted in (one, other))
     shared = one.fit.off_data_sheet - other.fit.off_data_sheet

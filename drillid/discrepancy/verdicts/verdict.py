@@ -36,11 +36,11 @@ class Verdict:
     unit: str = ""
     location_m: float = float("nan")
     """Measured depth along the string, where the cause has a place and the data tell it."""
-    gain: float = float("nan")
+    predictive_gain: float = float("nan")
     """Log score of a held-out window, extended less base model."""
-    gain_low: float = float("nan")
+    predictive_gain_low: float = float("nan")
     """90 % interval, so that each end holds in 95 % of sets."""
-    gain_high: float = float("nan")
+    predictive_gain_high: float = float("nan")
     held_out_windows: int = 0
     what_would_separate: str = ""
     evidence: str = ""

@@ -48,7 +48,7 @@ def joint_dataset(
     coordinates = {name: fits[name] for name in WINDOW_COORDINATES} | {
         "parameter": list(PARAMETERS),
         "shared": list(SHARED),
-        "walking": _WALKING_NAMES,
+        "random_walk": _WALKING_NAMES,
         "state": STATE,
         "state_": STATE,
     }
@@ -85,7 +85,7 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
             "agreement": ("window", fit.agreement),
             "shared_value": ("shared", fit.shared),
             "shared_error": ("shared", fit.shared_error),
-            "walk": ("walking", fit.walks),
+            "random_walk_step": ("random_walk", fit.walks),
             "last_vector": ("state", newest.vector),
             "last_information": (("state", "state_"), newest.information),
         }
@@ -95,14 +95,14 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
 
 def _nothing(windows: int) -> xr.Dataset:
     """Of a well without any fit, each of which has its own problem row."""
-    sizes = {"window": windows, "parameter": len(PARAMETERS), "shared": len(SHARED), "walking": len(WALKING)}
+    sizes = {"window": windows, "parameter": len(PARAMETERS), "shared": len(SHARED), "random_walk": len(WALKING)}
     sizes |= {"state": len(STATE), "state_": len(STATE), "change": 0}
     dims: dict[str, tuple[str, ...]] = {
         **dict.fromkeys(("value", "standard_error", "lower", "upper"), ("window", "parameter")),
         **dict.fromkeys(("weight", "agreement"), ("window",)),
         **dict.fromkeys(("shared_value", "shared_error"), ("shared",)),
         **{f"change_{name}": ("change",) for name in _CHANGE},
-        "walk": ("walking",),
+        "random_walk_step": ("random_walk",),
         "last_vector": ("state",),
         "last_information": ("state", "state_"),
     }

@@ -13,7 +13,7 @@ from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import write_store
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
-from drillid.discrepancy.inference.localisation import surely_placed
+from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
@@ -69,7 +69,7 @@ def test_the_lag_is_named_with_its_size(lagging: Processed) -> None:
     named = table[table["cause"] == "drive_lag"]
     assert len(named) == 1
     assert named["size_low"].item() <= LAG <= named["size_high"].item()
-    assert named["gain"].item() > 0
+    assert named["predictive_gain"].item() > 0
 
 
 def test_bit_mobility_and_steps_are_those_of_the_lagging_rig(lagging: Processed) -> None:
@@ -181,7 +181,7 @@ def test_a_place_is_told_where_the_noise_lets_it(braked: Examination, noise: flo
     own = braked.model.evidence
     model = SetModel(replace(own, variance=own.variance * noise))
     fit = fit_set(model, braked.extended.point, braked.extensions)
-    assert (surely_placed(model, fit, braked.extensions, 0) > 0.95) == placed
+    assert (place_probability(model, fit, braked.extensions, 0) > 0.95) == placed
 
 
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:

@@ -62,7 +62,7 @@ def test_rows_of_a_wells_verdicts_keep_all_that_they_say(tmp_path: Path) -> None
     assert tuple(rows.columns) == COLUMNS
     assert rows["class"].tolist() == ["", "clock_offset|drive_lag"]
     assert rows.loc[1, ["size", "size_low", "gain_high", "gain_unit", "held_out"]].tolist() == [
-        *(LAG.size, LAG.size_low, LAG.gain_high),
+        *(LAG.size, LAG.size_low, LAG.predictive_gain_high),
         *("log score a window", "12 windows in turn"),
     ]
     assert rows.loc[0, "gain_unit"] == ""

@@ -182,14 +182,14 @@ def test_an_interval_that_its_own_windows_predict_is_a_change() -> None:
     assert found.size == pytest.approx(403.3 - 23.8, abs=0.1)
     assert found.size_high - found.size == pytest.approx(1.96 * 20 * np.sqrt(1 / 3 + 1 / 6))
     assert found.size - found.size_low == pytest.approx(found.size_high - found.size)
-    assert found.gain_low > 30
+    assert found.predictive_gain_low > 30
     assert found.probability == pytest.approx(1 / (1 + np.e * 1e-4 * np.log(1e4)))
 
 
 def test_an_interval_that_its_own_windows_do_not_predict_has_no_name() -> None:
     found = change([420.0, -380.0, 20.0], [20.0, 30.0, 25.0, 18.0, 22.0, 28.0])
     assert (found.verdict, found.cause) == ("unknown", "")
-    assert found.gain < 0
+    assert found.predictive_gain < 0
 
 
 def test_a_window_that_stands_alone_pays_for_its_level() -> None:
@@ -200,7 +200,7 @@ def test_a_window_that_stands_alone_pays_for_its_level() -> None:
     usual = -0.5 * ((420 - level) ** 2 / variance + np.log(variance))
     assert found.held_out_windows == 0
     alike = -0.5 * np.log(400) + 0.5 * np.log(variance)
-    assert found.gain == pytest.approx(-0.5 * np.log(400) - 1 - usual + alike - 1)
+    assert found.predictive_gain == pytest.approx(-0.5 * np.log(400) - 1 - usual + alike - 1)
 
 
 def test_the_probability_of_a_change_falls_to_even_odds() -> None:

@@ -43,7 +43,7 @@ def test_figures_are_told_with_their_intervals() -> None:
     text = " ".join(told(row(LAG)).sentences)
     assert "Time constant: 0.0494 s (95 % interval 0.0489 to 0.0499 s)." in text
     assert "Clear: the probability is above 99 %." in text
-    assert "12 windows that it was not fitted to better by 339 (90 % interval 310 to 368)" in text
+    assert "Predictive gain on 12 windows that it was not fitted to: 339 (90 % interval 310 to 368) units" in text
 
 
 def test_doubt_is_told() -> None:
