@@ -1,7 +1,7 @@
 """Levenberg–Marquardt within bounds on the eight parameters, compiled.
 
 A parameter at a bound is held there while the gradient pushes it outwards, so that the others converge at the same
-speed as without bounds. Damping follows Marquardt's scaling by the Hessian's diagonal and Nielsen's rule (1999).
+speed as without bounds. Damping is scaled by the Hessian's diagonal and follows `drillid.fits.damped.WINDOW`.
 """
 
 import math
@@ -9,15 +9,13 @@ import math
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
+from drillid.fits.damped import LEAST_CURVATURE, WINDOW, lowered, raised
 from drillid.fits.likelihood import Data, compiled, curvature
 from drillid.physics.kernel import SIZE
+from drillid.physics.parameters import LENGTH
 
-_FIRST_DAMPING = 1e-3
-_LEAST_DAMPING = 1e-9
-_LARGEST_DAMPING = 1e12
-_LEAST_CURVATURE = 1e-12
-LENGTH = 2
-TOLERANCE = 1e-7
+_lowered, _raised = compiled(lowered), compiled(raised)
+_TOLERANCE = 1e-7
 """Fall in cost, as expected of a step, below which it is the last."""
 _FIRST_STEPS, _MORE_STEPS, _STEPS = np.array([4, 25, 100])
 """As numpy's integers: numba compiles a function anew for every Python integer that it is called with."""
@@ -27,11 +25,11 @@ _AS_GOOD = 10.0
 """Cost on the thinned data above the best, within which an optimum may be the best on all of the data."""
 _LIKELY = 5.0
 """Cost on all of the data above the best, within which an optimum is followed to its end."""
-SHIFTS = (-0.04, -0.015, 0.015, 0.04)
+_SHIFTS = (-0.04, -0.015, 0.015, 0.04)
 """Relative changes of the best length that are tried as well."""
 _HELD_STEPS, _FREE_STEPS = np.array([2, 6])
 _SAME_COST = 0.1
-SAME_LENGTH = 0.003
+_SAME_LENGTH = 0.003
 """Relative difference of length below which two points lead to the same optimum."""
 
 
@@ -127,13 +125,13 @@ def minimise(
     tolerance : fall in cost, as expected of a step, below which it is the last
     """
     cost = curvature(point, data, robust, gradient, hessian)
-    damping, growth = _FIRST_DAMPING, 2.0
+    damping, growth = WINDOW.first, WINDOW.growth
     trial, step, damped = np.empty(SIZE), np.zeros(SIZE), np.empty((SIZE, SIZE))
     trial_gradient, trial_hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
     for _ in range(iterations):
         damped[:] = hessian
         for i in range(SIZE):
-            damped[i, i] += damping * max(hessian[i, i], _LEAST_CURVATURE)
+            damped[i, i] += damping * max(hessian[i, i], LEAST_CURVATURE)
         step[:] = 0.0
         solved = bounded_step(point, gradient, damped, low, high, held, step)
         expected = 0.0
@@ -149,28 +147,26 @@ def minimise(
             gain = min(max((cost - trial_cost) / max(expected, 1e-300), -1.0), 1.0)
             point[:], gradient[:], hessian[:] = trial, trial_gradient, trial_hessian
             cost = trial_cost
-            damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), _LEAST_DAMPING)
-            growth = 2.0
+            damping, growth = _lowered(WINDOW, damping, gain)
         else:
-            damping *= growth
-            growth *= 2.0
-            if damping > _LARGEST_DAMPING:
+            damping, growth = _raised(WINDOW, damping, growth)
+            if damping > WINDOW.largest:
                 break
     return cost
 
 
 @compiled
 def _neighbours(best: Floats, thin: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> None:
-    """Points (SHIFTS, 8) a few steps from strings a little shorter and longer than the best, with their costs.
+    """Points (_SHIFTS, 8) a few steps from strings a little shorter and longer than the best, with their costs.
 
     Where the sweep reaches few modes, strings whose resonances fall together explain a window nearly as well.
     """
     held, none = np.zeros(SIZE, np.bool_), np.zeros(SIZE, np.bool_)
     held[LENGTH] = True
     gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
-    for row in range(len(SHIFTS)):
+    for row in range(len(_SHIFTS)):
         points[row] = best
-        points[row, LENGTH] = min(max(best[LENGTH] * (1.0 + SHIFTS[row]), low[LENGTH]), high[LENGTH])
+        points[row, LENGTH] = min(max(best[LENGTH] * (1.0 + _SHIFTS[row]), low[LENGTH]), high[LENGTH])
         minimise(points[row], thin, False, low, high, held, _HELD_STEPS, 1e-1, gradient, hessian)
         costs[row] = minimise(points[row], thin, False, low, high, none, _FREE_STEPS, 1e-2, gradient, hessian)
 
@@ -186,7 +182,7 @@ def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, po
     none = np.zeros(SIZE, np.bool_)
     gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
     first = starts.shape[0]
-    every, rough = np.empty((first + len(SHIFTS), SIZE)), np.empty(first + len(SHIFTS))
+    every, rough = np.empty((first + len(_SHIFTS), SIZE)), np.empty(first + len(_SHIFTS))
     every[:first] = starts
     for row in range(first):
         rough[row] = minimise(every[row], thin, False, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)
@@ -201,7 +197,7 @@ def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, po
         apart = rough[row] < rough[order[0]] + _AS_GOOD and count < points.shape[0]
         for other in range(count):
             difference = abs(every[row, LENGTH] / points[other, LENGTH] - 1.0)
-            apart = apart and (difference > SAME_LENGTH or rough[row] > costs[other] + _SAME_COST)
+            apart = apart and (difference > _SAME_LENGTH or rough[row] > costs[other] + _SAME_COST)
         if apart:
             points[count], costs[count] = every[row], rough[row]
             count += 1
@@ -210,5 +206,5 @@ def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, po
     likely = costs[:count].min() + _LIKELY
     for row in range(count):
         if costs[row] < likely:
-            costs[row] = minimise(points[row], data, True, low, high, none, _STEPS, TOLERANCE, gradient, hessian)
+            costs[row] = minimise(points[row], data, True, low, high, none, _STEPS, _TOLERANCE, gradient, hessian)
     return count

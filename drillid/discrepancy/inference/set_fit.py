@@ -1,5 +1,6 @@
 """Fits of a set's model by Gauss and Newton, with the windows' own figures eliminated: cost is linear in windows."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +17,8 @@ from drillid.discrepancy.inference.set_model import (
     SetModel,
 )
 from drillid.discrepancy.rules import OUTLIERS_WORTH, STUDENT_TAIL, WIDE_PRIOR
+from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
 
-_ITERATIONS = 60
-_CONVERGED = 1e-2
-"""Fall of the cost, in units of log-likelihood, below which a fit is at its end."""
-_PATIENCE = 10.0
-"""Falls like the last that a fit may still need to the cost that is asked for."""
-_LARGEST_DAMPING = 1e8
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Windows from which a set tells its own deviation, what the usual one counts for, and rounds."""
 
@@ -105,31 +101,22 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     point = Point(
         np.clip(start.shared, LOWEST, HIGHEST), start.local, np.clip(start.sizes, low[SHARED:], high[SHARED:])
     )
-    cost, chi2, normal = _curvature(model, point, extensions)
-    damping = 1e-3
-    for _ in range(_ITERATIONS):
-        trial = _moved(point, normal, damping, low, high)
-        found = _curvature(model, trial, extensions)
-        fall = cost - found[0]
-        if fall > 0:
-            point, (cost, chi2, normal) = trial, found
-            damping = max(damping / 8, 1e-9)
-            if fall < max(_CONVERGED, (cost - enough) / _PATIENCE):
-                break
-        else:
-            damping *= 8
-            if damping > _LARGEST_DAMPING or -fall < _CONVERGED / 10:
-                break
+
+    def steps_from(about: _Expansion) -> Callable[[float], _Expansion]:
+        return lambda damping: _expanded(model, _moved(about, damping, low, high), extensions)
+
+    best = descend(_expanded(model, point, extensions), steps_from, SET, SET_END, enough)
+    point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
-    return SetFit(point, cost, chi2, normal.eliminated()[0], off_data_sheet)
+    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], off_data_sheet)
 
 
 def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
     """Fit the windows' own figures alone, each window for itself, with shared figures and sizes as they are."""
     windows, places = model.evidence.windows, list(LOCAL)
-    local, damping, least = point.local, np.full(windows, 1e-3), np.full(windows, np.inf)
+    local, damping, least = point.local, np.full(windows, DEVIATIONS.first), np.full(windows, np.inf)
     best, each, own = local, np.zeros((windows, 4, 4)), np.zeros((windows, 4))
-    for _ in range(_ITERATIONS):
+    for _ in range(SET_END.trials):
         trial = Point(point.shared, local, point.sizes)
         linear, precision = model.linearised(trial, extensions), _precision(model, trial)
         cost = _window_costs(model, trial, linear.residual)
@@ -140,8 +127,8 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
         own[better] -= precision[better] * local[better]
         fallen = np.where(better, least - cost, 0.0)
         best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
-        damping = np.where(better, damping / 8, damping * 8)
-        if np.all((better & (fallen < _CONVERGED)) | (damping > _LARGEST_DAMPING)):
+        damping = damping * np.where(better, DEVIATIONS.reduction, DEVIATIONS.growth)
+        if np.all((better & (fallen < SET_END.fall)) | (damping > DEVIATIONS.largest)):
             break
         damped = each * (1 + damping[:, None, None] * np.eye(4))
         local = best + np.linalg.solve(damped, own[..., None])[..., 0]
@@ -182,7 +169,7 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
     if model.evidence.windows < _LEAST_WINDOWS:
         return model, fit
     for _ in range(_ROUNDS):
-        normal = _curvature(model, fit.point, ())[2]
+        normal = _expanded(model, fit.point, ()).normal
         unsure = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
         weight = normal.local_precision * model.deviation**2
         seen = np.sum(weight * (fit.point.local**2 + unsure), axis=0)
@@ -224,19 +211,31 @@ def _precision(model: SetModel, point: Point) -> Floats:
     return np.asarray((STUDENT_TAIL + 1) / (STUDENT_TAIL * model.deviation**2 + point.local**2), dtype=float)
 
 
-def _curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[float, float, Normal]:
-    """Cost, χ² of the mobilities and normal equations."""
+@dataclass(frozen=True, eq=False)
+class _Expansion:
+    """A set's model expanded about a point."""
+
+    point: Point
+    cost: float
+    chi2: float
+    """Of the mobilities."""
+    normal: Normal
+
+
+def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> _Expansion:
+    """The model linearised about a point, with its cost there."""
     linear = model.linearised(point, extensions)
     prior, pull = _priors(model, point, extensions)
     cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, linear.residual)))
     normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(model, point), point.local)
-    return cost, linear.mobility_chi2(model.s.size), normal
+    return _Expansion(point, cost, linear.mobility_chi2(model.s.size), normal)
 
 
-def _moved(point: Point, normal: Normal, damping: float, low: Floats, high: Floats) -> Point:
+def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Point:
     """The damped step; a figure that it would carry over a bound goes to the bound and the rest is solved again."""
-    matrix, vector, own, border = normal.eliminated(damping)
-    matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), 1e-12))
+    point = about.point
+    matrix, vector, own, border = about.normal.eliminated(damping)
+    matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), LEAST_CURVATURE))
     now = np.append(point.shared, point.sizes)
     held = np.zeros(vector.size, dtype=bool)
     step = np.zeros(vector.size)

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from drillid.arrays import Floats
+from drillid.fits.damped import HALVING, JOINT_END, descend
 from drillid.fits.joint.change_points import Track
 from drillid.fits.joint.coordinates import LEAST, MOST, SIZE, WALKING, Levels, to_parameters
 from drillid.fits.joint.smoother import Gaussian, smoothed
 from drillid.fits.window_fit import Measured
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives
 from drillid.physics.responses import laplace
-
-_ITERATIONS = 40
-_HALVINGS = 12
-_SETTLED = 1e-5
-"""Fall of half the sum of squares below which the optimum is found."""
 
 
 class Windows:
@@ -68,6 +64,8 @@ class Mode:
 
     states: Floats
     terms: tuple[Floats, Floats, Floats]
+    cost: float
+    """Half the sum of squares, of data, walks and prior."""
 
     def factors(self, weight: Floats) -> Gaussian:
         """Likelihoods expanded to second order, each raised to its weight (window,)."""
@@ -78,28 +76,30 @@ class Mode:
 
 
 def posterior_mode(windows: Windows, states: Floats, track: Track, weight: Floats, known_state: Levels) -> Mode:
-    """States of largest posterior density, by Gauss–Newton with halved steps from given states."""
-    steps = track.steps
-    mode = Mode(states, windows.terms(states))
-    height = _objective(mode, weight, steps, known_state)
-    for _ in range(_ITERATIONS):
-        target = smoothed(track.prior, mode.factors(weight), steps).moments()[0]
+    """States of largest posterior density, by Gauss–Newton steps from given states, halved until the cost falls.
+
+    What walks stays within its bounds.
+    """
+    variances = track.steps
+
+    def cost(states: Floats, misfits: Floats) -> float:
+        walked = np.diff(states[:, : len(WALKING)], axis=0) ** 2 / variances
+        pulls = (states[0] - known_state.mean) / known_state.deviation
+        return float(weight @ misfits + 0.5 * np.sum(walked) + 0.5 * np.sum(pulls**2))
+
+    def steps_from(mode: Mode) -> Callable[[float], Mode]:
+        target = smoothed(track.prior, mode.factors(weight), variances).moments()[0]
         target[:, len(WALKING) :] = target[0, len(WALKING) :]
-        for halving in range(_HALVINGS):
-            trial_states = mode.states + 0.5**halving * (target - mode.states)
-            trial_states[:, : len(WALKING)] = np.clip(trial_states[:, : len(WALKING)], LEAST, MOST)
-            trial = Mode(trial_states, windows.terms(trial_states))
-            fall = height - _objective(trial, weight, steps, known_state)
-            if fall > 0:
-                mode, height = trial, height - fall
-                break
-        if fall < _SETTLED:
-            break
-    return mode
+        step = target - mode.states
 
+        def shortened(divisor: float) -> Mode:
+            moved = mode.states + step / divisor
+            moved[:, : len(WALKING)] = np.clip(moved[:, : len(WALKING)], LEAST, MOST)
+            terms = windows.terms(moved)
+            fall = mode.cost - cost(moved, terms[0])  # which carries the cost on
+            return Mode(moved, terms, mode.cost - fall)
 
-def _objective(mode: Mode, weight: Floats, steps: Floats, known_state: Levels) -> float:
-    """Half the sum of squares, of data, walks and prior."""
-    walked = np.diff(mode.states[:, : len(WALKING)], axis=0) ** 2 / steps
-    pulls = (mode.states[0] - known_state.mean) / known_state.deviation
-    return float(weight @ mode.terms[0] + 0.5 * np.sum(walked) + 0.5 * np.sum(pulls**2))
+        return shortened
+
+    terms = windows.terms(states)
+    return descend(Mode(states, terms, cost(states, terms[0])), steps_from, HALVING, JOINT_END)

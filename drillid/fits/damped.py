@@ -1,0 +1,128 @@
+"""Damped Gauss–Newton steps, for all least-squares fits: how the damping follows the trial steps, and where a fit ends.
+
+A Gauss–Newton step leads to the minimum of a quadratic model of the cost, which may lie where the model no longer
+holds; a damped step is shorter. A trial step that lowers the cost is accepted and the damping falls, any other is
+rejected and the damping rises. What the damping acts on is each fit's own:
+
+- a window, and a set of windows, add it to the model's matrix as a share of the diagonal (Levenberg 1944, Marquardt
+  1963);
+- the joint fit of a well divides the whole step by it, because a smoother over all windows solves for that step and
+  would have to run again for a damped matrix.
+
+The rules of all fits are the constants below.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+LEAST_CURVATURE = 1e-12
+"""Least diagonal of a matrix by which its damping is scaled."""
+
+
+class Damping(NamedTuple):
+    """How the damping starts, and how it follows accepted and rejected steps; read by compiled functions too."""
+
+    first: float
+    least: float
+    largest: float
+    """Damping above which no further step is tried."""
+    reduction: float
+    """Factor of the damping after an accepted step that lowers the cost as expected."""
+    growth: float
+    """Factor of the damping after a rejected step."""
+    acceleration: float
+    """Factor by which the growth itself grows with each rejected step in a row."""
+
+
+WINDOW = Damping(1e-3, 1e-9, 1e12, 1 / 3, 2.0, 2.0)
+"""Nielsen's rule (1999): the eight parameters are few, so that the fall that the model expects is worth computing."""
+SET = Damping(1e-3, 1e-9, 1e8, 1 / 8, 8.0, 1.0)
+"""Marquardt's rule, by factors alone: it needs no expected fall, with hundreds of deviations eliminated."""
+DEVIATIONS = SET._replace(least=0.0)
+"""Of each window's four deviations for itself; a few iterations of small systems, without a lower end."""
+HALVING = Damping(1.0, 1.0, 2.0**11, 0.0, 2.0, 1.0)
+"""Of steps that are divided by it: the whole step first, then its half, quarter …"""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Where a fit ends."""
+
+    steps: int
+    """Most accepted steps."""
+    trials: int
+    """Most trial steps."""
+    fall: float
+    """Fall of the cost, in units of log-likelihood, below which an accepted step is the last."""
+    rise: float = 0.0
+    """Rise of the cost below which a rejected step is the last: the cost is flat."""
+    patience: float = 1.0
+    """Falls like the last that a fit may still need to the cost that is asked for."""
+
+
+SET_END = Ending(60, 60, fall=1e-2, rise=1e-3, patience=10.0)
+"""Causes are compared by gains of order one."""
+JOINT_END = Ending(40, 480, fall=1e-5)
+"""Walks and jumps are compared by evidence at the optimum, and the fit starts anew from each."""
+
+
+def lowered(rule: Damping, damping: float, gain: float) -> tuple[float, float]:
+    """Damping and its growth after an accepted step.
+
+    Parameters
+    ----------
+    gain : fall of the cost over the one that the quadratic model expects, at most 1; 1 where none is computed
+    """
+    return max(damping * max(rule.reduction, 1.0 - (2.0 * gain - 1.0) ** 3), rule.least), rule.growth
+
+
+def raised(rule: Damping, damping: float, growth: float) -> tuple[float, float]:
+    """Damping and its growth after a rejected step."""
+    return damping * growth, growth * rule.acceleration
+
+
+class Expanded(Protocol):
+    """What is fitted, with all that a step from there needs."""
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of squares, in units of log-likelihood."""
+        ...
+
+
+State = TypeVar("State", bound=Expanded)
+
+
+def descend(
+    start: State,
+    steps_from: Callable[[State], Callable[[float], State]],
+    rule: Damping,
+    end: Ending,
+    enough: float = np.inf,
+) -> State:
+    """Follow the cost downhill by damped steps; the cost of the result is never above that of the start.
+
+    Parameters
+    ----------
+    steps_from : trial steps from a state, as a function of the damping
+    enough : cost that is asked for; a fit that falls too slowly to come there is left where it is
+    """
+    here, steps, accepted = start, steps_from(start), 0
+    damping, growth = rule.first, rule.growth
+    for _ in range(end.trials):
+        trial = steps(damping)
+        fall = here.cost - trial.cost
+        if fall > 0:
+            here, accepted = trial, accepted + 1
+            if fall < max(end.fall, (here.cost - enough) / end.patience) or accepted == end.steps:
+                break
+            steps = steps_from(here)
+            damping, growth = lowered(rule, damping, 1.0)
+        else:
+            damping, growth = raised(rule, damping, growth)
+            if damping > rule.largest or -fall < end.rise:
+                break
+    return here
