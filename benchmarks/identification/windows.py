@@ -32,7 +32,7 @@ BIT_NOISE = (100.0, 225.0, 350.0, 475.0, 600.0)
 """N m rms, in the order of runs."""
 SWEEP = 500.0
 """N m, of each of the three sweeps."""
-SETTINGS = Settings.checked({"fits": {"use_knowledge": False}}, "benchmark")
+SETTINGS = Settings.checked({"fits": {"use_data_sheets": False}}, "benchmark")
 """Default settings, but without the rig's data sheets."""
 
 _WINDOWS_PER_RUN = 5

@@ -61,11 +61,11 @@ class DescribedFriction(Strict):
     threshold: float = Field(default=1.0, gt=0)
     """Speed in rad/s over which friction falls from static to sliding, as a Gaussian."""
     rest: float = Field(default=0.0, ge=0)
-    """Share by which the pipe is held more after the long rest of a connection."""
+    """Relative increase of the pipe's friction after the long rest of a connection."""
     assembly_rest: float = Field(default=0.0, ge=0)
-    """The same share of the assembly."""
+    """The same for the assembly."""
     rest_angle: float = Field(default=15.0, gt=0)
-    """Slip in rad over which those shares fall to 1/e."""
+    """Slip in rad over which these shares fall to 1/e."""
     kappa: float = Field(default=0.0, ge=0)
     """Viscous damping of mud and wall, N s/m⁴."""
     delta: float = Field(default=1e8, ge=0)
@@ -100,7 +100,7 @@ class DescribedWell(Strict):
             TopDrive(self.top_drive.inertia, 0.0, control),
             (self.pipe.outer_diameter, self.pipe.inner_diameter),
             self.pipe_shear_modulus,
-            tuple((each.length, each.outer_diameter, each.inner_diameter) for each in self.assembly),
+            tuple((section.length, section.outer_diameter, section.inner_diameter) for section in self.assembly),
             self.assembly_shear_modulus,
             self.mud_density,
         )
@@ -108,4 +108,4 @@ class DescribedWell(Strict):
     @property
     def described_friction(self) -> WellFriction:
         """Friction of the simulation."""
-        return WellFriction(**{each.name: getattr(self.friction, each.name) for each in fields(WellFriction)})
+        return WellFriction(**{field.name: getattr(self.friction, field.name) for field in fields(WellFriction)})

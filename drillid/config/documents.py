@@ -1,4 +1,4 @@
-"""Files that are written from the models and schemas, so that options, datasets and their documents cannot disagree."""
+"""Files generated from the models and schemas, so that options, datasets and their documentation cannot disagree."""
 
 import re
 import textwrap
@@ -27,14 +27,14 @@ _CONDA_NAMES = {"dask": "dask-core", "matplotlib": "matplotlib-base"}
 _DATASETS_HEAD = (
     "Every stage writes one zarr store for each dataset and well, `<results>/<stage>/<well>/<dataset>.zarr`, "
     "which `xarray.open_zarr(path)` opens. Variables named like a dimension are coordinates. "
-    "Beside the datasets each folder holds problems.csv, a row for whatever was rejected, with its reason and the "
-    "remedy, and key.json, the hashes of everything the folder was made from. fleet.zarr holds all wells."
+    "Beside the datasets each folder holds problems.csv, one row for everything that was rejected, with reason and "
+    "remedy, and key.json, the hashes of all inputs of the folder. fleet.zarr holds all wells."
 )
 _README_HEAD = """# Configuration
 
 List wells in `wells.tsv`, their log files in `logs.tsv`, and describe each rig in `rigs/<rig>.yaml`; then run
-`snakemake --workflow-profile workflow/profiles/default`. Unknown keys are refused, with the likely one named.
-Another configuration, such as `config/demo/config.yaml`, gives only what differs: add `--configfile <path>`.
+`snakemake --workflow-profile workflow/profiles/default`. Unknown keys are rejected, and the likely one is named.
+Another configuration, such as `config/demo/config.yaml`, contains only what differs: add `--configfile <path>`.
 Profiles set the section `fleet`, which spreads the work and does not change results."""
 _EXAMPLE = """name: Rig 7
 time: {column: Time, zone: UTC, sample_rate: 50 Hz}
@@ -168,7 +168,7 @@ def config_readme() -> str:
 
 
 def _model(annotation: Any) -> type[BaseModel] | None:
-    """The settings model inside an annotation such as `Known | None`, `tuple[Collars, ...]` or `dict[str, Column]`."""
+    """The settings model inside an annotation such as `Stated | None`, `tuple[Collars, ...]` or `dict[str, Column]`."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((found for part in get_args(annotation) if (found := _model(part)) is not None), None)

@@ -1,4 +1,4 @@
-"""What is known about a rig: its log columns, its top drive and its drill string."""
+"""The description of a rig: its log columns, its top drive and its drill string."""
 
 from typing import Literal
 
@@ -61,26 +61,26 @@ class Clock(Strict):
     column: str = "Time"
     """Name of the time column."""
     zone: str = "UTC"
-    """Time zone of stamps that carry none."""
+    """Time zone of time stamps without one."""
     sample_rate: Hertz | None = None
-    """Nominal sample rate; taken from the stamps where not given."""
+    """Nominal sample rate; derived from the time stamps where not given."""
 
 
-class Known(Strict):
-    """Tolerance of a figure from the rig's data sheets; the half-width of about two thirds confidence."""
+class Stated(Strict):
+    """Tolerance of a value from the rig's data sheets: its standard uncertainty, a confidence of about two thirds."""
 
     relative: Fraction = Field(default=0.05, gt=0)
     """Standard uncertainty as a share of the value."""
 
 
-class KnownInertia(Known):
+class StatedInertia(Stated):
     """Top-drive inertia from the drive's data sheet."""
 
     value: TorsionalInertia = Field(gt=0)
     """Effective inertia of motor, gear and top drive at the quill."""
 
 
-class KnownDelay(Strict):
+class StatedDelay(Strict):
     """Delay of the drive from torque command to torque."""
 
     value: Seconds = Field(ge=0)
@@ -145,13 +145,13 @@ class HoleSection(Strict):
     """One section of the hole."""
 
     diameter: str
-    """Diameter as drillers say it, such as 12¼\"."""
+    """Diameter as drillers write it, such as 12¼\"."""
     from_depth: Metres = Field(default=0.0, ge=0)
     """Measured depth at which the section begins."""
 
 
 class Rig(Strict):
-    """One rig with its string: everything but the channels is optional knowledge, each with its tolerance."""
+    """One rig with its drill string: everything but the channels is optional, and has a tolerance."""
 
     name: str
     """Name of the rig, for reports."""
@@ -160,10 +160,10 @@ class Rig(Strict):
     channels: dict[Channel, Column]
     """Column and unit of each channel; torque_sweep, speed and hole_depth are needed."""
     controller: SpeedControl | None = None
-    """Speed controller; where it is not given it is taken from the logged torque command."""
-    drive_delay: KnownDelay | None = None
+    """Speed controller; where it is not given, it is estimated from the logged torque command."""
+    drive_delay: StatedDelay | None = None
     """Delay of the drive."""
-    top_drive_inertia: KnownInertia | None = None
+    top_drive_inertia: StatedInertia | None = None
     """Inertia of the top drive."""
     pipe: DrillPipe | None = None
     """Drill pipe of the tally."""

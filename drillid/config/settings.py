@@ -1,4 +1,4 @@
-"""Settings of the workflow: only choices that change results, one model a stage."""
+"""Settings of the workflow: only choices that change results, one model per stage."""
 
 from typing import Literal
 
@@ -24,7 +24,7 @@ class WindowsSettings(Strict):
     length_s: float = Field(default=600.0, gt=0)
     """Length of a window, in s."""
     overlap: float = Field(default=0.0, ge=0, lt=1)
-    """Share of a window that the next one repeats."""
+    """Share of a window that overlaps with the next one."""
     rotating_rpm: float = Field(default=10.0, gt=0)
     """Below this mean speed the string counts as not rotating, in rpm."""
     on_bottom_m: float = Field(default=0.5, gt=0)
@@ -45,9 +45,9 @@ class SpectraSettings(Strict):
     estimator: Literal["local_polynomial", "welch"] = "local_polynomial"
     """Local polynomials of frequency, by line where the sweep repeats, or Welch's averages over segments."""
     segment_s: float = Field(default=120.0, gt=0)
-    """Where the sweep is not periodic, frequencies lie two lines of a segment of so many s apart."""
+    """Length of Welch's segments, in s; where the sweep is not periodic, frequencies are two of its lines apart."""
     noise_lines: int = Field(default=80, ge=16)
-    """Lines without sweep about each line with sweep that tell its noise; a quarter where no sweep repeats."""
+    """Unexcited lines around each excited one from which its noise is estimated; a quarter where no sweep repeats."""
     spectrogram_segment_s: float = Field(default=20.0, gt=0)
     """Segment of the spectrograms, in s."""
 
@@ -58,39 +58,39 @@ class MobilitySettings(Strict):
     band_octaves: float = Field(default=0.5, gt=0)
     """Width of the bands over which coherence is judged, in octaves."""
     error_rate: float = Field(default=0.01, gt=0, lt=1)
-    """Share of bands without response that may pass the gate, and of good frequencies it may call too coherent."""
+    """Share of bands without response that may pass the gate, and of good frequencies rejected as too coherent."""
     stack_windows: int = Field(default=6, ge=2)
     """Successive windows in a stack; the paper stacks six."""
     stack_depth_share: float = Field(default=0.025, gt=0)
     """Largest change of depth within a stack, as a share of the depth; modes move with it."""
     agreement_error_rate: float = Field(default=0.01, gt=0, lt=1)
-    """Share of stacks of agreeing windows that may be refused."""
+    """Share of stacks of agreeing windows that may be rejected."""
 
 
 class FitsSettings(Strict):
     """Fits of the damped transmission line."""
 
-    use_knowledge: bool = True
+    use_data_sheets: bool = True
     """Take the rig's data sheets, with their tolerances, as prior knowledge."""
     starts: int = Field(default=16, ge=1)
     """Starting points of each fit; the best are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)
-    """Share of right models whose fit may be refused for its residuals."""
+    """Share of correct models whose fit may be rejected for its residuals."""
     change_error_rate: float = Field(default=0.05, gt=0, lt=1)
-    """Share of wells without any change of formation, hole or assembly that may be given one by the joint fit."""
+    """Share of wells without any change of formation, hole or assembly in which the joint fit may report one."""
     length_factor_error: float = Field(default=0.1, gt=0)
     """Standard uncertainty of the pipe's length as waves see it over its logged length, where no tally gives it."""
     length_offset_m: float = Field(default=30.0, gt=0)
-    """Standard uncertainty of what logged bit depth less collars is off in all windows alike, in m."""
+    """Standard uncertainty of the error of logged bit depth less collars that all windows share, in m."""
     collars_offset_m: float = Field(default=300.0, gt=0)
-    """The same where no tally lists the collars, so that it stands for them too, in m."""
+    """The same where no tally lists the collars, so that it includes their length, in m."""
 
 
 class DiscrepancySettings(Strict):
-    """First look at what the model leaves unexplained."""
+    """Tests of what the fitted models leave unexplained."""
 
     error_rate: float = Field(default=0.05, gt=0, lt=1)
-    """Share of clean wells that may have an interval flagged, or a window whose residuals fail a test."""
+    """Share of faultless wells that may have an interval flagged, or a window whose residuals fail a test."""
 
 
 class DepthSettings(Strict):
@@ -120,9 +120,9 @@ class SimulateSettings(Strict):
     """The embedded demo fleet: raw logs made by the time-domain rig simulator."""
 
     drilling_s: float = Field(default=1220.0, gt=0)
-    """Drilled time of each stand, with the sweep on, in s."""
+    """Drilling time of each stand, with the sweep on, in s."""
     connection_s: float = Field(default=240.0, ge=0)
-    """Connection behind each stand, in s."""
+    """Connection after each stand, in s."""
     time_step_s: float = Field(default=0.0025, gt=0)
     """Time step of the simulator, in s; a whole number of them makes a log's sample interval of 0.02 s."""
     seed: int = 2025
@@ -133,15 +133,15 @@ class FleetSettings(Strict):
     """How wells are spread over processes; set by the workflow's profile, without effect on results."""
 
     batch_size: int = Field(default=1, ge=1)
-    """Wells a job; 1 for small fleets, about 25 for a thousand wells."""
+    """Wells per job; 1 for small fleets, about 25 for a thousand wells."""
     scheduler: str | None = None
     """Address of a running dask scheduler, such as tcp://host:8786; without it, processes of the machine are used."""
     processes: int = Field(default=1, ge=1)
-    """Processes a job uses where no scheduler is given."""
+    """Processes of a job where no scheduler is given."""
 
 
 class Settings(Strict):
-    """The whole configuration: where the sheets are, where results go, and a section a stage."""
+    """The whole configuration: where the sheets are, where results go, and one section per stage."""
 
     wells: str = "config/wells.tsv"
     """Sheet of wells."""

@@ -45,7 +45,7 @@ Row = TypeVar("Row", WellRow, LogRow)
 
 @dataclass(frozen=True)
 class Well:
-    """One well with what is known about its rig, ready for a stage to work on."""
+    """One well with its rig description and logs, as a stage receives it."""
 
     name: str
     rig: Rig
@@ -54,7 +54,7 @@ class Well:
 
 @dataclass(frozen=True)
 class Listing:
-    """One well as the sheets list it; its rig description is not read yet, and need not be there."""
+    """One well as listed in the sheets; its rig description is not read yet, and may be missing."""
 
     name: str
     rig_file: Path
@@ -67,7 +67,7 @@ class Listing:
         Raises
         ------
         SettingsError
-            If it is not there, cannot be read or does not validate, or if the well has no logs.
+            If it is missing, cannot be read or does not validate, or if the well has no logs.
         """
         if not self.rig_file.is_file():
             raise SettingsError(
@@ -80,7 +80,7 @@ class Listing:
         return Well(self.name, Rig.from_yaml(self.rig_file), self.logs)
 
     def absolute(self) -> "Listing":
-        """The same with paths that hold in any process's working folder."""
+        """The same with absolute paths, which hold in any working folder."""
         return replace(self, rig_file=self.rig_file.absolute(), logs=tuple(log.absolute() for log in self.logs))
 
 
@@ -94,15 +94,15 @@ def read_sheets(settings: "Settings") -> dict[str, Listing]:
         listed twice, a log of an unknown well or listed twice.
     """
     wells = _rows(Path(settings.wells), WellRow)
-    found: dict[str, WellRow] = {}
+    listed: dict[str, WellRow] = {}
     for where, row in wells:
-        if row.well in found:
+        if row.well in listed:
             raise SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows")
-        found[row.well] = row
-    logs = _logs_of_wells(settings, found.keys())
+        listed[row.well] = row
+    logs = _logs_of_wells(settings, listed.keys())
     return {
         name: Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description)
-        for name, row in found.items()
+        for name, row in listed.items()
     }
 
 
@@ -124,7 +124,7 @@ def _logs_of_wells(settings: "Settings", names: Collection[str]) -> dict[str, li
 
 
 def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
-    """The sheet's rows, each with the place that messages name it by; blank lines and lines after '#' are left out."""
+    """The sheet's rows, each with its place for messages; blank lines and lines that begin with '#' are skipped."""
     try:
         lines = path.read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -138,7 +138,7 @@ def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
         table = pd.read_csv(io.StringIO(text), sep="\t", dtype=str, keep_default_na=False, index_col=False, quoting=3)
     except pd.errors.ParserError as error:
         raise SettingsError(
-            str(path), f"is no table ({error})", "Separate the columns by tabs, one row a line"
+            str(path), f"is not a table ({error})", "Separate the columns by tabs, one row per line"
         ) from error
     return [_row(path, number, record, model) for number, record in zip(used[1:], _records(table), strict=True)]
 

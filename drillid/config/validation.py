@@ -1,4 +1,4 @@
-"""Frozen models that forbid unknown keys and say which key was probably meant."""
+"""Frozen models that reject unknown keys and suggest the one that was probably meant."""
 
 import difflib
 from pathlib import Path
@@ -59,30 +59,30 @@ class Strict(BaseModel):
 
 
 def _explain(model: type[BaseModel], error: ValidationError) -> tuple[str, str]:
-    """What is wrong with each key, and what to do about each, every remedy once."""
-    found = [_explain_one(model, item) for item in error.errors()]
-    return "; ".join(what for what, _ in found), ". ".join(dict.fromkeys(remedy for _, remedy in found))
+    """What is wrong with each key, and the remedies, each once."""
+    faults = [_explain_key(model, details) for details in error.errors()]
+    return "; ".join(what for what, _ in faults), ". ".join(dict.fromkeys(remedy for _, remedy in faults))
 
 
-def _explain_one(model: type[BaseModel], item: ErrorDetails) -> tuple[str, str]:
-    key = ".".join(str(part) for part in item["loc"])
-    cause = item.get("ctx", {}).get("error")
+def _explain_key(model: type[BaseModel], details: ErrorDetails) -> tuple[str, str]:
+    key = ".".join(str(part) for part in details["loc"])
+    cause = details.get("ctx", {}).get("error")
     if isinstance(cause, KeyFault):
         return f"'{'.'.join(filter(None, [key, cause.key]))}': {cause.what}", cause.remedy
-    if item["type"] == "extra_forbidden":
-        known = _known_keys(model, item["loc"][:-1])
-        close = difflib.get_close_matches(str(item["loc"][-1]), known, n=1)
+    if details["type"] == "extra_forbidden":
+        known = _known_keys(model, details["loc"][:-1])
+        close = difflib.get_close_matches(str(details["loc"][-1]), known, n=1)
         return f"unknown key '{key}'", f"Did you mean '{close[0]}'?" if close else f"Known keys are {', '.join(known)}"
-    if item["type"] == "missing":
+    if details["type"] == "missing":
         return f"the key '{key}' is missing", f"Add '{key}'"
-    what = item["msg"].removeprefix("Value error, ")
+    what = details["msg"].removeprefix("Value error, ")
     if not key:
         return f"top level: {what}", f"Write keys with their values; known keys are {', '.join(_known_keys(model, ()))}"
     return f"'{key}': {what}", f"Correct the value of '{key}'"
 
 
 def _known_keys(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:
-    """Keys of the (possibly nested) model at `path`, found by walking the JSON schema."""
+    """Keys of the (possibly nested) model at `path`, from the JSON schema."""
     schema = model.model_json_schema()
     node: dict[str, Any] = schema
     for part in path:
@@ -99,6 +99,6 @@ def _values(node: dict[str, Any]) -> dict[str, Any]:
 def _resolved(schema: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
     for branch in [node, *node.get("anyOf", [])]:
         if "$ref" in branch:
-            found: dict[str, Any] = schema["$defs"][branch["$ref"].rsplit("/", 1)[-1]]
-            return found
+            definition: dict[str, Any] = schema["$defs"][branch["$ref"].rsplit("/", 1)[-1]]
+            return definition
     return node

@@ -4,7 +4,7 @@ import enum
 
 
 class RigState(enum.IntEnum):
-    """What the rig does at one sample."""
+    """State of the rig at one sample."""
 
     UNKNOWN = 0
     DRILLING = 1
@@ -15,7 +15,7 @@ class RigState(enum.IntEnum):
 
 
 class RecordFlag(enum.IntFlag):
-    """What was done to, or is wrong with, one sample of a record."""
+    """What is wrong with one sample of a record, or how it was repaired."""
 
     INTERPOLATED = 1
     GAP = 2
@@ -34,8 +34,8 @@ class Gate(enum.IntEnum):
     TOO_COHERENT = 3
 
 
-class Knowledge(enum.IntEnum):
-    """What one window tells of a parameter."""
+class Identifiability(enum.IntEnum):
+    """How far one window determines a parameter."""
 
     KNOWN = 0
     BOUNDED_ABOVE = 1

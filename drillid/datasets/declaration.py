@@ -50,7 +50,7 @@ class DatasetSchema:
         Raises
         ------
         DatasetError
-            If a variable is missing, undeclared or has other dimensions.
+            If a variable is missing, undeclared or has dimensions other than declared.
         """
         missing = self.variables.keys() - dataset.variables.keys()
         undeclared = dataset.variables.keys() - self.variables.keys()
@@ -78,7 +78,7 @@ class DatasetSchema:
         return result
 
     def empty(self) -> xr.Dataset:
-        """The dataset without a single row."""
+        """The dataset without any row."""
         import xarray as xr
 
         empty = {
@@ -89,9 +89,9 @@ class DatasetSchema:
 
 
 def _cast(values: Any, dtype: str) -> np.ndarray[Any, Any]:
-    """Text goes as objects, which zarr stores with variable length."""
+    """Text becomes objects, which zarr stores with variable length."""
     if dtype == "str":
-        # zarr's own texts cannot become fixed-length ones at once
+        # zarr's variable-length strings cannot be cast to fixed-length ones directly
         return np.asarray(values).astype(object).astype(str).astype(object)
     return np.asarray(values).astype(dtype)
 

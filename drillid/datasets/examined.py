@@ -4,7 +4,7 @@ from drillid.datasets.declaration import DatasetSchema, Variable, each
 from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, WINDOW_COORDINATES, WINDOW_FREQUENCY
 
 DISCREPANCIES = DatasetSchema(
-    "Where the fitted models leave something unexplained",
+    "What the fitted models leave unexplained",
     {
         **IN_WINDOWS,
         **AT_FREQUENCIES,
@@ -20,7 +20,7 @@ DISCREPANCIES = DatasetSchema(
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
         ),
         "flagged": Variable(("window",), "bool", "", "damping or inertia of the BHA stands out of its run"),
-        "verdict": Variable(("window",), "str", "", "what the simulation gets wrong, by the window's set"),
+        "verdict": Variable(("window",), "str", "", "what the simulation gets wrong, from the window's set"),
     },
     WINDOW_COORDINATES[1:],
 )
@@ -34,7 +34,7 @@ EXAMINATIONS = DatasetSchema(
         "set": Variable(("set",), "int32", "", "number of the set in its well"),
         "cause": Variable(("cause",), "str", "", "cause of the catalogue"),
         "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
-        "port": Variable(("port",), "str", "", "where something unknown may show: ports, and data sheets"),
+        "port": Variable(("port",), "str", "", "where an unknown disturbance may act: ports, and data sheets"),
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
         "coordinate": Variable(
             ("coordinate",), "str", "", "coordinate that describes a window before causes are added"
@@ -46,20 +46,26 @@ EXAMINATIONS = DatasetSchema(
             ("set",),
             from_m=("m", "hole depth at which the set begins"),
             to_m=("m", "hole depth at which it ends"),
-            p_value_before=("1", "p-value of so much evidence for any cause where nothing is wrong"),
+            p_value_before=("1", "p-value of the evidence for any cause where nothing is wrong"),
             p_value_after=("1", "the same of the extended model"),
         ),
         **each(
             _SC,
             log_evidence=("1", "log Bayes factor of the cause by the linear responses"),
-            detection_log_evidence=("1", "log-likelihood ratio of the cause by its detections, less their price"),
-            detection_p_value=("1", "p-value of the detections where the cause is absent"),
-            smallest_detectable=("", "size that stands three standard deviations out, in the cause's unit"),
+            detection_log_evidence=(
+                "1",
+                "upper bound on the log Bayes factor of the cause, from the p-value of its detections",
+            ),
+            detection_p_value=("1", "p-value of the detections in the absence of the cause"),
+            smallest_detectable=("", "size of three standard deviations, in the cause's unit"),
             typical_size=("", "usual size of the cause, in its unit"),
         ),
-        "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of something unknown that shows there"),
+        "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of an unknown disturbance that acts there"),
         "separation": Variable(
-            ("set", "cause", "cause_"), "float64", "1", "distance of a usual cause from the next best other one"
+            ("set", "cause", "cause_"),
+            "float64",
+            "1",
+            "distance of a cause of usual size from the best fit by another one, in standard deviations",
         ),
         **each(
             WINDOW_FREQUENCY,
@@ -70,8 +76,8 @@ EXAMINATIONS = DatasetSchema(
         "extended_value": Variable(("window", "parameter"), "float64", "", "parameter in the set's model, SI"),
         "coordinates": Variable(("window", "coordinate"), "float64", "", "coordinate in the set's model, SI"),
         "extension_set": Variable(("extension",), "int32", "", "set whose model the cause extends"),
-        "extension_cause": Variable(("extension",), "str", "", "cause that stays in the model"),
-        "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as the catalogue says"),
+        "extension_cause": Variable(("extension",), "str", "", "cause by which the model is extended"),
+        "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as defined in the catalogue"),
         "extension_size": Variable(("extension",), "float64", "", "size of the cause, in its unit"),
         "extension_size_error": Variable(("extension",), "float64", "", "standard error of the size"),
         "extension_present": Variable(("extension", "window"), "bool", "", "the cause is present in the window"),
@@ -81,7 +87,7 @@ EXAMINATIONS = DatasetSchema(
             "complex128",
             held_out_base=(MOBILITY, "its command mobility by the base model of the other windows"),
             held_out_extended=(MOBILITY, "its command mobility by the extended model of the other windows"),
-            missing_immittance=("", "what an unknown disturbance adds at its port: N m s/rad, or a share"),
+            missing_immittance=("", "immittance that an unknown disturbance adds at its port: N m s/rad, or a share"),
             missing_rational=("", "rational fit of the missing immittance"),
         ),
         "missing_deviation": Variable(_SF, "float64", "", "deviation of a component of the missing immittance"),
@@ -101,7 +107,7 @@ EXAMINATIONS = DatasetSchema(
             reflection_after=("1", "the same of the extended model"),
             reflection_level=(
                 "1",
-                "size that noise alone passes nowhere, but for the error rate",
+                "magnitude that noise alone exceeds nowhere, at the error rate",
             ),
         ),
     },

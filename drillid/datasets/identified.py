@@ -1,6 +1,6 @@
 """Every dataset's dimensions, dtypes, units and meaning, in one place; CF conventions where CF has one."""
 
-from drillid.datasets.codes import Gate, Knowledge
+from drillid.datasets.codes import Gate, Identifiability
 from drillid.datasets.declaration import DatasetSchema, Variable, each
 from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, STACKS
 from drillid.datasets.measured import WINDOW_COORDINATES as WINDOW_COORDINATES
@@ -16,8 +16,8 @@ def _parameters(row: str) -> dict[str, Variable]:
         "standard_error": Variable(dims, "float64", "", "standard error of the fitted value"),
         "interval_lower": Variable(dims, "float64", "", "lower end of the 95 % interval"),
         "interval_upper": Variable(dims, "float64", "", "upper end of the 95 % interval"),
-        "status": Variable(dims, "int8", "", "what the window tells of the parameter", Knowledge),
-        "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: only one-sided knowledge"),
+        "status": Variable(dims, "int8", "", "how far the window determines the parameter", Identifiability),
+        "at_bound": Variable(dims, "bool", "", "value lies at its physical bound: bounded on one side only"),
         "prior": Variable(dims, "float64", "", "value from the rig's data sheets; NaN where not given"),
         "prior_error": Variable(dims, "float64", "", "standard uncertainty of the value from the rig's data sheets"),
         "correlation": Variable(
@@ -27,7 +27,7 @@ def _parameters(row: str) -> dict[str, Variable]:
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_p_value": Variable((row,), "float64", "1", "p-value of chi-squared under the fitted model"),
         "mismatch": Variable(
-            (row,), "float64", "1", "factor by which residuals exceed the noise; errors are without it"
+            (row,), "float64", "1", "factor by which residuals exceed the noise; standard errors leave it out"
         ),
         "accepted": Variable((row,), "bool", "", "the fit is accepted"),
         "reason": Variable((row,), "str", "", "why the fit is not accepted"),
@@ -71,8 +71,8 @@ JOINT_FITS = DatasetSchema(
         **each(
             ("change",),
             change_depth=("m", "most probable bit depth of the jump"),
-            change_from=("m", "shallowest bit depth of the 95 % that hold it"),
-            change_to=("m", "deepest bit depth of the 95 % that hold it"),
+            change_from=("m", "shallow end of the 95 % interval of that depth"),
+            change_to=("m", "deep end of the 95 % interval of that depth"),
             change_probability=("1", "probability that there is a jump"),
         ),
         "state": Variable(("state",), "str", "", "coordinate of the newest window's state"),
@@ -98,7 +98,7 @@ DEPTH = DatasetSchema(
         "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
         "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
         "state": Variable(("state",), "str", "", "state of the rig"),
-        "state_time": Variable(("depth", "state"), "float64", "s", "time in each state since the window before"),
+        "state_time": Variable(("depth", "state"), "float64", "s", "time in each state since the previous window"),
         **each(
             _DF,
             "complex128",
@@ -134,7 +134,7 @@ DEPTH = DatasetSchema(
         ),
         **{
             f"{name}_at_bound": Variable(
-                ("depth",), "bool", "", f"{text}: at its physical bound, known on one side only"
+                ("depth",), "bool", "", f"{text}: at its physical bound, bounded on one side only"
             )
             for name, (_, text) in PARAMETERS.items()
         },
@@ -149,13 +149,13 @@ DEPTH = DatasetSchema(
         },
         "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
         "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
-        "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, by the window's set"),
+        "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, from the window's set"),
     },
     ("window", "start", "end"),
 )
 
 FLEET = DatasetSchema(
-    "Identified drilling dynamics of the fleet, a row a window",
+    "Identified drilling dynamics of the fleet, one row per window",
     {
         "well": Variable(("row",), "str", "", "name of the well"),
         **{

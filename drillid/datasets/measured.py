@@ -1,4 +1,4 @@
-"""Datasets of what is measured: records, windows, spectra, mobility; and what all schemas share."""
+"""Datasets of measurements: records, windows, spectra, mobility; and what all schemas share."""
 
 from drillid.datasets.codes import Gate, RecordFlag, RigState
 from drillid.datasets.declaration import DatasetSchema, Variable, each
@@ -6,7 +6,7 @@ from drillid.datasets.declaration import DatasetSchema, Variable, each
 MOBILITY = "rad N-1 m-1 s-1"
 """CF unit of a mobility."""
 WINDOW_COORDINATES = ("window", "hole_depth", "start", "end")
-"""Coordinates that tell in every dataset which window a row is."""
+"""Coordinates that identify a row's window in every dataset."""
 IN_WINDOWS = {
     "window": Variable(("window",), "int32", "", "number of the window in its well"),
     "hole_depth": Variable(("window",), "float64", "m", "mean measured depth of the hole"),
@@ -82,7 +82,7 @@ SPECTRA = DatasetSchema(
             speed_power=("rad2 s-2", "mean squared amplitude of the speed"),
             speed_noise=("rad2 s-2", "variance of the speed's amplitude not due to the sweep, per average"),
             command_noise=("N2 m2", "variance of the torque command's amplitude not due to the sweep, per average"),
-            sweep_rounding=("N2 m2", "mean squared amplitude that the steps of a repeating sweep's record add to it"),
+            sweep_rounding=("N2 m2", "mean squared amplitude of the quantisation error of a periodic sweep's record"),
         ),
         **each(
             WINDOW_FREQUENCY,
@@ -95,7 +95,7 @@ SPECTRA = DatasetSchema(
         "degrees_of_freedom": Variable(
             WINDOW_FREQUENCY, "float64", "1", "complex degrees of freedom of the noise variance"
         ),
-        "sweep_period": Variable(("window",), "float64", "s", "period of the sweep; 0 where it does not repeat"),
+        "sweep_period": Variable(("window",), "float64", "s", "period of the sweep; 0 where it is not periodic"),
         "band": Variable(("band",), "float64", "Hz", "lower edge of the band"),
         "band_end": Variable(("band",), "float64", "Hz", "upper edge of the band"),
         **each(
@@ -105,8 +105,8 @@ SPECTRA = DatasetSchema(
             even_level=("rad s-1", "root mean square of distortion of even order, beyond the noise"),
             odd_level=("rad s-1", "root mean square of distortion of odd order, beyond the noise"),
         ),
-        "even_detected": Variable(("window", "band"), "bool", "", "distortion of even order is beyond chance"),
-        "odd_detected": Variable(("window", "band"), "bool", "", "distortion of odd order is beyond chance"),
+        "even_detected": Variable(("window", "band"), "bool", "", "distortion of even order is significant"),
+        "odd_detected": Variable(("window", "band"), "bool", "", "distortion of odd order is significant"),
         "spectrogram_time": Variable(("spectrogram_time",), "float64", "s", "time since the window's start"),
         "spectrogram_frequency": Variable(("spectrogram_frequency",), "float64", "Hz", "frequency of the spectrograms"),
         "torque_spectrogram": Variable(_SPECTROGRAM, "float32", "N2 m2 Hz-1", "power of the torque command"),
@@ -139,13 +139,16 @@ _LOOP = {
         WINDOW_FREQUENCY,
         "complex128",
         torque_mobility=(MOBILITY, "top-drive speed per torque command, free of the controller"),
-        control_response=("N m s rad-1", "torque command taken back per top-drive speed: controller and its filters"),
+        control_response=("N m s rad-1", "reduction of torque command per top-drive speed: controller and its filters"),
     ),
     **each(
         WINDOW_FREQUENCY,
         torque_mobility_variance=(f"({MOBILITY})2", "variance of the complex torque mobility"),
         control_response_variance=("(N m s rad-1)2", "variance of the complex control response"),
-        control_response_rounding=("(N m s rad-1)2", "variance by the sweep's steps, the same error in all windows"),
+        control_response_rounding=(
+            "(N m s rad-1)2",
+            "variance due to the sweep's quantisation, the same error in all windows",
+        ),
     ),
     **each(
         ("window",),
@@ -167,7 +170,7 @@ STACKS = DatasetSchema(
         "hole_depth": Variable(("stack",), "float64", "m", "mean measured depth of the hole"),
         "first_window": Variable(("stack",), "int32", "", "first window of the stack"),
         "last_window": Variable(("stack",), "int32", "", "last window of the stack"),
-        "agreement_p_value": Variable(("stack",), "float64", "1", "p-value of the windows' disagreement"),
+        "agreement_p_value": Variable(("stack",), "float64", "1", "p-value of the disagreement between the windows"),
         "windows": Variable(("stack",), "int32", "", "number of windows in the stack"),
         **AT_FREQUENCIES,
         **_mobility("stack"),

@@ -6,7 +6,7 @@ from drillid.datasets.identified import DEPTH, FITS, FLEET, JOINT_FITS, STACK_FI
 from drillid.datasets.measured import MOBILITIES, RECORDS, SPECTRA, STACKS, STATES, WINDOWS
 
 PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
-"""Columns of every stage's problems.csv: one row for whatever was rejected, with its reason."""
+"""Columns of every stage's problems.csv: one row for everything that was rejected, with its reason."""
 
 DATASETS = {
     "records": RECORDS,

@@ -20,7 +20,7 @@ _SERIES_CHUNK = 60_000
 
 @dataclass(frozen=True)
 class Problem:
-    """One rejected thing: a row of the problems table."""
+    """One rejected item: a row of the problems table."""
 
     where: str
     what: str
@@ -44,13 +44,13 @@ class WellFolders:
         return self.results / stage / self.well
 
     def read(self, stage: str, name: str) -> xr.Dataset:
-        """Open a dataset lazily; a long series without an index of its times, which would hold all of them."""
+        """Open a dataset lazily; a long series without an index of its times, which would load all of them."""
         long = "time" in DATASETS[name].variables
         dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", create_default_indexes=not long)
         return dataset
 
     def has(self, stage: str, name: str) -> bool:
-        """Whether the stage produced the dataset; it does not where the well failed before."""
+        """Whether the stage wrote the dataset; it did not where the well failed before."""
         return (self.stage(stage) / f"{name}.zarr").exists()
 
     def write(self, stage: str, name: str, dataset: xr.Dataset, **attributes: Any) -> None:
@@ -63,7 +63,7 @@ class WellFolders:
     def appending(self, stage: str, name: str, **attributes: Any) -> Iterator[Callable[[xr.Dataset], None]]:
         """Write a long series piece by piece along time, so that memory holds one piece only.
 
-        Gives a function that appends the next piece. The store gets its final name when the
+        Yields a function that appends the next piece. The store gets its final name when the
         block ends without an error; without any piece there is no store.
         """
         path = self.stage(stage) / f"{name}.zarr"
@@ -86,7 +86,7 @@ class WellFolders:
 
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:
-    """Write one zarr store whole, in the place of an older one."""
+    """Write one zarr store whole, replacing an older one."""
     temporary = path.with_suffix(".part")
     shutil.rmtree(temporary, ignore_errors=True)
     dataset.to_zarr(temporary, mode="w", consolidated=False)
@@ -94,11 +94,11 @@ def write_store(dataset: xr.Dataset, path: Path) -> None:
 
 
 def _finish(temporary: Path, path: Path) -> None:
-    """Gather the metadata, so that `xarray.open_zarr(path)` needs no options, and give the store its name."""
+    """Consolidate the metadata, so that `xarray.open_zarr(path)` needs no options, and rename the store."""
     import zarr
 
     with warnings.catch_warnings():
-        # zarr warns that other programs may not know gathered metadata; they find all of it in place as well
+        # zarr warns that other programs may not read consolidated metadata; they find all of it in place as well
         warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
         zarr.consolidate_metadata(str(temporary))
     shutil.rmtree(path, ignore_errors=True)

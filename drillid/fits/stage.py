@@ -37,7 +37,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     folders.write("fits", "fits", fits, **gains)
     known = [data_sheet(well.rig, controller, depth).equipment for depth in bit_depth]
     first = data_sheet(well.rig, controller, float(bit_depth[0]))
-    prior = first.prior(float(bit_depth[0])) if settings.fits.use_knowledge else Prior.silent()
+    prior = first.prior(float(bit_depth[0])) if settings.fits.use_data_sheets else Prior.silent()
     joint, contradictions = joint_dataset(rows, known, bit_depth, prior, fits, settings.fits)
     folders.write("fits", "joint", joint)
     stack_depth = stacks["hole_depth"].values
@@ -68,7 +68,7 @@ def _fit_rows(
     """Fits of measured mobilities, one at each bit depth."""
     sheets = [data_sheet(rig, controller, depth) for depth in bit_depth]
     priors = [
-        sheet.prior(depth) if settings.use_knowledge else Prior.silent()
+        sheet.prior(depth) if settings.use_data_sheets else Prior.silent()
         for sheet, depth in zip(sheets, bit_depth, strict=True)
     ]
     fits = [

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from drillid.arrays import Array, Booleans, Complex, Floats
-from drillid.datasets.codes import Gate, Knowledge
+from drillid.datasets.codes import Gate, Identifiability
 from drillid.fits.intervals import QUANTILE, intervals
 from drillid.fits.likelihood import Data, curvature
 from drillid.fits.search import from_scaled, starting_points, thin, to_scaled
@@ -82,7 +82,7 @@ class Fit:
     upper: Floats
     """Ends of the 95 % interval; a physical bound where the data set none."""
     status: NDArray[np.int8]
-    """What the data tell of the parameter, as `drillid.datasets.codes.Knowledge`."""
+    """How far the data determine each parameter, as `drillid.datasets.codes.Identifiability`."""
     correlation: Floats
     """Shape (8, 8)."""
     at_bound: Booleans
@@ -98,7 +98,7 @@ class Fit:
     def refused(reason: str) -> Fit:
         """No fit at all."""
         size = len(PARAMETERS)
-        nothing, status = np.full(size, np.nan), np.full(size, Knowledge.UNDETERMINED, dtype=np.int8)
+        nothing, status = np.full(size, np.nan), np.full(size, Identifiability.UNDETERMINED, dtype=np.int8)
         return Fit(
             nothing,
             nothing,
@@ -191,14 +191,18 @@ def _status(lower: Floats, upper: Floats) -> NDArray[np.int8]:
     reach = 1e-6 * (edge[1] - edge[0])
     no_lower, no_upper = to_scaled(lower) <= edge[0] + reach, to_scaled(upper) >= edge[1] - reach
     nothing = (lower <= USUAL[0]) & (upper >= USUAL[1]) | (no_lower & no_upper)
-    status = np.where(no_lower, Knowledge.BOUNDED_ABOVE, np.where(no_upper, Knowledge.BOUNDED_BELOW, Knowledge.KNOWN))
-    return np.asarray(np.where(nothing, Knowledge.UNDETERMINED, status), dtype=np.int8)
+    status = np.where(
+        no_lower,
+        Identifiability.BOUNDED_ABOVE,
+        np.where(no_upper, Identifiability.BOUNDED_BELOW, Identifiability.KNOWN),
+    )
+    return np.asarray(np.where(nothing, Identifiability.UNDETERMINED, status), dtype=np.int8)
 
 
 def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8]) -> Floats:
     half = (upper - lower) / 2
-    half = np.where(status == Knowledge.BOUNDED_ABOVE, upper - value, half)
-    half = np.where(status == Knowledge.BOUNDED_BELOW, value - lower, half)
+    half = np.where(status == Identifiability.BOUNDED_ABOVE, upper - value, half)
+    half = np.where(status == Identifiability.BOUNDED_BELOW, value - lower, half)
     return np.asarray(half / QUANTILE, dtype=float)
 
 

@@ -49,7 +49,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module", params=[True, False], ids=["with the data sheets", "without advance information"])
 def well(request: pytest.FixtureRequest, measured: Path, tmp_path_factory: pytest.TempPathFactory) -> WellFolders:
-    settings = Settings(fits=FitsSettings(use_knowledge=request.param))
+    settings = Settings(fits=FitsSettings(use_data_sheets=request.param))
     root = tmp_path_factory.mktemp("fitted")
     shutil.copytree(measured, root, dirs_exist_ok=True)
     folders = WellFolders(root, "W10")

@@ -8,7 +8,7 @@ from drillid.spectra.periodic import line_spectra
 from drillid.spectra.stage import frequency_grid
 from tests.simulated import RATE, WINDOW_S, Truth, drilled
 
-SETTINGS = Settings.checked({"fits": {"use_knowledge": False}}, "test")
+SETTINGS = Settings.checked({"fits": {"use_data_sheets": False}}, "test")
 
 
 def measured(truth: Truth, seed: int) -> Measured:

@@ -38,7 +38,7 @@ def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> Non
         (WELLS, LOGS + "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is listed already at "),
         (WELLS, LOGS + "W2\t\n", "logs.tsv, row 5: 'log': "),
         (WELLS.replace("rig\t", "rigg\t"), LOGS, "unknown key 'rigg'"),
-        (WELLS + "W3\ttoy\tx\ty\n", LOGS, "wells.tsv: is no table"),
+        (WELLS + "W3\ttoy\tx\ty\n", LOGS, "wells.tsv: is not a table"),
         ("", LOGS, "wells.tsv: has no header. Begin the sheet with the line 'well\trig\tdescription'"),
     ],
 )

@@ -125,7 +125,7 @@ def test_knowledge_is_stored_and_narrows_the_errors(healthy: Processed, tmp_path
     moment, before = (dataset["standard_error"].sel(parameter="polar_moment") for dataset in (told, alone))
     assert (moment < 0.75 * before).all()
     assert (moment < prior.error[list(PARAMETERS).index("polar_moment")]).all()
-    unused = Settings.checked({"fits": {"use_knowledge": False}}, "test")
+    unused = Settings.checked({"fits": {"use_data_sheets": False}}, "test")
     well.run("fits", rig=described, settings=unused)
     again = well.dataset("fits", "fits")
     assert np.isnan(again["prior"]).all()
