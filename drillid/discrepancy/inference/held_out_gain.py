@@ -1,4 +1,4 @@
-"""What an extension is worth on data that it was not fitted to."""
+"""Predictive gain of an extension on data that it was not fitted to, by cross-validation."""
 
 from dataclasses import replace
 
@@ -19,10 +19,14 @@ def held_out_gain(
 ) -> PredictiveGain:
     """Fit base and extended model without some windows, then predict those.
 
-    The figures that windows do not share are fitted to the held-out window, with the prior that ties them to the
-    set, by both models alike. A single window is split into its even and odd frequencies. The responses of the
-    control count beside the mobilities, and the data sheets' figures once for the set: a cause may show against them
-    alone.
+    The coordinates that windows do not share are fitted to the held-out window, with the prior that ties them to the
+    set, by both models alike. A single window is split into its even and odd frequencies. The responses of the control
+    count beside the mobilities, and the parameters that data sheets state once for the set: a cause may show only as a
+    deviation from these.
+
+    Parameters
+    ----------
+    base, extended : start of the fit and extensions of each model
     """
     evidence = model.evidence
     windows = evidence.windows
@@ -36,20 +40,23 @@ def held_out_gain(
             held[:, fold::2] = True
         before += _residuals(model, held, *base)
         after += _residuals(model, held, *extended)
-    pulls, fewer = (fit_set(model, *one).off_data_sheet for one in (base, extended))
-    total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls**2 - fewer**2))
-    # what two predictions differ by is known; the noise turns it into a gain with as much variance
+    pulls_before, pulls_after = (fit_set(model, *variant).off_data_sheet for variant in (base, extended))
+    total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls_before**2 - pulls_after**2))
+    # given the difference of two predictions the gain is linear in the noise; its variance is that difference squared
     error = float(
-        np.sqrt(NEIGHBOURS_SHARE_VARIANCE * np.sum(np.abs(before - after) ** 2) + np.sum((pulls - fewer) ** 2))
+        np.sqrt(
+            NEIGHBOURS_SHARE_VARIANCE * np.sum(np.abs(before - after) ** 2) + np.sum((pulls_before - pulls_after) ** 2)
+        )
     )
     held_out = windows if windows >= _LEAST_WINDOWS else 0
     return PredictiveGain(total / windows, error / windows, held_out)
 
 
 def trained_without(model: SetModel, held: Booleans, start: Point, extensions: tuple[Extension, ...]) -> Point:
-    """Figures of the set without the held-out data (W, F); a window that is held out whole then has its own fitted.
+    """Fit of the set without the held-out data (W, F); windows held out entirely then have their deviations fitted.
 
-    Damping and inertia at the bit and along the string are every window's own, and no other window tells them.
+    Damping and inertia at the bit and along the string vary from window to window, and other windows do not determine
+    them.
     """
     evidence = model.evidence
     training = model.with_evidence(replace(evidence, used=evidence.used & ~held))
@@ -57,13 +64,13 @@ def trained_without(model: SetModel, held: Booleans, start: Point, extensions: t
     unseen = np.asarray(held.all(axis=1), dtype=bool)
     if not unseen.any():
         return trained
-    # windows are alike: what is left to one begins where the others are
+    # windows are similar: the fit of a held-out one starts from the median of the others
     local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
     return fit_local(model, replace(trained, local=local), extensions)
 
 
 def _residuals(model: SetModel, held: Booleans, start: Point, extensions: tuple[Extension, ...]) -> Complex:
-    """Whitened errors of predicting the held-out rows; zero elsewhere, (W, rows)."""
+    """Whitened prediction errors of the held-out rows, zero elsewhere; (W, rows)."""
     residual = model.residual(trained_without(model, held, start, extensions), extensions)
     rows = held & model.evidence.used
     if model.control_weight is not None:

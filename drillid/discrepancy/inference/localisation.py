@@ -13,42 +13,42 @@ from drillid.discrepancy.rules import INTERVAL_EVIDENCE, PLACE_NEGLIGIBLE, PLACE
 
 _LEAST_WINDOWS = 6
 """Windows of a set below which a beginning or an end is not looked for."""
-
 _STEP = PLACE_TOLERANCE / 2
 
 
 def contiguous_windows(
-    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], place: int, error_rate: float
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], index: int, error_rate: float
 ) -> tuple[int, ...] | None:
-    """Rows between which a cause is present; None where it may be present in all.
+    """Rows of the successive windows in which a cause is present; None where it may be present in all.
 
-    About the extended model each window's own size is a linear direction. Of all runs of successive windows the one is
-    taken in which a common size explains most, if it explains more than the whole set by what chance and search allow.
+    About the extended model the size in each window is a linear direction. Of all sequences of successive windows the
+    one in which a common size explains most is chosen, if it explains more than a common size in the whole set by a
+    margin for noise and for the number of sequences that are tried.
 
     Parameters
     ----------
-    place : number of the extension
+    index : of the extension
     """
     windows = model.evidence.windows
     if windows < _LEAST_WINDOWS:
         return None
     order = np.argsort(model.evidence.operating_points.hole_depth, kind="stable")
-    response = model.linearised(fit.point, extensions).jacobian[:, -len(extensions) + place]
-    each = np.zeros((windows, windows, response.shape[-1]), dtype=complex)
-    each[np.arange(windows), np.arange(windows)] = response
-    projection = project(model, fit, extensions, each, without=place)
+    response = model.linearised(fit.point, extensions).jacobian[:, -len(extensions) + index]
+    directions = np.zeros((windows, windows, response.shape[-1]), dtype=complex)
+    directions[np.arange(windows), np.arange(windows)] = response
+    projection = project(model, fit, extensions, directions, without=index)
     information = projection.information
-    score = projection.score + information @ np.full(windows, fit.point.sizes[place])
-    best, value, whole = (0, windows), -np.inf, _explained(score, information, np.ones(windows))
+    score = projection.score + information @ np.full(windows, fit.point.sizes[index])
+    best, largest, of_all = (0, windows), -np.inf, _explained(score, information, np.ones(windows))
     for first in range(windows):
         for last in range(first + 1, windows + 1):
             mask = np.zeros(windows)
             mask[order[first:last]] = 1.0
             explained = _explained(score, information, mask)
-            if explained > value:
-                best, value = (first, last), explained
+            if explained > largest:
+                best, largest = (first, last), explained
     price = INTERVAL_EVIDENCE + np.log(windows * (windows + 1) / 2) - np.log(error_rate)
-    if value - whole < price:
+    if largest - of_all < price:
         return None
     return tuple(sorted(int(row) for row in order[best[0] : best[1]]))
 
@@ -58,38 +58,36 @@ def _explained(score: Floats, information: Floats, mask: Floats) -> float:
     return float((mask @ score) ** 2) / max(float(mask @ information @ mask), 1e-300) / 2
 
 
-def surely_placed(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], place: int) -> float:
-    """Probability that a cause sits near its best fit's place, all places being as likely beforehand.
+def place_probability(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], index: int) -> float:
+    """Posterior probability that a cause sits within `PLACE_TOLERANCE` of its best fit's place, with a uniform prior.
 
-    Near is within `PLACE_TOLERANCE`.
-
-    At each place all other figures are fitted, from where those of its neighbour came to, and integrated by Laplace's
-    approximation (Kass and Raftery 1995).
+    At each place all other coordinates are fitted, starting from the optimum of the neighbouring place, and integrated
+    out by Laplace's approximation (Kass and Raftery 1995).
 
     Parameters
     ----------
-    place : number of the extension whose shape is its place along the pipe
+    index : of the extension, whose shape is its place along the pipe
     """
-    beliefs = {0: _log_belief(fit)}
+    log_posterior = {0: _log_marginal(fit)}
     for side in (-1, 1):
-        steps, near = side, fit
-        while (elsewhere := _moved(extensions, place, steps * _STEP)) is not None:
-            near = fit_set(model, near.point, elsewhere, fit.cost + PLACE_NEGLIGIBLE)
-            beliefs[steps] = _log_belief(near)
+        steps, neighbour = side, fit
+        while (elsewhere := _moved(extensions, index, steps * _STEP)) is not None:
+            neighbour = fit_set(model, neighbour.point, elsewhere, fit.cost + PLACE_NEGLIGIBLE)
+            log_posterior[steps] = _log_marginal(neighbour)
             steps += side
-    near_enough = np.abs(list(beliefs)) * _STEP <= PLACE_TOLERANCE
-    return float(softmax(list(beliefs.values()))[near_enough].sum())
+    within = np.abs(list(log_posterior)) * _STEP <= PLACE_TOLERANCE
+    return float(softmax(list(log_posterior.values()))[within].sum())
 
 
-def _moved(extensions: tuple[Extension, ...], place: int, by: float) -> tuple[Extension, ...] | None:
-    """The extensions with one of them further along the string; None beyond its ends."""
-    one = extensions[place]
-    shape = one.shape + by
-    if not min(one.cause.shapes) <= shape <= max(one.cause.shapes):
+def _moved(extensions: tuple[Extension, ...], index: int, distance: float) -> tuple[Extension, ...] | None:
+    """The extensions with one of them moved along the pipe, by a share of its length; None beyond its ends."""
+    extension = extensions[index]
+    shape = extension.shape + distance
+    if not min(extension.cause.shapes) <= shape <= max(extension.cause.shapes):
         return None
-    return (*extensions[:place], replace(one, shape=shape), *extensions[place + 1 :])
+    return (*extensions[:index], replace(extension, shape=shape), *extensions[index + 1 :])
 
 
-def _log_belief(fit: SetFit) -> float:
-    """Log of the integral over all figures about an optimum, up to a constant."""
+def _log_marginal(fit: SetFit) -> float:
+    """Log marginal likelihood about an optimum by Laplace's approximation, up to a constant."""
     return float(-fit.cost - 0.5 * np.linalg.slogdet(fit.information)[1])

@@ -1,4 +1,4 @@
-"""Causes one by one at their best: non-linear fits, and their evidence by Laplace's approximation."""
+"""Search over causes: the non-linear fit of each, and its evidence by Laplace's approximation."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,14 +22,15 @@ from drillid.discrepancy.rules import (
 
 _MOST_SHAPES = 2
 _SPREAD = 6
-"""Of a continuous shape, how many others are tried where the linear order is not to be trusted."""
+"""Number of other values of a continuous shape that are tried where the linear evidence is not reliable."""
 _FINEST = 0.1
-"""Share of its first size that a step of a shape is halved to."""
+"""Share of its first length down to which the step of a shape is halved."""
 _MOST_FIXED = 2
+"""Shapes of a cause without a size that are fitted."""
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
+class FittedCause:
     """The model extended by one more cause, at its optimum."""
 
     extension: Extension
@@ -44,103 +45,104 @@ class Refined:
 
     @property
     def at_bound(self) -> bool:
-        """Whether its size ran into a bound."""
+        """Whether its size lies at a bound."""
         return self.extension.cause.size.at_bound(float(self.fit.point.sizes[-1]))
 
 
-def refine(
+def search(
     model: SetModel,
     base: SetFit,
     extensions: tuple[Extension, ...],
     screened: Screen,
     catalogue: Sequence[Cause],
     *,
-    moving: Mapping[str, float],
-    every: bool = False,
+    time_varying: Mapping[str, float],
+    all_causes: bool = False,
     rejected: bool = False,
-) -> list[Refined]:
-    """Fit the causes that may explain what is seen; best evidence first.
+) -> list[FittedCause]:
+    """Fit the causes that may explain the misfit; best evidence first.
 
     The linear evidence orders them well where causes are small. Where the misfit is obvious, as where the base model
-    is `rejected`, or `every` cause is asked for, all are fitted at their likeliest shapes, from several sizes and from
-    the data sheets as well, as a large cause may show by what is not linear in it, and bend the base fit; those that
-    come near the best are then fitted at more shapes.
+    is `rejected`, or `all_causes` are wanted, all are fitted at their likeliest shapes, from several sizes and from the
+    data sheets as well, since a large cause may act by its non-linear part and bias the base fit; those that come near
+    the best are then fitted at more shapes.
 
     Parameters
     ----------
-    moving : sizes by which causes that move are in sight in the record; the screen does not know these
+    time_varying : sizes of causes that vary within a window, by their detections; the screen does not hold these
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
     obvious = rejected or max(best, screened.unknown_evidence) > OBVIOUS_MISFIT
-    every = every or obvious
-    taken = {one.cause.name for one in extensions}
-    names = [name for name, value in linear.items() if name not in taken and (every or value >= best - FOLLOWED_WITHIN)]
-    search = _Search(model, base, extensions, starts=every)
-    found: list[Refined] = []
-    for name in sorted(names, key=lambda one: -linear[one]):
-        found.append(search.best(_first_shapes(screened, name, obvious), _least_cost(found)))
-    following = [cause for cause in catalogue if cause.name in moving and cause.name not in taken]
-    found += [search.following(one, moving[one.name], _least_cost(found)) for one in following]
+    all_causes = all_causes or obvious
+    taken = {extension.cause.name for extension in extensions}
+    near_best = [name for name, value in linear.items() if all_causes or value >= best - FOLLOWED_WITHIN]
+    names = [name for name in near_best if name not in taken]
+    fitter = _CauseFitter(model, base, extensions, several_starts=all_causes)
+    fitted: list[FittedCause] = []
+    for name in sorted(names, key=lambda name: -linear[name]):
+        fitted.append(fitter.best_shape(_first_shapes(screened, name, obvious), _least_cost(fitted)))
+    varying = [cause for cause in catalogue if cause.name in time_varying and cause.name not in taken]
+    fitted += [fitter.time_varying(cause, time_varying[cause.name], _least_cost(fitted)) for cause in varying]
     if obvious:
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
-        found += [search.best(search.nearest(one), _least_cost(found)) for one in fixed]
-    # what fits only at a bound of its size is no name, and does not set the standard
-    top = max((one.log_evidence for one in found if not one.at_bound), default=-np.inf)
+        fitted += [fitter.best_shape(fitter.closest_shapes(cause), _least_cost(fitted)) for cause in fixed]
+    # a cause that fits only at a bound of its size is never named, and does not set the standard
+    top = max((cause.log_evidence for cause in fitted if not cause.at_bound), default=-np.inf)
     near = min(top - FOLLOWED_WITHIN, CONTENDER * top)
     most = None if obvious else _MOST_SHAPES
-    least = _least_cost(found)
-    found = [
-        search.settled(one, screened, most, least) if one.log_evidence >= near and one.name in linear else one
-        for one in found
+    least = _least_cost(fitted)
+    fitted = [
+        fitter.resolved(cause, screened, most, least) if cause.log_evidence >= near and cause.name in linear else cause
+        for cause in fitted
     ]
-    # the others start beside the best, once no window of it is astray
-    best_fit = max(found, key=lambda one: one.log_evidence, default=None)
-    found = [search.without_outlier_windows(one) if one is best_fit else one for one in found]
-    contenders = [one for one in found if one.log_evidence >= near]
-    found = [search.beside(one, contenders) if one in contenders else one for one in found]
-    return sorted(found, key=lambda one: -one.log_evidence)
+    # the others start from the best fit, once it is free of outlier windows
+    best_fit = max(fitted, key=lambda cause: cause.log_evidence, default=None)
+    fitted = [fitter.without_outlier_windows(cause) if cause is best_fit else cause for cause in fitted]
+    contenders = [cause for cause in fitted if cause.log_evidence >= near]
+    fitted = [fitter.from_best_rival(cause, contenders) if cause in contenders else cause for cause in fitted]
+    return sorted(fitted, key=lambda cause: -cause.log_evidence)
 
 
-def _least_cost(found: Sequence[Refined]) -> float:
-    return min((one.fit.cost for one in found), default=np.inf)
+def _least_cost(fitted: Sequence[FittedCause]) -> float:
+    return min((cause.fit.cost for cause in fitted), default=np.inf)
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _CauseFitter:
     """Fits of the model with one more cause."""
 
     model: SetModel
     base: SetFit
     extensions: tuple[Extension, ...]
-    starts: bool
-    """Whether they start from several sizes, and from the data sheets as well, or from no size at the base fit."""
+    several_starts: bool
+    """Whether fits start from several sizes, at the base fit and at the data sheets, or from size zero at the base."""
 
-    def best(self, shapes: Iterable[Extension], least: float = np.inf) -> Refined:
-        """The best of some shapes; `least` is the cost of the best that is known."""
-        found: list[Refined] = []
-        for one in shapes:
-            found.append(self._fitted(one, min(least, _least_cost(found))))
-        return max(found, key=lambda one: one.log_evidence)
+    def best_shape(self, shapes: Iterable[Extension], least: float = np.inf) -> FittedCause:
+        """The best of some shapes; `least` is the lowest cost of other fits so far."""
+        fitted: list[FittedCause] = []
+        for shape in shapes:
+            fitted.append(self._fit_shape(shape, min(least, _least_cost(fitted))))
+        return max(fitted, key=lambda cause: cause.log_evidence)
 
-    def following(self, cause: Cause, size: float, least: float) -> Refined:
-        """The best shape of a cause that moves, from a size."""
+    def time_varying(self, cause: Cause, size: float, least: float) -> FittedCause:
+        """The best shape of a cause that varies within a window, from the size of its detection."""
         points = self._sized([self.base.point, self.model.expected()], [size])
-        found = [self._from(Extension(cause, shape), points, least) for shape in cause.shapes]
-        return max(found, key=lambda one: one.log_evidence)
+        fitted = [self._fit_from(Extension(cause, shape), points, least) for shape in cause.shapes]
+        return max(fitted, key=lambda shape: shape.log_evidence)
 
-    def settled(self, found: Refined, screened: Screen, most: int | None, least: float) -> Refined:
-        """The best of the likeliest shapes, and a continuous one followed from there by steps as small as data tell."""
-        shapes = _shapes(screened, found.name, most)
-        best = max(found, self.best(shapes, least), key=lambda one: one.log_evidence)
-        step, places = best.extension.cause.shape_step, best.extension.cause.shapes
+    def resolved(self, cause: FittedCause, screened: Screen, most: int | None, least: float) -> FittedCause:
+        """The best of the likeliest shapes; a continuous one is refined by steps as small as the data resolve."""
+        shapes = _shapes(screened, cause.name, most)
+        best = max(cause, self.best_shape(shapes, least), key=lambda shape: shape.log_evidence)
+        step, tabulated = best.extension.cause.shape_step, best.extension.cause.shapes
         while step > 0:
             near = [
-                self._near(best, place)
-                for place in (best.extension.shape - step, best.extension.shape + step)
-                if min(places) <= place <= max(places)
+                self._at_shape(best, shape)
+                for shape in (best.extension.shape - step, best.extension.shape + step)
+                if min(tabulated) <= shape <= max(tabulated)
             ]
-            values = [one.log_evidence for one in near]
+            values = [neighbour.log_evidence for neighbour in near]
             if max(values, default=-np.inf) > best.log_evidence:
                 best = near[int(np.argmax(values))]
             elif best.log_evidence - min(values) < SHAPE_RESOLVED or step < _FINEST * best.extension.cause.shape_step:
@@ -149,96 +151,97 @@ class _Search:
                 step /= 2
         return best
 
-    def beside(self, found: Refined, others: Sequence[Refined]) -> Refined:
-        """The same, or a better fit from where the best of the others has come; the rest may have several optima."""
-        rivals = [one for one in others if one is not found]
+    def from_best_rival(self, cause: FittedCause, contenders: Sequence[FittedCause]) -> FittedCause:
+        """The cause, or a better fit of it from the optimum of its best rival, as the cost may have several minima."""
+        rivals = [contender for contender in contenders if contender is not cause]
         if not rivals:
-            return found
-        best = min(rivals, key=lambda one: one.fit.cost)
-        point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, found.fit.point.sizes[-1]))
-        return max(found, self._from(found.extension, [point], found.fit.cost), key=lambda one: one.log_evidence)
+            return cause
+        best = min(rivals, key=lambda rival: rival.fit.cost)
+        point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, cause.fit.point.sizes[-1]))
+        again = self._fit_from(cause.extension, [point], cause.fit.cost)
+        return max(cause, again, key=lambda fitted: fitted.log_evidence)
 
-    def without_outlier_windows(self, found: Refined) -> Refined:
-        """The same, where no window is left at an optimum far from the set that is not its best."""
-        fit = without_outlier_windows(self.model, found.fit, (*self.extensions, found.extension))
-        return Refined(found.extension, fit, _evidence(self.base, fit, found.extension.cause))
+    def without_outlier_windows(self, cause: FittedCause) -> FittedCause:
+        """The cause with no window left at a local minimum far from the set."""
+        fit = without_outlier_windows(self.model, cause.fit, (*self.extensions, cause.extension))
+        return FittedCause(cause.extension, fit, _evidence(self.base, fit, cause.extension.cause))
 
-    def nearest(self, cause: Cause) -> list[Extension]:
-        """The shapes of a cause without a size that come nearest as the data sheets and the base fit have the rest."""
-        own = [Extension(cause, shape) for shape in cause.shapes]
+    def closest_shapes(self, cause: Cause) -> list[Extension]:
+        """The shapes of a cause without a size that fit best with all else as in the data sheets or the base fit."""
+        shapes = [Extension(cause, shape) for shape in cause.shapes]
         sizes = np.append(self.base.point.sizes, cause.size.high)
         origins = (self.base.point, self.model.expected())
         misfit = {
-            one: min(
-                self.model.misfit(Point(origin.shared, origin.local, sizes), (*self.extensions, one))
+            shape: min(
+                self.model.misfit(Point(origin.shared, origin.local, sizes), (*self.extensions, shape))
                 for origin in origins
             )
-            for one in own
+            for shape in shapes
         }
-        return sorted(own, key=lambda one: misfit[one])[:_MOST_FIXED]
+        return sorted(shapes, key=lambda shape: misfit[shape])[:_MOST_FIXED]
 
-    def _fitted(self, further: Extension, least: float) -> Refined:
+    def _fit_shape(self, further: Extension, least: float) -> FittedCause:
         size = further.cause.size
         # a large size may not be reached from a usual one
         large = np.sqrt(size.typical * size.high)
-        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.starts else (0.0,)
+        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.several_starts else (0.0,)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        origins = [self.base.point, self.model.expected()] if self.starts else [self.base.point]
-        return self._from(further, self._sized(origins, sizes), least)
+        origins = [self.base.point, self.model.expected()] if self.several_starts else [self.base.point]
+        return self._fit_from(further, self._sized(origins, sizes), least)
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
         """Each of some points with each of some sizes of a further cause."""
-        beside = self.base.point.sizes
-        return [Point(one.shared, one.local, np.append(beside, size)) for one in origins for size in sizes]
+        present = self.base.point.sizes
+        return [Point(origin.shared, origin.local, np.append(present, size)) for origin in origins for size in sizes]
 
-    def _near(self, found: Refined, shape: float) -> Refined:
-        return self._from(Extension(found.extension.cause, shape), [found.fit.point], found.fit.cost)
+    def _at_shape(self, cause: FittedCause, shape: float) -> FittedCause:
+        return self._fit_from(Extension(cause.extension.cause, shape), [cause.fit.point], cause.fit.cost)
 
-    def _from(self, further: Extension, points: Iterable[Point], least: float) -> Refined:
-        every, fits = (*self.extensions, further), []
+    def _fit_from(self, further: Extension, points: Iterable[Point], least: float) -> FittedCause:
+        extensions, fits = (*self.extensions, further), []
         for point in points:
-            fits.append(fit_set(self.model, point, every, least + OUT_OF_REACH))
+            fits.append(fit_set(self.model, point, extensions, least + OUT_OF_REACH))
             least = min(least, fits[-1].cost)
-        fit = min(fits, key=lambda one: one.cost)
-        return Refined(further, fit, _evidence(self.base, fit, further.cause))
+        best = min(fits, key=lambda fit: fit.cost)
+        return FittedCause(further, best, _evidence(self.base, best, further.cause))
 
 
 def _first_shapes(screened: Screen, name: str, obvious: bool) -> list[Extension]:
-    """The likeliest of a continuous shape, and some others where the misfit is obvious; or each of a few."""
-    own = [one for one in screened.candidates if one.cause.name == name]
-    if own[0].cause.shape_step == 0:
-        return own
+    """All of a few discrete shapes; of a continuous one the likeliest, and some others where the misfit is obvious."""
+    shapes = [candidate for candidate in screened.candidates if candidate.cause.name == name]
+    if shapes[0].cause.shape_step == 0:
+        return shapes
     likeliest = _shapes(screened, name, 1)
-    spread = own[:: max(len(own) // _SPREAD, 1)] if obvious else []
-    return [*likeliest, *(one for one in spread if one not in likeliest)]
+    spread = shapes[:: max(len(shapes) // _SPREAD, 1)] if obvious else []
+    return [*likeliest, *(shape for shape in spread if shape not in likeliest)]
 
 
 def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
     """The most likely shapes of a cause; all where no number is given."""
-    own = [
-        (value, one)
-        for one, value in zip(screened.candidates, screened.log_evidence, strict=True)
-        if one.cause.name == name
+    ranked = [
+        (value, candidate)
+        for candidate, value in zip(screened.candidates, screened.log_evidence, strict=True)
+        if candidate.cause.name == name
     ]
-    own.sort(key=lambda entry: -entry[0])
-    return [one for value, one in own[:most] if most is None or value >= own[0][0] - SHAPES_WITHIN]
+    ranked.sort(key=lambda entry: -entry[0])
+    return [shape for value, shape in ranked[:most] if most is None or value >= ranked[0][0] - SHAPES_WITHIN]
 
 
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
-    """Laplace's approximation with the size's normal prior, or half of one (Kass and Raftery 1995)."""
-    rest = np.linalg.slogdet(base.information)[1]
+    """Laplace's approximation with the size's normal or half-normal prior (Kass and Raftery 1995)."""
+    of_base = np.linalg.slogdet(base.information)[1]
     if cause.size.fixed:
-        own = np.linalg.slogdet(fit.information[:-1, :-1])[1]
-        return float(base.cost - fit.cost - 0.5 * (own - rest) - np.log(len(cause.shapes)))
-    own = np.linalg.slogdet(fit.information)[1]
+        of_fit = np.linalg.slogdet(fit.information[:-1, :-1])[1]
+        return float(base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
+    of_fit = np.linalg.slogdet(fit.information)[1]
     wide = WIDE_PRIOR * cause.size.typical
-    evidence = base.cost - fit.cost - 0.5 * (own - rest) - np.log(wide)
+    evidence = base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(wide)
     precision = 1 / np.linalg.inv(fit.information)[-1, -1]
     if cause.size.low >= 0:
         evidence += np.log(2.0) + log_ndtr(fit.point.sizes[-1] * np.sqrt(precision))
-    # the data alone give the size this estimate and variance; from the wide prior to the usual one
-    alone = max(precision - wide**-2.0, 1e-12 * precision)
-    estimate, variance = fit.point.sizes[-1] * precision / alone, 1 / alone
+    # estimate and variance of the size by the data alone, to replace the wide prior by the usual one
+    data_precision = max(precision - wide**-2.0, 1e-12 * precision)
+    estimate, variance = fit.point.sizes[-1] * precision / data_precision, 1 / data_precision
     usual = _log_normal(estimate, cause.size.typical**2 + variance) - _log_normal(estimate, wide**2 + variance)
     return float(evidence + np.logaddexp(0.0, usual) - np.log(2.0))
 

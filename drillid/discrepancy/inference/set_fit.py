@@ -1,4 +1,4 @@
-"""Fits of a set's model by Gauss and Newton, with the windows' own figures eliminated: cost is linear in windows."""
+"""Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from drillid.discrepancy.rules import OUTLIERS_WORTH, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
-"""Windows from which a set tells its own deviation, what the usual one counts for, and rounds."""
+"""Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Normal:
-    """Normal equations of a set about a point, for its shared figures and n sizes; P = 11 + n."""
+    """Normal equations of a set about a point, for its shared coordinates and n sizes; P = 11 + n."""
 
     each: Floats
     """(W, P, P) of each window's rows."""
@@ -42,17 +42,17 @@ class Normal:
 
     @property
     def corner(self) -> Floats:
-        """(W, 4, 4) of the windows' own figures, with the prior of their deviations."""
+        """(W, 4, 4) of the windows' deviations, with their prior."""
         places = list(LOCAL)
         own: Floats = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
         return own
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
-        """The windows' own figures eliminated.
+        """The equations with the windows' deviations eliminated.
 
         Returns
         -------
-        matrix, vector : (P, P), (P,) of shared figures and sizes
+        matrix, vector : (P, P), (P,) of shared coordinates and sizes
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
         places = list(LOCAL)
@@ -75,13 +75,13 @@ class SetFit:
     chi2: float
     """Sum of squared residuals of the mobilities, two for each used frequency."""
     information: Floats
-    """(P, P), curvature of the cost in shared figures and sizes, the windows' own eliminated."""
+    """(P, P), curvature of the cost in shared coordinates and sizes, the windows' deviations eliminated."""
     off_data_sheet: Floats
-    """(11,) how far the shared figures lie off their priors, in standard deviations of these."""
+    """(11,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
     @property
     def pulls(self) -> float:
-        """Half the sum of squared pulls of the data sheets on the shared figures."""
+        """Half the sum of squared pulls of the data sheets on the shared coordinates."""
         return 0.5 * float(np.sum(self.off_data_sheet**2))
 
     @property
@@ -91,11 +91,11 @@ class SetFit:
 
 
 def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
-    """Follow the cost from a start to its least value; sizes stay within their physical bounds.
+    """Minimise the cost from a start; sizes stay within their physical bounds.
 
     Parameters
     ----------
-    enough : cost that is asked for; a fit that falls too slowly to come there is left where it is
+    enough : cost of interest; a fit whose cost falls too slowly to reach it is stopped early
     """
     low, high = _bounds(extensions)
     point = Point(
@@ -112,7 +112,7 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
 
 
 def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
-    """Fit the windows' own figures alone, each window for itself, with shared figures and sizes as they are."""
+    """Fit the deviations of each window separately, with shared coordinates and sizes held fixed."""
     windows, places = model.evidence.windows, list(LOCAL)
     local, damping, least = point.local, np.full(windows, DEVIATIONS.first), np.full(windows, np.inf)
     best, each, own = local, np.zeros((windows, 4, 4)), np.zeros((windows, 4))
@@ -136,20 +136,20 @@ def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] =
 
 
 def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
-    """The fit after windows have been tried without deviations of their own: Student's t has an optimum near the set
-    and others far from it, and a window may have strayed to one of those.
+    """The fit after each window was also started at the set: with Student's t the cost has a minimum near the set
+    and others far from it, and a window may have ended at one of those.
     """
     for _ in range(_ROUNDS):
         point = fit.point
         near = fit_local(model, Point(point.shared, np.zeros_like(point.local), point.sizes), extensions)
-        costs = (_window_costs(model, one, model.residual(one, extensions)) for one in (near, point))
+        costs = (_window_costs(model, trial, model.residual(trial, extensions)) for trial in (near, point))
         better = np.less(*costs)
         local = np.where(better[:, None], near.local, point.local)
-        found = fit_set(model, Point(point.shared, local, point.sizes), extensions)
-        if not found.cost < fit.cost:
+        again = fit_set(model, Point(point.shared, local, point.sizes), extensions)
+        if not again.cost < fit.cost:
             break
-        gained, fit = fit.cost - found.cost, found
-        if gained < OUTLIERS_WORTH:
+        fall, fit = fit.cost - again.cost, again
+        if fall < OUTLIERS_WORTH:
             break
     return fit
 
@@ -161,26 +161,26 @@ def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
 
 
 def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
-    """The model with the deviation of windows that the set itself shows, and its fit.
+    """The model with the standard deviation of windows estimated from the set itself, and its fit.
 
     Expectation and maximisation under Student's t (Dempster, Laird and Rubin 1977, Journal of the Royal Statistical
-    Society B 39, 1-38), with the usual deviation as if it had been seen in _USUAL_WINDOWS windows.
+    Society B 39, 1-38), with the usual deviation as a prior worth _USUAL_WINDOWS windows.
     """
     if model.evidence.windows < _LEAST_WINDOWS:
         return model, fit
     for _ in range(_ROUNDS):
         normal = _expanded(model, fit.point, ()).normal
-        unsure = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
+        variance = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
         weight = normal.local_precision * model.deviation**2
-        seen = np.sum(weight * (fit.point.local**2 + unsure), axis=0)
-        deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + seen) / (_USUAL_WINDOWS + model.evidence.windows))
+        squares = np.sum(weight * (fit.point.local**2 + variance), axis=0)
+        deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + squares) / (_USUAL_WINDOWS + model.evidence.windows))
         model = SetModel(model.evidence, np.minimum(deviation, DEVIATION))
         fit = fit_set(model, fit.point)
     return model, fit
 
 
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """Bounds of shared figures and sizes."""
+    """Bounds of shared coordinates and sizes."""
     sizes = [extension.cause.size for extension in extensions]
     return np.append(LOWEST, [size.low for size in sizes]), np.append(HIGHEST, [size.high for size in sizes])
 
@@ -207,7 +207,7 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
 
 
 def _precision(model: SetModel, point: Point) -> Floats:
-    """Precision of Student's t at the deviations: a window in which the hole or the rock is another may stand apart."""
+    """Precision of Student's t at the deviations: a window in another formation or hole may lie far from the set."""
     return np.asarray((STUDENT_TAIL + 1) / (STUDENT_TAIL * model.deviation**2 + point.local**2), dtype=float)
 
 
@@ -232,7 +232,7 @@ def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) 
 
 
 def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Point:
-    """The damped step; a figure that it would carry over a bound goes to the bound and the rest is solved again."""
+    """The damped step; a coordinate that it would carry over a bound goes to the bound and the rest is solved again."""
     point = about.point
     matrix, vector, own, border = about.normal.eliminated(damping)
     matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), LEAST_CURVATURE))

@@ -1,9 +1,9 @@
-"""One model of a set of windows: figures shared by all, figures that vary from window to window, causes.
+"""One model of a set of windows: coordinates shared by all, coordinates that vary from window to window, causes.
 
-Eleven figures describe a window: the eight of the transmission line, the two gains of the control, and the offset
-between the clocks of speed and torque. They are shared, and four of them (wall damping, internal damping, damping and
-inertia at the bit) may also deviate from window to window. Each has a Gaussian prior: from the data sheets where they
-speak, else as wide as rigs differ.
+Eleven parameters describe a window: the eight of the transmission line, the two gains of the control, and the offset
+between the clocks of speed and torque; scaled to be of order one they are the model's coordinates. They are shared by
+the set, and four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window
+to window. Each has a Gaussian prior: from the data sheets where they state a value, else as wide as rigs differ.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import control
 from drillid.statistics import expected_ratio
 
-SCALED = (
+COORDINATES = (
     "kappa",
     "delta",
     "length",
@@ -37,28 +37,29 @@ SCALED = (
     "I",
     "clock",
 )
-"""The figures of a window, scaled to be of order one: pipe's length, polar moment and the gains as relative changes."""
-SHARED = len(SCALED)
+"""Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes."""
+SHARED = len(COORDINATES)
+"""Number of shared coordinates."""
 LOCAL = (0, 1, 6, 7)
-"""Places of the figures that deviate from window to window."""
+"""Indices of the coordinates that deviate from window to window."""
 DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
-"""Places of the figures that the data sheets know, with their tolerances."""
+"""Indices of the coordinates that data sheets state with a tolerance."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
-"""Usual deviation of a window from the set, scaled, as far as the set itself does not tell."""
+"""Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
-"""Bounds of the shared figures, scaled: wider than any rig, and the model is defined within."""
+"""Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 _CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
-"""Relative error of the control's response that is not noise but the same in all windows, by sampling of the control
-and interpolated rows, and in how many bands it is independent."""
+"""Relative error of the control's response that all windows have in common, from the sampling of the control and from
+interpolated rows, and the number of bands in which it is independent."""
 _CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
-"""Lines over which the noise of the control's response is taken together, as a weight must not hang on its own
-denominator, and relative variance up to which they tell it; a line of so many times their variance lies at a zero of
-the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's relative variance is v: at most
-by 0.7 %."""
+"""Lines over which the noise of the control's response is smoothed, since a weight must not depend on its own
+denominator; largest relative variance at which they are used; and the ratio to the smoothed variance from which a line
+counts as lying at a zero of the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's
+relative variance is v: at most by 0.7 %."""
 _WIDE = 30.0
-"""Prior deviation, scaled, of a figure on which the data sheets are silent."""
+"""Prior standard deviation of a coordinate that the data sheets do not state."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Extension:
     cause: Cause
     shape: float
     windows: tuple[int, ...] | None = None
-    """Rows in which it is present; all where not given."""
+    """Rows of the windows in which it is present; all where not given."""
 
     def present(self, windows: int) -> Floats | float:
         """1 where it is present and 0 elsewhere, (W, 1)."""
@@ -79,19 +80,19 @@ class Extension:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Figures of a set, scaled."""
+    """Coordinates of a set and sizes of its causes."""
 
     shared: Floats
-    """(11,)"""
+    """(11,) coordinates shared by all windows."""
     local: Floats
-    """(W, 4) deviations."""
+    """(W, 4) deviations of each window from them."""
     sizes: Floats
-    """(extensions,)"""
+    """(extensions,) sizes of the causes, in their units."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The set's whitened residuals and their derivatives about a point."""
+    """Whitened residuals of a set and the Jacobian of its responses at a point."""
 
     residual: Complex
     """(W, rows); real and imaginary part are standard normal where the model is right."""
@@ -99,7 +100,7 @@ class Linearised:
     """(W, 11 + extensions, rows) of the modelled responses, whitened."""
 
     def mobility_chi2(self, frequencies: int) -> float:
-        """Sum of squared residuals of the mobilities, which are the first rows."""
+        """Sum of squared residuals of the mobilities, which come first among the rows."""
         return float(np.sum(np.abs(self.residual[:, :frequencies]) ** 2))
 
 
@@ -108,7 +109,7 @@ class SetModel:
 
     Parameters
     ----------
-    deviation : how far windows deviate from the set, scaled, (4,)
+    deviation : prior standard deviation of the windows from the set, scaled, (4,)
     """
 
     def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
@@ -125,7 +126,7 @@ class SetModel:
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
-        """Mean and deviation of the shared figures, each (11,)."""
+        """Prior mean and standard deviation of the shared coordinates, each (11,)."""
         sheet = self.evidence.data_sheet
         lump = np.hypot(1.0, sheet.collar_relative * self.collar_inertia / _LUMP)
         mean = [1.5, 0.0, 0.0, 0.0, sheet.delay / _DELAY, sheet.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -137,13 +138,13 @@ class SetModel:
 
     @property
     def collar_inertia(self) -> float:
-        """Inertia of the tally's collars, kg m²."""
+        """Inertia of the collars in the tally, kg m²."""
         sheet = self.evidence.data_sheet
         return Section(sheet.collar_length, sheet.collar_polar_moment).inertia if sheet.collar_length else 0.0
 
     @cached_property
     def weight(self) -> Floats:
-        """(W, F) one over the deviation of real and imaginary part of the mobility; 0 where it is not used."""
+        """(W, F) reciprocal standard deviation of real and imaginary part of the mobility; 0 where it is not used."""
         evidence = self.evidence
         variance = evidence.variance * expected_ratio(evidence.degrees_of_freedom)
         good = evidence.used & np.isfinite(variance) & (variance > 0)
@@ -151,31 +152,31 @@ class SetModel:
 
     @cached_property
     def control_weight(self) -> Floats | None:
-        """(W, F) the same of the control's response; None where no command is logged."""
+        """(W, F) reciprocal standard deviations of the control's response; None where no command is logged."""
         evidence = self.evidence
         if evidence.control is None or evidence.control_variance is None:
             return None
-        told = np.abs(control(self.controller, self.s)) ** 2
-        relative = np.where(self.weight > 0, evidence.control_variance / told, np.nan)
+        stated = np.abs(control(self.controller, self.s)) ** 2
+        relative = np.where(self.weight > 0, evidence.control_variance / stated, np.nan)
         noise = _smooth(relative)
-        # at a zero of the mobility a line tells nothing, whatever its neighbours do
+        # a line at a zero of the mobility carries no information, whatever its neighbours do
         good = (relative <= noise * _ZERO) & (noise < _CLEAR)
         lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
         common = lines * _CONTROL_FLOOR**2
         if evidence.control_rounding is not None:
-            common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / told, np.nan))
-        # an error that all windows share counts as if each had one of its own that is so much larger
-        variance = np.where(good, (noise + evidence.windows * common) * told, np.inf)
+            common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / stated, np.nan))
+        # an error common to all windows weighs as much as independent ones of W times its variance
+        variance = np.where(good, (noise + evidence.windows * common) * stated, np.inf)
         return np.asarray(np.sqrt(2 / variance), dtype=float)
 
     @property
     def rows(self) -> int:
-        """Complex rows a window: frequencies of the mobility, then those of the control's response."""
+        """Number of complex rows per window: frequencies of the mobility, then those of the control's response."""
         weight = self.control_weight
         return self.s.size + (0 if weight is None else int(weight.any(axis=0).sum()))
 
     def start(self) -> Point:
-        """From the windows' own fits."""
+        """The point that the windows' own fits give."""
         fitted = self.evidence.fitted
         shared = self.prior_mean.copy()
         shared[1] = np.log(np.clip(_middle(fitted, DELTA) / _DELTA, 0.05, 20.0))
@@ -186,13 +187,13 @@ class SetModel:
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
-        """As the data sheets say, and as the windows' own fits where they are silent."""
-        fitted, silent = self.start(), self.prior_error >= _WIDE
-        return Point(np.where(silent, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
+        """The point that the data sheets state, and the windows' own fits where they do not."""
+        fitted, unstated = self.start(), self.prior_error >= _WIDE
+        return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
-    def window_model(self, figures: list[Any]) -> WindowModel:
-        """The model of all windows from their scaled figures, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = figures
+    def window_model(self, coordinates: list[Any]) -> WindowModel:
+        """The model of all windows from their eleven coordinates, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = coordinates
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
@@ -210,49 +211,49 @@ class SetModel:
             Recording(clock_offset=_CLOCK * clock),
         )
 
-    def figures(self, point: Point) -> Floats:
-        """Scaled figures of every window, shape (11, W, 1)."""
-        each = np.tile(point.shared[:, None], (1, self.evidence.windows))
-        each[list(LOCAL)] += point.local.T
-        return each[..., None]
+    def coordinates(self, point: Point) -> Floats:
+        """Coordinates of every window, shape (11, W, 1)."""
+        values = np.tile(point.shared[:, None], (1, self.evidence.windows))
+        values[list(LOCAL)] += point.local.T
+        return values[..., None]
 
     def extended(self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...]) -> WindowModel:
-        """The setup with causes at their sizes."""
+        """The window model with causes at their sizes."""
         for extension, size in zip(extensions, sizes, strict=True):
-            here = size * extension.present(self.evidence.windows)
-            window_model = extension.cause.extend(window_model, here, extension.shape, self.operating_point)
+            present = size * extension.present(self.evidence.windows)
+            window_model = extension.cause.extend(window_model, present, extension.shape, self.operating_point)
         return window_model
 
     def window_model_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> WindowModel:
-        """The model of all windows at a point, with figures of shape (W, 1)."""
+        """The model of all windows at a point, with parameters of shape (W, 1)."""
         sizes = point.sizes.tolist() if extensions else []
-        return self.extended(self.window_model(list(self.figures(point))), sizes, extensions)
+        return self.extended(self.window_model(list(self.coordinates(point))), sizes, extensions)
 
     def with_evidence(self, evidence: Evidence) -> "SetModel":
-        """The same model of other data: windows deviate as far as they have been found to."""
+        """The same model for other data; the estimated deviation of the windows is kept."""
         return SetModel(evidence, self.deviation)
 
     def linearised(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Linearised:
-        """Residuals and exact derivatives to the figures and to the sizes."""
+        """Residuals and exact derivatives with respect to the coordinates and the sizes."""
         count = SHARED + len(extensions)
         directions = np.eye(count)
-        values = [*self.figures(point), *(np.full((1, 1), size) for size in point.sizes)]
+        values = [*self.coordinates(point), *(np.full((1, 1), size) for size in point.sizes)]
         duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
         window_model = self.extended(self.window_model(duals[:SHARED]), duals[SHARED:], extensions)
         return self._whitened(window_model, count)
 
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
-        """Derivative (W, rows) of the whitened responses to the size of a further cause at zero."""
+        """Derivative (W, rows) of the whitened responses with respect to the size of a further cause, at zero."""
         size = Dual(np.zeros((1, 1)), np.ones(1))
-        grown = self.extended(self.window_model_at(point, extensions), [size], (further,))
-        return self._whitened(grown, 1).jacobian[:, 0]
+        extended = self.extended(self.window_model_at(point, extensions), [size], (further,))
+        return self._whitened(extended, 1).jacobian[:, 0]
 
-    def changed(self, mobility: Complex, answer: Complex) -> Complex:
+    def whitened_changes(self, mobility: Complex, response: Complex) -> Complex:
         """Whitened rows (W, K, rows) of changes of the mobilities and of the control's responses, (W, K, F) each."""
         pieces, weight = [mobility * self.weight[:, None]], self.control_weight
         if weight is not None:
             rows = weight.any(axis=0)
-            pieces.append(answer[..., rows] * weight[:, None, rows])
+            pieces.append(response[..., rows] * weight[:, None, rows])
         return np.concatenate(pieces, axis=-1)
 
     def predicted(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:

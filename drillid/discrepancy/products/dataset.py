@@ -16,8 +16,8 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
-from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_figures
-from drillid.discrepancy.products.extended_model import FIGURES, extension_variables, parameters
+from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
+from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.prediction import PHASES, driven, held_out_predictions, in_band, mean_period
 from drillid.discrepancy.products.reflectogram import reflectogram
@@ -32,18 +32,21 @@ Columns = dict[str, tuple[tuple[str, ...], Any]]
 
 
 def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate: float) -> xr.Dataset:
-    """Everything that is kept of the examinations of a well; without a set, the dataset without a row.
+    """All that is stored of the examinations of a well; an empty dataset where the well has no set.
 
     Parameters
     ----------
-    error_rate : at which an echo of the reflectogram stands out
+    error_rate : probability that noise alone passes the level of a reflectogram anywhere
     """
     if not sets:
         return EXAMINATIONS.empty()
     windows = data.windows.sizes["window"]
-    each = [_of_set(one, data, error_rate) for one in sets]
-    stacked = {name: (("set", *dims), np.array([one[name][1] for one in each])) for name, (dims, _) in each[0].items()}
-    dataset = xr.Dataset(stacked | _of_windows(sets, data) | extension_variables(sets, windows))
+    variables = [_set_variables(examined, data, error_rate) for examined in sets]
+    stacked = {
+        name: (("set", *dims), np.array([of_set[name][1] for of_set in variables]))
+        for name, (dims, _) in variables[0].items()
+    }
+    dataset = xr.Dataset(stacked | _window_variables(sets, data) | extension_variables(sets, windows))
     return dataset.assign_coords(
         {name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")}
         | {
@@ -52,22 +55,22 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
             "cause_": list(CATALOGUE),
             "port": list(unknown.CHANNELS),
         }
-        | {"parameter": list(PARAMETERS), "coordinate": list(FIGURES)}
+        | {"parameter": list(PARAMETERS), "coordinate": list(COORDINATES)}
     )
 
 
-def _of_windows(sets: Sequence[ExaminedSet], data: WellData) -> Columns:
-    """Whitened residuals before and after, the eight parameters of the sets' models, and each window's set."""
+def _window_variables(sets: Sequence[ExaminedSet], data: WellData) -> Columns:
+    """Whitened residuals of base and extended model, the eight parameters of the latter, and each window's set."""
     shape = (data.windows.sizes["window"], data.mobility.sizes["frequency"])
     number = np.full(shape[0], -1)
     before, after = np.full((2, *shape), complex(np.nan, np.nan))
     values = np.full((shape[0], len(PARAMETERS)), np.nan)
-    for place, one in enumerate(sets):
-        found = one.examination
-        number[one.rows] = place
-        before[one.rows] = _residual(found, found.base, ())
-        after[one.rows] = _residual(found, found.extended, found.extensions)
-        values[one.rows] = parameters(found.model, found.extended.point)
+    for index, examined in enumerate(sets):
+        examination = examined.examination
+        number[examined.rows] = index
+        before[examined.rows] = _residual(examination, examination.base, ())
+        after[examined.rows] = _residual(examination, examination.extended, examination.extensions)
+        values[examined.rows] = parameters(examination.model, examination.extended.point)
     residual_dims = ("window", "frequency")
     return {
         "window_set": (("window",), number),
@@ -77,46 +80,47 @@ def _of_windows(sets: Sequence[ExaminedSet], data: WellData) -> Columns:
     }
 
 
-def _residual(found: Examination, fit: SetFit, extensions: tuple[Extension, ...]) -> Complex:
+def _residual(examination: Examination, fit: SetFit, extensions: tuple[Extension, ...]) -> Complex:
     """Whitened residuals of the mobilities, NaN where they are not used, (W, F)."""
-    model = found.model
+    model = examination.model
     residual = model.residual(fit.point, extensions)[:, : model.s.size]
     return np.where(model.weight > 0, residual, complex(np.nan, np.nan))
 
 
-def _of_set(one: ExaminedSet, data: WellData, error_rate: float) -> Columns:
+def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> Columns:
     """Variables of one set, without the dimension `set`."""
-    found = one.examination
-    depth = found.model.evidence.operating_points.hole_depth
-    members = [name for verdict in found.verdicts for name in verdict.members]
-    before = reflectogram(found.model, found.base, (), error_rate)
-    after = reflectogram(found.model, found.extended, found.extensions, error_rate) if found.extensions else before
+    examination = examined.examination
+    model, extensions = examination.model, examination.extensions
+    depth = model.evidence.operating_points.hole_depth
+    members = [name for verdict in examination.verdicts for name in verdict.members]
+    before = reflectogram(model, examination.base, (), error_rate)
+    after = reflectogram(model, examination.extended, extensions, error_rate) if extensions else before
     return {
-        "verdict": ((), " + ".join(verdict.verdict for verdict in found.verdicts)),
-        "advice": ((), advice_text(found, members)),
+        "verdict": ((), " + ".join(verdict.verdict for verdict in examination.verdicts)),
+        "advice": ((), advice_text(examination, members)),
         "from_m": ((), depth.min()),
         "to_m": ((), depth.max()),
-        "p_value_before": ((), found.before.p_value),
-        "p_value_after": ((), found.after.p_value),
+        "p_value_before": ((), examination.before.p_value),
+        "p_value_after": ((), examination.after.p_value),
         "distance": (("place",), before.distance),
         "reflection_before": (("place",), before.reflection),
         "reflection_after": (("place",), after.reflection),
         "reflection_level": (("place",), after.level),
-        **_evidence(found),
-        **_matrix(found),
-        **_missing(found),
-        **_held_out(one, data),
+        **_evidence(examination),
+        **_separation(examination),
+        **_missing(examination),
+        **_held_out(examined, data),
     }
 
 
-def _evidence(found: Examination) -> Columns:
-    """Evidence of every cause, by the best fit where there is one, and of the ports."""
-    linear = found.before.by_cause
-    if found.posterior is not None:
-        linear |= {one.name: one.log_evidence for one in found.posterior.refined}
-    detections = {one.cause: one for one in found.detections}
+def _evidence(examination: Examination) -> Columns:
+    """Evidence for every cause, by its non-linear fit where there is one, and for something unknown at the ports."""
+    by_cause = examination.before.by_cause
+    if examination.posterior is not None:
+        by_cause |= {cause.name: cause.log_evidence for cause in examination.posterior.fitted_causes}
+    detections = {detection.cause: detection for detection in examination.detections}
     return {
-        "log_evidence": (("cause",), [linear.get(name, np.nan) for name in CATALOGUE]),
+        "log_evidence": (("cause",), [by_cause.get(name, np.nan) for name in CATALOGUE]),
         "detection_log_evidence": (
             ("cause",),
             [detections[name].log_evidence if name in detections else np.nan for name in CATALOGUE],
@@ -125,18 +129,18 @@ def _evidence(found: Examination) -> Columns:
             ("cause",),
             [detections[name].p_value if name in detections else np.nan for name in CATALOGUE],
         ),
-        "unknown_evidence": (("port",), [found.before.unknown[port] for port in unknown.CHANNELS]),
+        "unknown_evidence": (("port",), [examination.before.unknown[port] for port in unknown.CHANNELS]),
     }
 
 
-def _matrix(found: Examination) -> Columns:
-    """Smallest detectable sizes and distances of the linear causes at the identified figures and their best shapes."""
-    chosen = [found.before.candidates[place] for place in best_shapes(found.before)]
-    causes = [one.cause for one in chosen]
+def _separation(examination: Examination) -> Columns:
+    """Smallest detectable sizes and distances of the linear causes at the identified fit and their best shapes."""
+    chosen = [examination.before.candidates[index] for index in best_shapes(examination.before)]
+    causes = [candidate.cause for candidate in chosen]
     names = list(CATALOGUE)
     rows = [names.index(cause.name) for cause in causes]
-    fit = identified_figures(found)
-    projection = project(found.model, fit, (), columns(found.model, fit, (), chosen))
+    fit = identified_fit(examination)
+    projection = project(examination.model, fit, (), columns(examination.model, fit, (), chosen))
     smallest, typical = np.full((2, len(names)), np.nan)
     distance = np.full((len(names), len(names)), np.nan)
     typical[rows] = [cause.size.typical for cause in causes]
@@ -149,17 +153,20 @@ def _matrix(found: Examination) -> Columns:
     }
 
 
-def _missing(found: Examination) -> Columns:
+def _missing(examination: Examination) -> Columns:
     """The missing immittance where the verdict is unknown."""
-    size = found.model.s.size
+    size = examination.model.s.size
     values, rational = np.full((2, size), complex(np.nan, np.nan))
     deviation, reading = np.full(size, np.nan), ""
-    ports = [one.family for one in found.verdicts if one.verdict == UNKNOWN and one.family in unknown.PORTS]
+    families = [verdict.family for verdict in examination.verdicts if verdict.verdict == UNKNOWN]
+    ports = [family for family in families if family in unknown.PORTS]
     if ports:
-        missing = missing_immittance(found.model, found.base, ports[0])
+        missing = missing_immittance(examination.model, examination.base, ports[0])
         values, rational, deviation = missing.values, missing.rational, missing.deviation
-        kind = "" if missing.passive else " (it gives energy somewhere: the model holds too much damping there)"
-        reading = f"at the port {ports[0]}: {missing.reading}{kind}"
+        active = (
+            "" if missing.passive else " (it supplies energy in part of the band: the model is damped too much there)"
+        )
+        reading = f"at the port {ports[0]}: {missing.reading}{active}"
     return {
         "missing_immittance": (("frequency",), values),
         "missing_rational": (("frequency",), rational),
@@ -168,21 +175,22 @@ def _missing(found: Examination) -> Columns:
     }
 
 
-def _held_out(one: ExaminedSet, data: WellData) -> Columns:
+def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
     """The held-out window's predictions over frequency, and over a period of its sweep where that repeats."""
-    row, base, extended = held_out_predictions(one.examination)
-    window = int(one.rows[row])
-    frequency = one.examination.model.evidence.frequency
+    model = examined.examination.model
+    row, base, extended = held_out_predictions(examined.examination)
+    window = int(examined.rows[row])
+    frequency = model.evidence.frequency
     time, speed, by_base, by_extended = np.full((4, PHASES), np.nan)
     error, period = np.nan, float(data.spectra["sweep_period"][window])
     channels = window_channels(data.records, data.windows, window, ("torque_sweep", "speed"))
     if period > 0 and np.isfinite(channels).all():
-        rate, used = sample_rate(data.records), one.examination.model.weight[row] > 0
+        rate, used = sample_rate(data.records), model.weight[row] > 0
         band = float(frequency[used].min()), float(frequency[used].max())
         sweep, _ = mean_period(channels[0], rate, period)
         speed, error = mean_period(channels[1], rate, period)
         time, speed = np.arange(PHASES) * period / PHASES, in_band(speed, period, band)
-        by_base, by_extended = (driven(each, sweep, period, band) for each in (base, extended))
+        by_base, by_extended = (driven(prediction, sweep, period, band) for prediction in (base, extended))
     return {
         "held_out_window": ((), int(data.windows["window"][window])),
         "held_out_base": (("frequency",), base.mobility(frequency)),

@@ -1,7 +1,7 @@
-"""What is missing at the port that localises an unknown misfit: its admittance, a rational fit, its physical reading.
+"""What the model lacks at the port that localises an unknown misfit: admittance, rational fit, interpretation.
 
-The smooth disturbance of `unknown` has a Gaussian posterior; its mean is the admittance that the data put at the
-port beside the model's. It is fitted by AAA (Nakatsukasa, Sète and Trefethen 2018, SIAM Journal on Scientific
+The smooth disturbance of `unknown` has a Gaussian posterior; its mean is the admittance that the data show at the port
+in addition to the model's. It is fitted by AAA (Nakatsukasa, Sète and Trefethen 2018, SIAM Journal on Scientific
 Computing 40, A1494–A1522) and read as a spring, an inertia and a damping, or as a gain and a delay.
 """
 
@@ -28,23 +28,23 @@ _ROWS = 200
 
 @dataclass(frozen=True, eq=False)
 class Immittance:
-    """What is missing at a port."""
+    """The admittance, or the relative change, that the model lacks at a port."""
 
     port: str
     values: Complex
     """(F,) posterior mean of the admittance, N m s/rad; at `unknown.RELATIVE` ports the share of what they multiply."""
     deviation: Floats
-    """(F,) posterior deviation of real and imaginary part."""
+    """(F,) posterior standard deviation of real and imaginary part."""
     rational: Complex
-    """(F,) of the rational fit; its real part is nowhere negative where it is passive."""
+    """(F,) the rational fit; where it is passive its real part is nowhere negative."""
     passive: bool
-    """Whether the admittance does not give energy anywhere in the band, within twice its deviation."""
+    """Whether the admittance supplies no energy anywhere in the band, within twice its deviation."""
     reading: str
-    """In words."""
+    """Physical interpretation, in words."""
 
 
 def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tuple[Extension, ...] = ()) -> Immittance:
-    """De-embed what a model lacks at a port, from all windows together.
+    """De-embed the part that a model lacks at a port, from all windows together.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tupl
         system = model.window_model_at(fit.point).system
         scale = float(np.mean(system.string[0].characteristic_admittance))
     values = np.asarray(scale * (mean[:half] + 1j * mean[half:]) @ basis, dtype=complex)
-    spread = [np.einsum("kf,kl,lf->f", basis, block, basis) for block in _blocks(covariance, half)]
-    deviation = scale * np.sqrt(np.maximum(sum(spread) / 2, 0.0))
+    variances = [np.einsum("kf,kl,lf->f", basis, block, basis) for block in _blocks(covariance, half)]
+    deviation = scale * np.sqrt(np.maximum(sum(variances) / 2, 0.0))
     rational = _rational(model.evidence.frequency, values, deviation)
     passive = relative or bool(np.all(rational.real >= -2 * deviation))
     if passive and not relative:
-        # what the deviation leaves open is decided for a part that takes energy
+        # within its deviation the part is taken to be passive
         rational = rational + max(0.0, -float(rational.real.min()))
     reading = _read_factor if relative else _read_admittance
     response = np.concatenate([scale * basis.T, 1j * scale * basis.T], axis=1)
@@ -77,7 +77,7 @@ def _blocks(covariance: Floats, half: int) -> tuple[Floats, Floats]:
 
 
 def _posterior(projection: Projection) -> tuple[Floats, Floats]:
-    """Mean and covariance of the disturbance's coefficients, the prior's amplitude and smoothness by their evidence."""
+    """Mean and covariance of the disturbance's coefficients, averaged over amplitudes and smoothness by evidence."""
     evidence, means, covariances = [], [], []
     for root in unknown.prior_roots():
         information, score = root.T @ projection.information @ root, root.T @ projection.score
@@ -90,9 +90,9 @@ def _posterior(projection: Projection) -> tuple[Floats, Floats]:
             covariances.append(root @ covariance @ root.T)
     share = softmax(evidence)
     mean = np.einsum("a,ai->i", share, np.array(means))
-    apart = np.array(means) - mean
-    spread = np.einsum("a,aij->ij", share, np.array(covariances)) + np.einsum("a,ai,aj->ij", share, apart, apart)
-    return mean, spread
+    offset = np.array(means) - mean
+    within = np.einsum("a,aij->ij", share, np.array(covariances))
+    return mean, within + np.einsum("a,ai,aj->ij", share, offset, offset)
 
 
 def _rational(frequency: Floats, values: Complex, deviation: Floats) -> Complex:
@@ -112,40 +112,40 @@ def _rational(frequency: Floats, values: Complex, deviation: Floats) -> Complex:
 
 
 def _weighted(response: Complex, covariance: Floats, mean: Floats, shapes: Complex) -> tuple[Floats, Floats]:
-    """Coefficients of shapes (F, n) in the curve response @ mean, with their standard errors."""
+    """Least-squares coefficients of shapes (F, n) in the curve response @ mean, with their standard errors."""
     target = response @ mean
     rows = np.concatenate([shapes.real, shapes.imag])
     inverse = np.linalg.pinv(rows)
     value = inverse @ np.concatenate([target.real, target.imag])
-    map_ = inverse @ np.concatenate([response.real, response.imag])
-    return value, np.sqrt(np.diag(map_ @ covariance @ map_.T))
+    from_mean = inverse @ np.concatenate([response.real, response.imag])
+    return value, np.sqrt(np.diag(from_mean @ covariance @ from_mean.T))
 
 
 def _read_admittance(s: Complex, mean: Floats, covariance: Floats, response: Complex) -> str:
-    """Inertia, damping and spring beside the port."""
+    """Read as an inertia, a damping and a spring in parallel at the port."""
     shapes = np.stack([s, np.ones_like(s), 1 / s], axis=1)
     value, error = _weighted(response, covariance, mean, shapes)
     parts = (("an inertia", "kg m²"), ("a damping", "N m s/rad"), ("a spring", "N m/rad"))
-    said = [
-        f"{name} of {figure:.3g} ± {deviation:.2g} {unit}"
-        for (name, unit), figure, deviation in zip(parts, value, error, strict=True)
-        if abs(figure) > PART_READ * deviation
+    readings = [
+        f"{name} of {coefficient:.3g} ± {deviation:.2g} {unit}"
+        for (name, unit), coefficient, deviation in zip(parts, value, error, strict=True)
+        if abs(coefficient) > PART_READ * deviation
     ]
-    return _listed(said, "beside the model's")
+    return _listed(readings, "in addition to the model's")
 
 
 def _read_factor(s: Complex, mean: Floats, covariance: Floats, response: Complex) -> str:
-    """A gain and a delay."""
+    """Read as a gain and a delay."""
     value, error = _weighted(response, covariance, mean, np.stack([np.ones_like(s), -s], axis=1))
-    said = []
+    readings = []
     if abs(value[0]) > PART_READ * error[0]:
-        said.append(f"a gain of {100 * value[0]:.2g} ± {100 * error[0]:.1g} %")
+        readings.append(f"a gain of {100 * value[0]:.2g} ± {100 * error[0]:.1g} %")
     if abs(value[1]) > PART_READ * error[1]:
-        said.append(f"a delay of {1e3 * value[1]:.3g} ± {1e3 * error[1]:.2g} ms")
-    return _listed(said, "beyond the model")
+        readings.append(f"a delay of {1e3 * value[1]:.3g} ± {1e3 * error[1]:.2g} ms")
+    return _listed(readings, "in addition to the model's")
 
 
-def _listed(said: list[str], ending: str) -> str:
-    if not said:
+def _listed(readings: list[str], ending: str) -> str:
+    if not readings:
         return "no spring, inertia, damping, gain or delay explains it by itself"
-    return f"{', '.join(said)} {ending}"
+    return f"{', '.join(readings)} {ending}"

@@ -1,4 +1,4 @@
-"""A held-out window as base and extended model predict it, over frequency and in time."""
+"""Predictions of a held-out window by base and extended model, over frequency and in time."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ PHASES = 2400
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One window as a model predicts it that was fitted without it."""
+    """Prediction of one window by a model that was fitted without it."""
 
     window_model: WindowModel
     row: int
-    """The window's row in the set, where figures of `window_model` have one for each."""
+    """The window's row in the set, where parameters of `window_model` have one for each window."""
 
     def mobility(self, frequency: Floats) -> Complex:
         """Command mobility, (frequency,)."""
@@ -35,28 +35,29 @@ class Prediction:
         return np.asarray(response[self.row if response.shape[0] > 1 else 0], dtype=complex)
 
 
-def held_out_predictions(found: Examination) -> tuple[int, Prediction, Prediction]:
+def held_out_predictions(examination: Examination) -> tuple[int, Prediction, Prediction]:
     """The middle window of a set, and its prediction by base and extended model.
 
-    Both are fitted to the other windows; damping and inertia at the bit and along the string, which every window
-    has of its own, are then fitted to the held-out window by both alike. Of a single window every other frequency
-    is held out.
+    Both are fitted to the other windows; damping and inertia at the bit and along the string, which vary from window
+    to window, are then fitted to the held-out window by both alike. Of a single window every other frequency is held
+    out.
     """
-    evidence = found.model.evidence
+    model, extensions = examination.model, examination.extensions
+    evidence = model.evidence
     row = int(np.argsort(evidence.operating_points.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
     held[row, :: 2 if evidence.windows == 1 else 1] = True
 
-    def predicted(start: Point, extensions: tuple[Extension, ...]) -> Prediction:
-        point = trained_without(found.model, held, start, extensions)
-        return Prediction(found.model.window_model_at(point, extensions), row)
+    def predicted(start: Point, present: tuple[Extension, ...]) -> Prediction:
+        point = trained_without(model, held, start, present)
+        return Prediction(model.window_model_at(point, present), row)
 
-    base = predicted(found.base.point, ())
-    return row, base, predicted(found.extended.point, found.extensions) if found.extensions else base
+    base = predicted(examination.base.point, ())
+    return row, base, predicted(examination.extended.point, extensions) if extensions else base
 
 
 def mean_period(series: Floats, rate: float, period: float) -> tuple[Floats, float]:
-    """Mean over the whole periods in a record, at PHASES points, and its standard error, root mean square.
+    """Mean over the whole periods in a record, at PHASES points, and its root-mean-square standard error.
 
     Parameters
     ----------
@@ -66,21 +67,21 @@ def mean_period(series: Floats, rate: float, period: float) -> tuple[Floats, flo
     """
     whole = int(series.size / rate / period)
     time = (np.arange(whole * PHASES) * period / PHASES).reshape(whole, PHASES)
-    each = np.interp(time, np.arange(series.size) / rate, series)
-    each = each - each.mean(axis=1, keepdims=True)
-    error = np.sqrt(np.mean(each.var(axis=0, ddof=1)) / whole) if whole > 1 else np.nan
-    return each.mean(axis=0), float(error)
+    periods = np.interp(time, np.arange(series.size) / rate, series)
+    periods = periods - periods.mean(axis=1, keepdims=True)
+    error = np.sqrt(np.mean(periods.var(axis=0, ddof=1)) / whole) if whole > 1 else np.nan
+    return periods.mean(axis=0), float(error)
 
 
 def in_band(series: Floats, period: float, band: tuple[float, float]) -> Floats:
-    """What of one period (PHASES,) lies within a band of frequencies (Hz)."""
+    """The part of one period (PHASES,) within a band of frequencies (Hz)."""
     lines = np.fft.rfft(series)
     frequency = np.arange(lines.size) / period
     return np.fft.irfft(np.where((frequency >= band[0]) & (frequency <= band[1]), lines, 0.0), PHASES)
 
 
 def driven(prediction: Prediction, sweep: Floats, period: float, band: tuple[float, float]) -> Floats:
-    """Speed (rad/s) over one period that a sweep (N m), both (PHASES,), drives within a band."""
+    """Speed (rad/s) within a band over one period, as driven by a sweep (N m); both (PHASES,)."""
     lines = np.fft.rfft(sweep)
     frequency = np.arange(lines.size) / period
     inside = (frequency >= band[0]) & (frequency <= band[1])

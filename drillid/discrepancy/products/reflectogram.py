@@ -1,8 +1,8 @@
-"""Where along the string the model goes wrong: measured less modelled reflection seen from the string's top.
+"""Where along the string the model is wrong: measured less modelled reflection, seen from the string's top.
 
-The mobility gives the string's input admittance, and that the reflection of the wave that runs down the pipe. What
-the model leaves of it, brought back to the time domain, is an echo at the distance where something sends waves up
-that the model does not (time-domain reflectometry).
+The mobility gives the string's input admittance, and this the reflection of the wave that travels down the pipe. The
+part that the model does not explain, transformed to the time domain, is an echo at the distance of a reflection that
+the model lacks (time-domain reflectometry).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from drillid.physics.top_drive import torque_transfers
 PLACES = 200
 """Distances along the string."""
 _WORTH = 0.1
-"""Echo that is worth knowing: frequencies whose noise is below it count alike."""
+"""Smallest echo of interest: frequencies whose noise is below it have equal weights."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +34,21 @@ class Reflectogram:
     distance: Floats
     """(PLACES,) m along the string from its top."""
     reflection: Floats
-    """(PLACES,) 1, of the wave that runs down."""
+    """(PLACES,) 1, relative to the incident wave."""
     level: Floats
-    """(PLACES,) size that noise alone passes nowhere, but for the error rate."""
+    """(PLACES,) level that noise alone exceeds anywhere only with the error rate."""
 
 
 def reflectogram(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], error_rate: float) -> Reflectogram:
-    """The reflectogram of what a fitted model leaves over.
+    """The reflectogram of the residuals of a fitted model.
 
-    Each distance is a linear function of the whitened residuals; its noise is what of that function the fitted
-    figures leave free. The level counts every distance as a test of its own (Šidák 1967).
+    The reflection at each distance is a linear function of the whitened residuals; its noise is the part of that
+    function that the fitted coordinates do not absorb. The level is corrected for one test at every distance (Šidák
+    1967).
 
     Parameters
     ----------
-    error_rate : chance that noise alone passes the level anywhere
+    error_rate : probability that noise alone exceeds the level anywhere
     """
     longest = float(np.max(model.evidence.operating_points.bit_depth))
     distance = np.linspace(0.0, 1.05 * longest, PLACES)
@@ -60,14 +61,13 @@ def reflectogram(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
 def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], distance: Floats) -> Complex:
     """Functions (W, PLACES, rows) whose products with the whitened residuals are the reflection at each distance.
 
-    Windows and frequencies count by the noise of their reflection, times a Hann window so that one echo does not
-    ring.
+    Windows and frequencies are weighted by the noise of their reflection, and by a Hann window against ringing.
     """
     window_model = model.window_model_at(fit.point, extensions)
     s, system, mobility = model.s, window_model.system, window_model.mobility(model.s)
     admittance, characteristic = string_admittance(system, s), propagation(system.string[0], s)[1]
     command, _ = torque_transfers(system.top_drive, s)
-    # R = (Y₀ − Y)/(Y₀ + Y) with Y = W R_record/M less what the top drive takes
+    # R = (Y₀ − Y)/(Y₀ + Y) with Y = W R_record/M less the admittance of the top drive
     of_admittance = -2 * characteristic / (characteristic + admittance) ** 2
     per_mobility = of_admittance * -command * window_model.recording.transfer(s) / mobility**2
     good = model.weight > 0
@@ -75,17 +75,16 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
     share = np.where(good, np.hanning(s.size + 2)[1:-1] / (np.abs(per_residual) ** 2 + _WORTH**2), 0.0)
     weighted = per_residual * share / share.sum()
     delay = 2 * distance * np.sqrt(STEEL_DENSITY / STEEL_SHEAR_MODULUS)
-    turned = np.exp(delay[:, None] * s)
-    found = np.conj(weighted[:, None, :] * turned)
-    missing = np.zeros((*found.shape[:2], model.rows - s.size), dtype=complex)
-    return np.concatenate([found, missing], axis=-1)
+    advance = np.exp(delay[:, None] * s)
+    of_mobility = np.conj(weighted[:, None, :] * advance)
+    of_control = np.zeros((*of_mobility.shape[:2], model.rows - s.size), dtype=complex)
+    return np.concatenate([of_mobility, of_control], axis=-1)
 
 
-def echoes(found: Reflectogram) -> list[tuple[float, float]]:
+def echoes(result: Reflectogram) -> list[tuple[float, float]]:
     """Distance (m) and size of every local extreme beyond the level, largest first."""
-    size = np.abs(found.reflection)
-    inner = (size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > found.level[1:-1])
+    size = np.abs(result.reflection)
+    inner = (size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > result.level[1:-1])
     rows = np.flatnonzero(inner) + 1
-    return sorted(
-        ((float(found.distance[row]), float(found.reflection[row])) for row in rows), key=lambda one: -abs(one[1])
-    )
+    extremes = ((float(result.distance[row]), float(result.reflection[row])) for row in rows)
+    return sorted(extremes, key=lambda echo: -abs(echo[1]))

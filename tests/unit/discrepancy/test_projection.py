@@ -1,4 +1,4 @@
-"""How well causes can be told apart, against closed forms of two directions."""
+"""How well causes can be separated, against closed forms of two directions."""
 
 import numpy as np
 import pytest
@@ -10,12 +10,12 @@ DIRECTIONS = LENGTHS[:, None] * np.array([[1.0, 0.0], [np.cos(ANGLE), np.sin(ANG
 PROJECTION = Projection(np.zeros(2), DIRECTIONS @ DIRECTIONS.T)
 
 
-def test_causes_are_as_far_apart_as_one_stands_off_the_line_of_the_other() -> None:
+def test_causes_are_separated_by_the_distance_of_one_from_the_line_of_the_other() -> None:
     sizes = np.array([3.0, -0.5])
     expected = np.abs(sizes) * LENGTHS * np.sin(ANGLE)
-    found = separation(PROJECTION, sizes)
-    np.testing.assert_allclose([found[0, 1], found[1, 0]], expected)
-    np.testing.assert_allclose(np.diag(found), 0, atol=1e-6)
+    distance = separation(PROJECTION, sizes)
+    np.testing.assert_allclose([distance[0, 1], distance[1, 0]], expected)
+    np.testing.assert_allclose(np.diag(distance), 0, atol=1e-6)
 
 
 def test_the_smallest_detectable_size_is_the_threshold_over_the_length() -> None:
