@@ -10,9 +10,9 @@ from drillid.physics.equipment import Motor, RegenerativeCutting
 from drillid.statistics import TWO_SIDED
 
 _HOUSING_SHARE = 0.5
-"""Of the lumped inertia below the collars, what sits in the motor's housing."""
+"""Share of the lumped inertia below the collars that is in the motor's housing."""
 _LEAST_COMPLIANCE = 1e-15
-"""rad/(N m); stands for none, of which the stiffness would be infinite."""
+"""rad/(N m), in place of zero, which would be an infinite stiffness."""
 
 
 class DistributedBha(Cause):
@@ -57,7 +57,7 @@ class MotorCompliance(Cause):
 
 
 class RegenerativeCut(Cause):
-    """Blades that cut what the blade ahead has left; the shape is the number of blades."""
+    """Regenerative cutting: each blade cuts the surface left by the blade ahead; the shape is the number of blades."""
 
     name, family, port = "regenerative_cutting", "bit", "bit"
     meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
@@ -77,7 +77,7 @@ class RegenerativeCut(Cause):
 
 
 class StribeckCut(Cause):
-    """A bit torque that falls as the bit turns faster."""
+    """Bit torque that falls with rising speed (Stribeck effect)."""
 
     name, family, port = "stribeck_cutting", "bit", "bit"
     meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
@@ -90,14 +90,14 @@ class StribeckCut(Cause):
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """Bit damping less by the size, more at low speed."""
+        """Bit damping reduced by the size at 10 rad/s, in proportion to one over the square of the speed."""
         slope = size * (10.0 / operating_point.speed) ** 2
         bit = replace(window_model.system.bit, damping=window_model.system.bit.damping - slope)
         return replace(window_model, system=replace(window_model.system, bit=bit))
 
 
 class StuckSlipRegimes(Cause):
-    """The bit stands still for part of the time."""
+    """Stick-slip: the bit stands still for part of the time."""
 
     name, family, port = "stuck_slip_regimes", "bit", "bit"
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
@@ -107,15 +107,19 @@ class StuckSlipRegimes(Cause):
         "Turn faster or take weight off until the bit no longer stands; the parameters of these windows do not hold "
         "for smooth drilling."
     )
-    regime = True
+    distorts_responses = True
     size = Size("bit speed's swing per mean speed", "1", 1.0, 0.0, 5.0)
     detector = StandingBitDetector()
     stands_alone = True
 
     def allows(self, other: Cause) -> bool:
-        """A bit that sticks leaves every other detection of the rig as well, and swings like a tone."""
+        """Whether the other is a fault of the recording other than a tone: stick-slip triggers all other detectors."""
         return other.name == self.name or (other.family == "sensor" and other.name != AliasedTone.name)
 
-    def can_have(self, size: float, size_error: float) -> bool:
-        """A bit whose speed swings by less than its mean does not stand."""
+    def admits_size(self, size: float, size_error: float) -> bool:
+        """Whether the speed swings by its mean or more: with less the bit does not stand."""
         return size + TWO_SIDED * size_error >= 1.0
+
+
+CAUSES = (DistributedBha, MotorCompliance, RegenerativeCut, StribeckCut, StuckSlipRegimes)
+"""What the catalogue takes from this file."""

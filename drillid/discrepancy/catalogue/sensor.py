@@ -10,11 +10,11 @@ from drillid.discrepancy.detectors.recorder import ClockDriftDetector, Quantisat
 from drillid.discrepancy.detectors.tone import ToneDetector
 
 _LEAST_LAG = 1e-9
-"""s; stands for none, of which the corner would be infinite."""
+"""s, in place of zero, which would be an infinite corner frequency."""
 
 
 class SpeedScale(Cause):
-    """The record shows the speed at another scale than the control sees."""
+    """The speed is recorded at another scale than the control measures it."""
 
     name, family, port = "speed_scale", "sensor", "sensor"
     meaning = "the recorded speed is off by a factor"
@@ -36,8 +36,8 @@ class SignOrUnit(Cause):
     """A channel with the wrong sign or in another unit than stated; the shape is the factor."""
 
     name, family, port = "sign_or_unit", "sensor", "sensor"
-    meaning = "a channel has the wrong sign, or is in another unit than the data sheets say"
-    separated_by = "one look at the channel beside another of its kind"
+    meaning = "a channel has the wrong sign, or is in another unit than the data sheet says"
+    separated_by = "a comparison with another channel of the same quantity"
     action = "Correct sign or unit of the channel in the rig description, then run again."
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
     # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
@@ -59,14 +59,14 @@ class ClockOffset(Cause):
     name, family, port = "clock_offset", "sensor", "clock"
     meaning = "speed and torque are stamped by clocks that differ"
     looks_like = ("drive_lag", "recorder_filter")
-    separated_by = "the logged torque command, or a tighter figure of the drive's delay"
+    separated_by = "the logged torque command, or a tighter tolerance of the drive's delay"
     action = "Have the recorder's clocks set by one source; until then shift the speed by the offset."
     size = Size("offset", "s", 0.05, -1.0, 1.0)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """The speed's record later by the size."""
+        """The recorded speed delayed by the size."""
         return replace(
             window_model,
             recording=replace(window_model.recording, clock_offset=window_model.recording.clock_offset + size),
@@ -74,20 +74,20 @@ class ClockOffset(Cause):
 
 
 class RecorderFilter(Cause):
-    """A low pass in the speed's record; the shape is its order."""
+    """A low-pass filter on the recorded speed; the shape is its order."""
 
     name, family, port = "recorder_filter", "sensor", "sensor"
     meaning = "the recorder filters the speed"
     looks_like = ("clock_offset", "drive_lag")
     separated_by = "the logged torque command, or a sweep to higher frequency"
-    action = "Ask for the record before its filter, or write the filter into the rig's data sheets."
+    action = "Ask for the record before its filter, or write the filter into the rig's data sheet."
     size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
     shapes = (1.0, 2.0)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """A Butterworth low pass."""
+        """A Butterworth low-pass filter."""
         corner = 1 / (2 * np.pi * (size + _LEAST_LAG))
         return replace(
             window_model, recording=replace(window_model.recording, filter_frequency=corner, filter_order=int(shape))
@@ -95,20 +95,20 @@ class RecorderFilter(Cause):
 
 
 class ClockDrift(Cause):
-    """A clock offset that grows."""
+    """A clock offset that grows linearly."""
 
     name, family, port = "clock_drift", "sensor", "clock"
     meaning = "the clocks of speed and torque run at different rates"
     looks_like = ("length_growth",)
     separated_by = "one clock for both channels"
     action = "Have the recorder's clocks disciplined by one source."
-    regime = True
+    distorts_responses = True
     size = Size("drift", "s/s", 1e-4, -1e-2, 1e-2)
     detector = ClockDriftDetector()
 
 
 class Quantisation(Cause):
-    """The record has coarse steps."""
+    """Coarse quantisation of the recorded speed."""
 
     name, family, port = "quantisation", "sensor", "sensor"
     meaning = "the speed is recorded in coarse steps"
@@ -118,13 +118,13 @@ class Quantisation(Cause):
     detector = QuantisationDetector()
 
     @property
-    def disturbs_responses(self) -> bool:
-        """Rounding is no longer noise where the steps are coarse."""
+    def may_explain_unknown(self) -> bool:
+        """True: rounding errors with coarse steps are not independent noise."""
         return True
 
 
 class AliasedTone(Cause):
-    """A tone above half the recorder's rate that shows below it."""
+    """A tone above half the sample rate, aliased to below it."""
 
     name, family, port = "aliased_tone", "sensor", "disturbance"
     meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
@@ -136,7 +136,7 @@ class AliasedTone(Cause):
 
 
 class OncePerRevolution(Cause):
-    """A speed sensor whose error turns with the shaft."""
+    """A speed sensor whose error is periodic with the shaft's revolution."""
 
     name, family, port = "once_per_revolution", "sensor", "sensor"
     meaning = "an eccentric wheel falsifies the speed once in every revolution"
@@ -145,3 +145,7 @@ class OncePerRevolution(Cause):
     action = "Have encoder, coupling and gear of the top drive checked for run-out."
     size = Size("share of the speed", "1", 0.02, 0.0, 0.5)
     detector = RevolutionDetector()
+
+
+CAUSES = (SpeedScale, SignOrUnit, ClockOffset, RecorderFilter, ClockDrift, Quantisation, AliasedTone, OncePerRevolution)
+"""What the catalogue takes from this file."""

@@ -19,7 +19,7 @@ def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
 
 
 class ExtraSection(Cause):
-    """A length of heavier pipe above the collars; the shape is its polar moment per pipe's."""
+    """A section of heavier pipe above the collars; the shape is its polar moment relative to the pipe's."""
 
     name, family, port = "extra_section", "string", "string"
     meaning = "a section of heavier pipe stands in the string that the tally does not show"
@@ -32,7 +32,7 @@ class ExtraSection(Cause):
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """So much of the pipe above the collars replaced by a heavier one."""
+        """A length of the pipe above the collars replaced by heavier pipe."""
         pipe, *below = window_model.system.string
         extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * shape)
         return window_model.with_string(replace(pipe, length=pipe.length - size), extra, *below)
@@ -55,7 +55,7 @@ class TaperedString(Cause):
     ) -> WindowModel:
         """The lower part's polar moment times one plus the size."""
         pipe, *below = window_model.system.string
-        # the lower pipe goes down with the bit: what is added while drilling is upper pipe
+        # the lower pipe goes down with the bit: pipe that is added while drilling is upper pipe
         share = (1 - shape) * np.mean(operating_point.length) / operating_point.length
         upper = replace(pipe, length=pipe.length * (1 - share))
         lower = replace(pipe, length=pipe.length * share, polar_moment=pipe.polar_moment * (1 + size))
@@ -63,7 +63,7 @@ class TaperedString(Cause):
 
 
 class LocalDampingZone(Cause):
-    """Viscous damping over a twentieth of the pipe; the shape is the place of its middle along the pipe."""
+    """Viscous damping over a twentieth of the pipe; the shape is the position of its centre along the pipe."""
 
     name, family, port = "local_damping_zone", "string", "string"
     meaning = "a short section of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
@@ -80,7 +80,7 @@ class LocalDampingZone(Cause):
     ) -> WindowModel:
         """Damping of the size spread over the zone."""
         pipe, *below = window_model.system.string
-        # the zone stays in the hole: pipe is added above it, so its way from the surface is the same in all windows
+        # the zone is fixed in the hole: pipe is added above it, and its measured depth is the same in all windows
         mean = np.mean(operating_point.length) / operating_point.length
         begin, width = mean * (shape - _ZONE_SHARE / 2), mean * _ZONE_SHARE
         zone = replace(pipe, length=pipe.length * width)
@@ -90,7 +90,7 @@ class LocalDampingZone(Cause):
 
 
 class MudDrag(Cause):
-    """Drag that grows with the root of frequency."""
+    """Drag that grows with the square root of frequency."""
 
     name, family, port = "mud_drag", "string", "string"
     meaning = "the mud drags on the pipe through a thin layer, more at high frequency"
@@ -107,7 +107,7 @@ class MudDrag(Cause):
 
 
 class HystereticDamping(Cause):
-    """The same loss in every cycle at any frequency."""
+    """Loss of the same share of energy in every cycle, at any frequency."""
 
     name, family, port = "hysteretic_damping", "string", "string"
     meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
@@ -124,7 +124,7 @@ class HystereticDamping(Cause):
 
 
 class CoulombContact(Cause):
-    """Friction along the wall that falls as the string turns faster."""
+    """Wall friction that falls with rising speed."""
 
     name, family, port = "coulomb_contact", "string", "string"
     meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
@@ -137,7 +137,7 @@ class CoulombContact(Cause):
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """Wall damping less by the size, more at low speed."""
+        """Wall damping reduced by the size at 10 rad/s, in proportion to one over the square of the speed."""
         pipe, *below = window_model.system.string
         slope = size * (10.0 / operating_point.speed) ** 2
         return window_model.with_string(
@@ -147,17 +147,21 @@ class CoulombContact(Cause):
 
 
 class WaveSpeed(Cause):
-    """Waves run slower or faster than the tally's steel lets them."""
+    """A wave speed other than that of plain steel pipe."""
 
     name, family, port = "wave_speed", "string", "string"
     meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
     separated_by = "windows over a longer interval of depth"
-    action = "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheets."
+    action = "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheet."
     size = Size("relative change of the pipe's travel time", "1", 0.05, -0.3, 0.5)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """The pipe longer by the size, as waves see it."""
+        """The pipe longer by the size, for the same travel time."""
         pipe, *below = window_model.system.string
         return window_model.with_string(replace(pipe, length=pipe.length * (1 + size)), *below)
+
+
+CAUSES = (ExtraSection, TaperedString, LocalDampingZone, MudDrag, HystereticDamping, CoulombContact, WaveSpeed)
+"""What the catalogue takes from this file."""

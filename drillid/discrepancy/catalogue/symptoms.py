@@ -1,4 +1,4 @@
-"""Symptoms: what a record shows that no rig as the model has it would show, whatever its cause."""
+"""Symptoms: deviations of a record from any linear time-invariant rig, whatever their cause."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from drillid.discrepancy.detectors.tone import LineDetector
 
 @dataclass(frozen=True)
 class Symptom:
-    """Something wrong that is detected without a cause; the verdict on it is `unknown`."""
+    """A deviation that is detected without a specific cause; its verdict is `unknown`."""
 
     name: str
     family: str
-    """Part of the chain where it shows."""
+    """Part of the measurement chain in which it shows."""
     meaning: str
     """In plain words."""
     separated_by: str
-    """What would show its cause."""
+    """Measurement that would show its cause."""
     detector: Detector
 
 
@@ -48,4 +48,4 @@ SYMPTOMS = {
         ),
     )
 }
-"""By name; none is the name of a cause."""
+"""All symptoms by name; names differ from those of causes."""

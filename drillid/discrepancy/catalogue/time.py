@@ -1,4 +1,4 @@
-"""Causes that make one window's response change while it is measured."""
+"""Causes that make the response change within a window."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from drillid.discrepancy.detectors.change import ChangeDetector
 from drillid.physics.parameters import DAMPING_BHA, LENGTH
 
 _PARTS = 5
-"""Of a window, in each of which a figure that moves stands still."""
+"""Number of parts of a window in each of which a changing parameter is constant."""
 
 
 class LengthGrowth(Cause):
@@ -18,44 +18,44 @@ class LengthGrowth(Cause):
     looks_like = ("clock_drift", "parameter_drift")
     separated_by = "shorter windows"
     action = "Use shorter windows at this rate of penetration."
-    regime = True
+    distorts_responses = True
     size = Size("growth within the window", "m", 20.0, 0.0, 200.0)
     detector = ChangeDetector(LENGTH, one_sided=True)
 
 
 class ParameterDrift(Cause):
-    """Damping or inertia drift within the window."""
+    """Damping at the bit drifts within the window."""
 
     name, family, port = "parameter_drift", "time", "bit"
     meaning = "damping at the bit drifts while the window lasts"
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
     action = "Look at what changed while the windows lasted: formation, weight or hole cleaning."
-    regime = True
-    moves = True
+    distorts_responses = True
+    time_varying = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
     detector = ChangeDetector(DAMPING_BHA)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """Evenly more damping than at first."""
+        """Damping that grows linearly."""
         return window_model.with_course([size * ((part + 0.5) / _PARTS) for part in range(_PARTS)])
 
 
 class RegimeChange(Cause):
-    """The response jumps within the window."""
+    """Damping at the bit jumps within the window."""
 
     name, family, port = "regime_change", "time", "disturbance"
-    meaning = "the way of drilling changes at once within the window"
+    meaning = "the drilling regime changes abruptly within the window"
     looks_like = ("parameter_drift",)
     separated_by = "windows cut at the change"
     action = (
         "Look at what changed there: hole size, cuttings, formation or vibration; a caliper log and the cuttings "
         "returns tell more."
     )
-    regime = True
-    moves = True
+    distorts_responses = True
+    time_varying = True
     size = Size("jump of bit damping", "N m s/rad", 200.0, -5e3, 5e3)
     detector = ChangeDetector(DAMPING_BHA, jumps=True)
     marks_intervals = True
@@ -64,11 +64,15 @@ class RegimeChange(Cause):
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """All of it from a moment on."""
+        """Additional damping from a moment on."""
         return window_model.with_course([size * (part >= round(shape * _PARTS)) for part in range(_PARTS)])
 
     def described(self, evidence: str) -> str:
-        """What rose where the fitted parameters left their run's level; else the meaning."""
+        """The rise, for an interval change of fitted parameters; else the meaning."""
         if " up by " in evidence:
             return f"the assembly moves in another way than in the rest of the run: {evidence}"
         return self.meaning
+
+
+CAUSES = (LengthGrowth, ParameterDrift, RegimeChange)
+"""What the catalogue takes from this file."""

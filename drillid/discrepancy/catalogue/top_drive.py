@@ -9,7 +9,7 @@ from drillid.discrepancy.detectors.drive import DelayJitterDetector, TorqueLimit
 from drillid.discrepancy.detectors.motion import BacklashDetector
 
 _LEAST_VARIANCE = 1e-12
-"""s²; stands for none, where the root has no derivative."""
+"""s², in place of zero, where the square root has no derivative."""
 
 
 class DriveLag(Cause):
@@ -18,7 +18,7 @@ class DriveLag(Cause):
     name, family, port = "drive_lag", "drive", "drive"
     meaning = "the drive's torque follows its command with a lag, not only after a delay"
     looks_like = ("clock_offset", "recorder_filter")
-    separated_by = "a sweep to higher frequency, or a tighter figure of the drive's delay"
+    separated_by = "a sweep to higher frequency, or a tighter tolerance of the drive's delay"
     action = "Tune the speed control for the lag, and ask the drive's maker for the torque loop's bandwidth."
     size = Size("time constant", "s", 0.03, 0.0, 0.3)
 
@@ -30,11 +30,11 @@ class DriveLag(Cause):
 
 
 class ActuatorGain(Cause):
-    """Torque per commanded torque other than one."""
+    """A ratio of torque to commanded torque other than one."""
 
     name, family, port = "actuator_gain", "drive", "drive"
     meaning = "the drive gives more or less torque than it is asked for"
-    separated_by = "a measured string torque, or tighter figures of top drive and pipe"
+    separated_by = "a measured string torque, or tighter tolerances of top drive and pipe"
     action = "Have the torque calibration of the drive checked: every torque limit is off by the same share."
     size = Size("gain less one", "1", 0.1, -0.6, 1.0)
 
@@ -71,7 +71,7 @@ class TorqueLimit(Cause):
     looks_like = ("torque_rate_limit",)
     separated_by = "a sweep of smaller amplitude"
     action = "Raise the torque limit if the string allows it, or expect more stick-slip at this limit."
-    regime = True
+    distorts_responses = True
     size = Size("limit", "N m", 1e4, 0.0, 1e5)
     detector = TorqueLimitDetector()
 
@@ -84,16 +84,16 @@ class TorqueRateLimit(Cause):
     looks_like = ("drive_lag", "torque_limit", "delay_jitter")
     separated_by = "a sweep of smaller amplitude"
     action = "Have the drive's ramp limit raised, or do not count on the control at high frequency."
-    regime = True
+    distorts_responses = True
     size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
     detector = TorqueRateLimitDetector()
 
 
 class ControllerGain(Cause):
-    """Gains of the speed control other than reported."""
+    """Gains of the speed control other than those of the data sheet."""
 
     name, family, port = "controller_gain", "control", "control"
-    meaning = "the speed control has other gains than the data sheets say"
+    meaning = "the speed control has other gains than the data sheet says"
     looks_like = ("speed_scale",)
     separated_by = "the logged torque command together with the top drive's inertia"
     action = "Compare the gains in the drive's settings with the data sheet and correct the wrong one."
@@ -103,20 +103,22 @@ class ControllerGain(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """Both gains times one plus the size."""
-        told = window_model.system.top_drive.controller
+        controller = window_model.system.top_drive.controller
         return window_model.with_controller(
-            proportional=told.proportional * (1 + size), integral=told.integral * (1 + size)
+            proportional=controller.proportional * (1 + size), integral=controller.integral * (1 + size)
         )
 
 
 class SpeedFilter(Cause):
-    """A filter on the speed that the data sheets do not tell."""
+    """A filter on the speed that the data sheet does not state."""
 
     name, family, port = "speed_filter", "control", "control"
     meaning = "the control filters the speed before it uses it"
     looks_like = ("torque_filter",)
-    separated_by = "a look into the drive's settings: no response tells this filter from one on the controller's torque"
-    action = "Look for a filter on the speed in the drive's settings and write it into the rig's data sheets."
+    separated_by = (
+        "a look into the drive's settings: no response distinguishes this filter from one on the controller's torque"
+    )
+    action = "Look for a filter on the speed in the drive's settings and write it into the rig's data sheet."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -127,13 +129,13 @@ class SpeedFilter(Cause):
 
 
 class TorqueFilter(Cause):
-    """A filter on the controller's torque that the data sheets do not tell."""
+    """A filter on the controller's torque that the data sheet does not state."""
 
     name, family, port = "torque_filter", "control", "control"
     meaning = "the control filters its own torque before the sweep is added"
     looks_like = ("speed_filter",)
-    separated_by = "a look into the drive's settings: no response tells this filter from one on the speed"
-    action = "Look for a filter on the torque in the drive's settings and write it into the rig's data sheets."
+    separated_by = "a look into the drive's settings: no response distinguishes this filter from one on the speed"
+    action = "Look for a filter on the torque in the drive's settings and write it into the rig's data sheet."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -144,13 +146,27 @@ class TorqueFilter(Cause):
 
 
 class GearBacklash(Cause):
-    """Play of the top drive's gear."""
+    """Backlash of the top drive's gear."""
 
     name, family, port = "gear_backlash", "top", "top"
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
     looks_like = ("delay_jitter", "coulomb_contact")
     separated_by = "a window of low mean torque beside one of high"
     action = "Have the gear of the top drive looked at; keep the mean torque well above zero."
-    regime = True
+    distorts_responses = True
     size = Size("free angle", "rad", 0.05, 0.0, 1.0)
     detector = BacklashDetector()
+
+
+CAUSES = (
+    DriveLag,
+    ActuatorGain,
+    DelayJitter,
+    TorqueLimit,
+    TorqueRateLimit,
+    ControllerGain,
+    SpeedFilter,
+    TorqueFilter,
+    GearBacklash,
+)
+"""What the catalogue takes from this file."""
