@@ -1,4 +1,4 @@
-"""Lines of `drillid.discrepancy.verdicts.verdict` from sealed cases that the proof does not use.
+"""Calibration lines of `drillid.discrepancy.verdicts.verdict` from sealed cases that the proof does not use.
 
 Run it as `python -m benchmarks.blind.calibrate` at the root of the project, and again where the engine changes.
 """
@@ -15,47 +15,48 @@ from scipy.optimize import minimize
 from benchmarks.blind.run import run
 from benchmarks.blind.scores import claims
 from drillid.arrays import Floats
-from drillid.discrepancy.verdicts.verdict import LINES, Line, log_odds
+from drillid.discrepancy.verdicts.verdict import CALIBRATION, CalibrationLine, log_odds
 
 FIRST = 1_000_000
 """Seed of the first case, far from those of the proof."""
-_PRIOR = Line(3.0, 1.0)
-"""Standard deviations of intercept and slope about 0 and 1, for kinds of verdict that are rare."""
+_PRIOR = CalibrationLine(3.0, 1.0)
+"""Standard deviations of the normal prior on intercept and slope about 0 and 1, for rare kinds of verdict."""
 
 
-def line(posterior: Floats, right: Floats) -> Line:
-    """Most likely line of the log odds of being right against those of the posterior (logistic regression)."""
+def calibration_line(posterior: Floats, right: Floats) -> CalibrationLine:
+    """Line of the log odds of being right against those of the posterior (logistic regression)."""
 
-    def cost(figures: Floats) -> float:
-        odds = figures[0] + figures[1] * posterior
-        pulls = (figures[0] / _PRIOR.intercept) ** 2 + ((figures[1] - 1) / _PRIOR.slope) ** 2
+    def cost(line: Floats) -> float:
+        odds = line[0] + line[1] * posterior
+        pulls = (line[0] / _PRIOR.intercept) ** 2 + ((line[1] - 1) / _PRIOR.slope) ** 2
         return float(np.sum(np.logaddexp(0.0, odds) - right * odds) + pulls / 2)
 
-    found = minimize(cost, np.array([0.0, 1.0]), bounds=[(None, None), (0.05, None)])
-    return Line(*(round(float(value), 2) for value in found.x))
+    result = minimize(cost, np.array([0.0, 1.0]), bounds=[(None, None), (0.05, None)])
+    return CalibrationLine(*(round(float(value), 2) for value in result.x))
 
 
-def lines(found: pd.DataFrame) -> dict[str, Line]:
-    """Lines of all kinds of verdict."""
+def calibration_lines(verdicts: pd.DataFrame) -> dict[str, CalibrationLine]:
+    """Calibration lines of all kinds of verdict."""
     fitted = {}
-    for kind, now in LINES.items():
-        own = found[found["kind"] == kind]
-        fitted[kind] = line(uncalibrated(own["stated"], now), own["right"].to_numpy())
+    for kind, current in CALIBRATION.items():
+        own = verdicts[verdicts["kind"] == kind]
+        fitted[kind] = calibration_line(uncalibrated(own["stated"], current), own["right"].to_numpy())
     return fitted
 
 
-def uncalibrated(stated: Iterable[float], now: Line) -> Floats:
-    """Log odds of the posterior behind probabilities that a line has made of it."""
-    return (np.array([log_odds(value) for value in stated]) - now.intercept) / now.slope
+def uncalibrated(stated: Iterable[float], line: CalibrationLine) -> Floats:
+    """Log odds of the posterior from probabilities calibrated by a line."""
+    return (np.array([log_odds(value) for value in stated]) - line.intercept) / line.slope
 
 
 def main(cases: Annotated[int, typer.Option(help="How many; about half of them hide nothing.")] = 300) -> None:
-    """Ask the engine about cases, and print the lines that make its probabilities true."""
+    """Run the engine on sealed cases, and print the lines that calibrate its probabilities."""
     table, _ = run(cases, FIRST)
-    found, console = claims(table), Console()
-    for kind, one in lines(found).items():
-        count = int((found["kind"] == kind).sum())
-        console.print(f'"{kind}": Line({one.intercept}, {one.slope}),  # {count} verdicts', highlight=False)
+    verdicts, console = claims(table), Console()
+    for kind, line in calibration_lines(verdicts).items():
+        count = int((verdicts["kind"] == kind).sum())
+        text = f'"{kind}": CalibrationLine({line.intercept}, {line.slope}),  # {count} verdicts'
+        console.print(text, highlight=False)
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ CHANGE_FOLLOWED = Rule(
     2.0,
     "score from which a change in time is followed along its course",
     "5 % of windows without a change: following costs time and changes no rate",
-    _DETECTORS + "test_a_large_drift_shows_more_along_its_way_than_by_its_derivative",
+    _DETECTORS + "test_a_large_drift_shows_more_along_its_course_than_by_its_derivative",
 )
 TORQUE_STEP = Rule(
     5.5,
@@ -142,7 +142,7 @@ STUDENT_TAIL = Rule(
     3.0,
     "degrees of freedom of the windows' deviations from their set (Student's t)",
     "the heaviest tail with a variance (Lange, Little and Taylor 1989)",
-    _PRODUCTS + "test_a_window_that_has_strayed_is_brought_back",
+    _PRODUCTS + "test_an_outlier_window_is_brought_back",
 )
 NEIGHBOURS_SHARE_VARIANCE = Rule(
     1.15,
@@ -217,7 +217,7 @@ OUTLIERS_WORTH = Rule(
     0.1,
     "fall of the cost from which outlier windows are looked for once more",
     "a tenth of a unit of log-likelihood changes no decision",
-    _PRODUCTS + "test_a_window_that_has_strayed_is_brought_back",
+    _PRODUCTS + "test_an_outlier_window_is_brought_back",
 )
 
 # from evidence to names
@@ -238,7 +238,7 @@ TOLD_APART = Rule(
     0.95,
     "share of sets in which a test between two causes must be right for them to be told apart",
     "one less the usual error rate",
-    "tests/unit/discrepancy/test_gather.py::test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same",
+    "tests/unit/discrepancy/test_gather.py::test_two_courses_of_a_change_are_a_class_where_they_predict_nearly_the_same",
 )
 SAME = Rule(
     2 * ndtri(TOLD_APART),
@@ -280,7 +280,7 @@ NAMELESS_EVIDENCE = Rule(
     10.0,
     "evidence from which a detection without a name keeps the verdict that something is wrong",
     "e¹⁰ = 22 000 to 1, whatever its gain on held-out data",
-    _PRODUCTS + "test_what_is_seen_has_no_name_without_a_sure_gain_and_is_never_none",
+    _PRODUCTS + "test_a_misfit_without_a_sure_gain_is_unknown_and_never_none",
 )
 REJECTED_PULLS = Rule(
     50.0,
@@ -307,7 +307,7 @@ PLACED = Rule(
     0.95,
     "probability that a stated place must have to lie within 5 % of the pipe of the true one",
     "the confidence of all stated intervals",
-    "make blind: location_within_5pct; " + _PRODUCTS + "test_a_place_is_told_where_the_noise_lets_it",
+    "make blind: location_within_5pct; " + _PRODUCTS + "test_a_place_is_stated_where_the_noise_permits",
 )
 PLACE_TOLERANCE = Rule(
     0.05,
@@ -319,7 +319,7 @@ PLACE_NEGLIGIBLE = Rule(
     12.0,
     "cost above the best place's from which another place counts for nothing",
     "e⁻¹² of the posterior over places is given up",
-    _PRODUCTS + "test_a_place_is_told_where_the_noise_lets_it",
+    _PRODUCTS + "test_a_place_is_stated_where_the_noise_permits",
 )
 INTERVAL_EVIDENCE = Rule(
     3.0,

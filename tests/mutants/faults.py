@@ -160,8 +160,8 @@ FAULTS = (
     Fault(
         "discrepancy/detectors",
         "drillid/discrepancy/detectors/pooling.py",
-        "min(1.0, 2 * each)",
-        "min(1.0, each)",
+        "min(1.0, 2 * smaller)",
+        "min(1.0, smaller)",
         ("tests/unit/discrepancy/test_pooling.py",),
         "two looks at the price of one: too many false alarms",
     ),
@@ -192,8 +192,8 @@ FAULTS = (
     Fault(
         "discrepancy/products",
         "drillid/discrepancy/products/prediction.py",
-        "each.var(axis=0, ddof=1)) / whole)",
-        "each.var(axis=0, ddof=1)))",
+        "periods.var(axis=0, ddof=1)) / whole)",
+        "periods.var(axis=0, ddof=1)))",
         ("tests/unit/discrepancy/test_prediction.py",),
         "the error of one period is stated for the mean of all",
     ),

@@ -1,7 +1,7 @@
-"""Detections in a window's own record of causes that its linear response does not show, or shows late.
+"""Detections in a window's record of causes that its linear response does not show, or only when they are large.
 
-Every detection is a test of what a cause would add to the record, against noise as it is there. Causes that add alike
-are told apart by taking them up one after the other: the strongest first, the others then beside it.
+Every detection tests what a cause would add to the record against the noise measured in it. Causes with similar
+effects are distinguished by a greedy search: the strongest first, then the others conditionally on it.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ def detectors() -> dict[str, Detector]:
 def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
     """Detections of all causes and symptoms that this window's record can show, at most one of each.
 
-    A cause that the record cannot show, as where the detector's needs are not met, has no detection.
+    A cause has no detection where its detector lacks the channels or periods that it needs.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
     """
     residual = without_steps(ResidualRecord(record))
     inspection = Inspection(residual)
-    able = {name: detector for name, detector in detectors().items() if detector.can_inspect(residual)}
-    offered = [detector.candidate(name, inspection) for name, detector in able.items()]
+    applicable = {name: detector for name, detector in detectors().items() if detector.can_inspect(residual)}
+    offered = [detector.candidate(name, inspection) for name, detector in applicable.items()]
     candidates = [candidate for candidate in offered if candidate is not None]
     scores = _compete([whitened(candidate, residual) for candidate in candidates], residual)
-    inspection.scores = _reviewed(able, scores, inspection)
+    inspection.scores = _reviewed(applicable, scores, inspection)
     for candidate in candidates:
         inspection.explained = inspection.explained + _explained(candidate, inspection)
-    _score_alone(able, inspection)
+    _score_alone(applicable, inspection)
     return tuple(
         Detection(
             name,
@@ -52,7 +52,7 @@ def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
             score.log_ratio,
             score.misfit,
             score.by_shape,
-            score.apart,
+            score.separation,
             score.lines,
         )
         for name, score in inspection.scores.items()
@@ -60,12 +60,14 @@ def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
 
 
 def _compete(candidates: list[Candidate], residual: ResidualRecord) -> dict[str, Score]:
-    """Scores by cause; each clear one is taken out of the record and of the others before those are judged."""
-    error, waiting = residual.error, list(candidates)
+    """Scores by cause; each clear one is projected out of the record and of the other candidates before they are
+    scored.
+    """
+    error, remaining = residual.error, list(candidates)
     scores: dict[str, Score] = {}
-    while waiting:
-        judged = [(candidate, score(candidate, error, residual)) for candidate in waiting]
-        scored = [(candidate, value) for candidate, value in judged if value is not None]
+    while remaining:
+        tested = [(candidate, score(candidate, error, residual)) for candidate in remaining]
+        scored = [(candidate, value) for candidate, value in tested if value is not None]
         if not scored:
             break
         strongest, best = max(scored, key=lambda pair: pair[1].normal)
@@ -74,34 +76,34 @@ def _compete(candidates: list[Candidate], residual: ResidualRecord) -> dict[str,
         scores[strongest.cause] = best
         columns = strongest.columns if strongest.together else strongest.columns[best.amplitudes != 0]
         error = without(error[None], columns)[0]
-        waiting = [
+        remaining = [
             replace(candidate, columns=without(candidate.columns, columns))
-            for candidate in waiting
+            for candidate in remaining
             if candidate is not strongest
         ]
     return scores
 
 
-def _reviewed(able: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection) -> dict[str, Score]:
-    """Scores after the competition as the detectors' classes review them."""
-    for kind in dict.fromkeys(type(detector) for detector in able.values()):
-        own = {name: detector for name, detector in able.items() if type(detector) is kind and name in scores}
+def _reviewed(applicable: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection) -> dict[str, Score]:
+    """Scores after the competition, as reviewed by the detectors' classes."""
+    for kind in dict.fromkeys(type(detector) for detector in applicable.values()):
+        own = {name: detector for name, detector in applicable.items() if type(detector) is kind and name in scores}
         scores = kind.reviewed(own, scores, inspection) if own else scores
     return scores
 
 
 def _explained(candidate: Candidate, inspection: Inspection) -> Floats:
-    """Speed (samples,) that a clearly detected cause accounts for, rad/s."""
+    """Speed (samples,) explained by a clearly detected cause, rad/s."""
     if not inspection.clearly_detected(candidate.cause):
         return np.zeros(candidate.columns.shape[1])
     return np.asarray(inspection.scores[candidate.cause].amplitudes @ candidate.columns, dtype=float)
 
 
-def _score_alone(able: Mapping[str, Detector], inspection: Inspection) -> None:
-    """Add the scores of detectors with a test of their own, those last that others may exclude."""
-    for name, detector in sorted(able.items(), key=lambda item: bool(item[1].excluded_by)):
+def _score_alone(applicable: Mapping[str, Detector], inspection: Inspection) -> None:
+    """Add the scores of detectors with a separate test; those that others may exclude come last."""
+    for name, detector in sorted(applicable.items(), key=lambda item: bool(item[1].excluded_by)):
         if any(inspection.clearly_detected(other) for other in detector.excluded_by):
             continue
-        alone = detector.score(name, inspection)
-        if alone is not None:
-            inspection.scores[name] = alone
+        own_score = detector.score(name, inspection)
+        if own_score is not None:
+            inspection.scores[name] = own_score

@@ -1,7 +1,7 @@
-"""What a detector is: a small class that looks in one window's record for what its linear response does not show.
+"""The interface of detectors: small classes that test a window's record for effects its linear response does not show.
 
-Some detectors know what their cause would add to the speed. These compete: the strongest is taken out of the record
-before the others are judged. The others test the record by themselves, after that competition.
+Detectors that can predict what their cause adds to the speed offer it as a candidate. Candidates compete: the strongest
+is subtracted from the record before the others are scored. The other detectors run tests of their own afterwards.
 """
 
 from __future__ import annotations
@@ -21,42 +21,42 @@ Result = TypeVar("Result")
 
 
 class Inspection:
-    """One window's residual record, and what has been computed from it and detected in it so far."""
+    """One window's residual record with the intermediate results and scores obtained so far."""
 
     def __init__(self, residual: ResidualRecord) -> None:
         self.residual = residual
         self.scores: dict[str, Score] = {}
         """By the name of the cause or symptom."""
         self.explained: Floats = np.zeros(residual.samples)
-        """(samples,) rad/s, speed that the clearly detected candidates account for."""
-        self._computed: dict[Callable[[ResidualRecord], Any], Any] = {}
+        """(samples,) rad/s, speed explained by the clearly detected candidates."""
+        self._cache: dict[Callable[[ResidualRecord], Any], Any] = {}
 
-    def once(self, compute: Callable[[ResidualRecord], Result]) -> Result:
-        """What a function gives of the residual record, computed once for all detectors that need it."""
-        if compute not in self._computed:
-            self._computed[compute] = compute(self.residual)
-        result: Result = self._computed[compute]
+    def cached(self, compute: Callable[[ResidualRecord], Result]) -> Result:
+        """Value of a function of the residual record, computed once for all detectors that need it."""
+        if compute not in self._cache:
+            self._cache[compute] = compute(self.residual)
+        result: Result = self._cache[compute]
         return result
 
     def clearly_detected(self, name: str) -> bool:
-        """Whether a cause or symptom stands out so clearly that others are judged beside it."""
+        """Whether a cause or symptom is detected so clearly that others are scored conditionally on it."""
         return name in self.scores and is_clear(self.scores[name])
 
     @cached_property
     def unexplained(self) -> Floats:
-        """(samples,) rad/s, what neither the sweep nor a clearly detected candidate accounts for."""
-        return self.residual.left - self.residual.without_sweep(self.explained)
+        """(samples,) rad/s, speed explained by neither the sweep nor a clearly detected candidate."""
+        return self.residual.speed_residual - self.residual.without_sweep(self.explained)
 
 
 class Detector:
-    """Looks for one cause or symptom; it is an attribute of that cause's class, which gives it its name."""
+    """Test for one cause or symptom; an attribute of that cause's class, which gives it its name."""
 
     needs_command: ClassVar[bool] = False
     """Whether it needs the logged torque command."""
     needs_periods: ClassVar[bool] = False
     """Whether it needs a sweep that repeats within the window."""
     excluded_by: ClassVar[tuple[str, ...]] = ()
-    """Causes and symptoms that, clearly detected, account for what it would see."""
+    """Causes and symptoms that, where clearly detected, explain whatever it would find."""
 
     def can_inspect(self, residual: ResidualRecord) -> bool:
         """Whether the record has what the detector needs."""
@@ -65,27 +65,27 @@ class Detector:
         )
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """What the cause would add to the speed; None where the detector does not compete."""
+        """Speed that the cause would add; None where the detector does not take part in the competition."""
         return None
 
     @classmethod
     def reviewed(
         cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
     ) -> dict[str, Score]:
-        """Scores after the competition, with those of detectors of this class looked at once more.
+        """Scores after the competition, with those of this class's detectors reviewed.
 
         Parameters
         ----------
-        detectors : those of this class that have a score, by name
-        scores : of all that competed
+        detectors : detectors of this class that have a score, by name
+        scores : of all candidates
         """
         return scores
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Score by a test of its own after the competition; None where the record does not allow one."""
+        """Score by a separate test after the competition; None where the record does not allow one."""
         return None
 
 
 def is_clear(score: Score) -> bool:
-    """Whether a score is so large that other causes are judged beside this one."""
+    """Whether a score is so large that other causes are scored conditionally on this one."""
     return score.normal >= CLEAR_DETECTION

@@ -1,8 +1,8 @@
 """Motion along the string, and detections of friction that weakens with speed.
 
-Speed and torque at the top drive are carried down the string by its transfer matrix (equation 5 of the paper), which
-needs no knowledge of what happens at the bit. The torque that friction would then add is moved back to the
-speed at the top by reciprocity: a torque at a depth moves the top as a torque at the top moves that depth.
+Speed and torque at the top drive are propagated down the string by its transfer matrix (equation 5 of the paper),
+which needs no boundary condition at the bit. The effect at the top of the torque that friction would then add follows
+by reciprocity: the transfer mobility from a depth to the top equals that from the top to the depth.
 """
 
 from dataclasses import replace
@@ -21,26 +21,26 @@ from drillid.physics.line import chain_entries, input_admittance, speed_ratio
 from drillid.physics.top_drive import drive
 
 _LOW_PASS = (1.5, 3.0)
-"""Hz, between which motion along the string is let go: above, errors of the record grow on their way down."""
+"""Hz, roll-off of the low pass on motion along the string: above it, errors of the record grow on their way down."""
 _TOP_LOW_PASS = (3.0, 6.0)
-"""Hz, the same for the torque at the top."""
+"""Hz, roll-off for the torque at the top."""
 _PLACES = (0.2, 0.4, 0.6, 0.8)
 """Shares of the pipe's length at which wall friction is computed."""
 _REFERENCE_SPEED = 10.0
-"""rad/s, at which sizes of weakening friction are stated; its slope goes with the square of one over the speed."""
+"""rad/s, at which sizes of weakening friction are stated; its slope is proportional to 1/speed²."""
 
 _BLOCK_S = 20.0
 _ENDS_S = 20.0
-"""s at either end where the computed motion lacks data from outside of the window."""
+"""s at either end where the computed motion would need data from outside the window."""
 _LEAST_BLOCKS = 4
 _STANDING = 0.15
-"""Share of the mean speed within which the bit counts as standing."""
+"""Speed, as a share of the mean, below which the bit counts as standing."""
 _BETWEEN_FLANKS = 0.15
-"""Share of the torque's standard deviation within which a gear may be between its flanks."""
+"""Torque, as a share of its standard deviation, below which a gear may be between its flanks."""
 _ABOVE_GEAR = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""Shares of the top drive's inertia that may turn above the play, as the motor and its gear do."""
+"""Shares of the top drive's inertia that may lie above the play, as the motor and its gear do."""
 _LEAST_SHARE = 0.005
-"""Share of the time about zero below which nothing can be told."""
+"""Share of the time about zero below which there are too few data."""
 
 
 class Motion:
@@ -48,57 +48,58 @@ class Motion:
 
     def __init__(self, residual: ResidualRecord) -> None:
         self.residual = residual
-        self.low_pass = _passed(residual.frequency, _LOW_PASS)
+        self.low_pass = _low_pass(residual.frequency, _LOW_PASS)
         s, top_drive = residual.s, residual.system.top_drive
-        speed, command = rfft(_steady(residual.speed)), rfft(_steady(residual.command))
-        self.driven: Complex = np.ravel(drive(top_drive, s)) * command
-        self.turned: Complex = np.ravel(top_drive.inertia * s) * speed
+        speed, command = rfft(_centred(residual.speed)), rfft(_centred(residual.command))
+        self.drive_torque: Complex = np.ravel(drive(top_drive, s)) * command
+        self.inertial_torque: Complex = np.ravel(top_drive.inertia * s) * speed
         self.speed: Complex = speed * self.low_pass
-        self.torque: Complex = (self.driven - self.turned) * self.low_pass
+        self.torque: Complex = (self.drive_torque - self.inertial_torque) * self.low_pass
 
     def top_torque(self, above: float) -> Floats:
-        """Torque with its mean, N m, in a top drive of which a share of the inertia turns above; into the string at 1.
+        """Torque (samples,) including its mean, N m, at a section of the top drive with a share `above` of its inertia
+        above it; 1 gives the torque into the string.
 
-        Up to 6 Hz; the logged command gives its mean.
+        Low-passed at 6 Hz; the logged command gives its mean.
         """
         mean = float(self.residual.command.mean())
-        torque = (self.driven - above * self.turned) * _passed(self.residual.frequency, _TOP_LOW_PASS)
+        torque = (self.drive_torque - above * self.inertial_torque) * _low_pass(self.residual.frequency, _TOP_LOW_PASS)
         return np.asarray(irfft(torque, self.residual.samples) + mean, dtype=float)
 
     def below(self, share: float) -> tuple[Floats, Complex]:
-        """Speed about its mean (rad/s) at a share of the pipe's length, 1 standing for the bit, and what a torque
-        there does to the speed at the top, rad/(N m s), shape (line,).
+        """Speed about its mean (samples,), rad/s, at a share of the pipe's length, 1 standing for the bit, and the
+        transfer mobility (line,) from a torque there to the speed at the top, rad/(N m s).
         """
         residual, s = self.residual, self.residual.s
         pipe, *lower = residual.system.string
         above = replace(pipe, length=pipe.length * share)
-        rest = () if share == 1 else (replace(pipe, length=pipe.length * (1 - share)), *lower)
-        passed = (above, *lower) if share == 1 else (above,)
+        remaining = () if share == 1 else (replace(pipe, length=pipe.length * (1 - share)), *lower)
+        crossed = (above, *lower) if share == 1 else (above,)
         load = bit_load(residual.system.bit, s)
-        for section in reversed(rest):
+        for section in reversed(remaining):
             load = input_admittance(section, load, s)
         ratio: Complex = np.ones_like(s)
-        for section in reversed(passed):
+        for section in reversed(crossed):
             ratio = ratio * np.ravel(speed_ratio(section, load, s))
             load = input_admittance(section, load, s)
         speed, torque = self.speed, self.torque
         kept = self.low_pass > 0
-        for section in passed:
+        for section in crossed:
             cosh, series, shunt, _ = (
-                np.where(kept, np.ravel(one), 0) for one in chain_entries(section, s * kept + (~kept))
+                np.where(kept, np.ravel(entry), 0) for entry in chain_entries(section, s * kept + (~kept))
             )
             speed, torque = cosh * speed - series * torque, cosh * torque - shunt * speed
-        moved: Complex = np.asarray(residual.moved * ratio, dtype=complex)
-        return np.asarray(irfft(speed, residual.samples), dtype=float), moved
+        transfer: Complex = np.asarray(residual.top_mobility * ratio, dtype=complex)
+        return np.asarray(irfft(speed, residual.samples), dtype=float), transfer
 
 
-def _passed(frequency: Floats, band: tuple[float, float]) -> Floats:
-    """Low pass that falls from 1 to 0 over a band, (line,)."""
+def _low_pass(frequency: Floats, band: tuple[float, float]) -> Floats:
+    """Low pass that rolls off from 1 to 0 over a band, (line,)."""
     low, high = band
     return np.asarray(np.sin(np.pi / 2 * np.clip((high - frequency) / (high - low), 0.0, 1.0)) ** 2, dtype=float)
 
 
-def _steady(series: Floats) -> Floats:
+def _centred(series: Floats) -> Floats:
     return np.asarray(series - series.mean(), dtype=float)
 
 
@@ -106,30 +107,30 @@ class WeakeningBitDetector(Detector):
     """Friction at the bit that weakens with speed."""
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
-        """Speed by the curvature of the friction at the bit."""
-        bent = _bent(inspection.once(Motion), 1.0)
-        return Candidate(name, _curvature(inspection.residual) * bent[None], one_sided=True)
+        """Speed due to the curvature of the friction at the bit."""
+        response = _response_to_squared_speed(inspection.cached(Motion), 1.0)
+        return Candidate(name, _curvature(inspection.residual) * response[None], one_sided=True)
 
 
 class WeakeningWallDetector(Detector):
     """Friction along the wall that weakens with speed."""
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
-        """Speed by the curvature of the friction at a few places along the pipe."""
-        motion, pipe = inspection.once(Motion), inspection.residual.system.string[0]
+        """Speed due to the curvature of the friction at a few places along the pipe."""
+        motion, pipe = inspection.cached(Motion), inspection.residual.system.string[0]
         per_length = float(np.ravel(pipe.polar_moment * pipe.length)[0]) / len(_PLACES)
-        bent = np.sum([_bent(motion, share) for share in _PLACES], axis=0)
-        return Candidate(name, _curvature(inspection.residual) * per_length * bent[None], one_sided=True)
+        response = np.sum([_response_to_squared_speed(motion, share) for share in _PLACES], axis=0)
+        return Candidate(name, _curvature(inspection.residual) * per_length * response[None], one_sided=True)
 
 
 class StandingBitDetector(Detector):
     """A bit that dwells at standstill."""
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """None where the bit hardly gets there; the size is its swing per mean speed."""
+        """Score of the time at standstill, None where there is hardly any; the size is the swing per mean speed."""
         residual = inspection.residual
         mean = float(residual.speed.mean())
-        speed = _inner(residual, mean + inspection.once(Motion).below(1.0)[0])
+        speed = _inner(residual, mean + inspection.cached(Motion).below(1.0)[0])
         normal = _dwelling(residual, speed, _STANDING * abs(mean))
         if normal is None:
             return None
@@ -140,20 +141,19 @@ class StandingBitDetector(Detector):
 class BacklashDetector(Detector):
     """A torque at the gear that dwells at zero.
 
-    How much of the top drive turns above the play is not known: shares are tried, and the p-value counts them. Nor is
-    the play: how far the string turns meanwhile is not recorded.
+    The share of the top drive's inertia above the play is unknown: several are tried, with a Bonferroni correction. The
+    size of the play is unknown as well, as the rotation of the string meanwhile is not recorded.
     """
 
     needs_command = True
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """None where the torque hardly gets to zero, or the rig swings in a limit cycle.
-
-        The torque of such a rig has turning points that look like play.
+        """Score of the time at zero torque; None where there is hardly any, or the rig is in a limit cycle, as turning
+        points of its torque look like play.
         """
         if swings_in_limit_cycle(inspection):
             return None
-        residual, motion = inspection.residual, inspection.once(Motion)
+        residual, motion = inspection.residual, inspection.cached(Motion)
         torques = [_inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
         tried = [_dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
         normals = [normal for normal in tried if normal is not None]
@@ -164,14 +164,14 @@ class BacklashDetector(Detector):
 
 
 def _curvature(residual: ResidualRecord) -> float:
-    """Second derivative of a torque that falls by size (10/Ω)² per speed: 200 size/Ω³."""
+    """Second derivative, per unit of size, of a torque with slope −size (10/Ω)²: 200/Ω³."""
     return float(2 * _REFERENCE_SPEED**2 / float(residual.speed.mean()) ** 3)
 
 
-def _bent(motion: Motion, share: float) -> Floats:
-    """Speed at the top (rad/s) by a torque against rotation of half the square of the local speed's variation."""
-    speed, moved = motion.below(share)
-    return motion.residual.filtered(-moved, _steady(speed**2 / 2))
+def _response_to_squared_speed(motion: Motion, share: float) -> Floats:
+    """Speed at the top (samples,), rad/s, due to a resisting torque of half the squared variation of local speed."""
+    speed, transfer = motion.below(share)
+    return motion.residual.filtered(-transfer, _centred(speed**2 / 2))
 
 
 def _inner(residual: ResidualRecord, series: Floats) -> Floats:
@@ -180,17 +180,17 @@ def _inner(residual: ResidualRecord, series: Floats) -> Floats:
 
 
 def _dwelling(residual: ResidualRecord, series: Floats, width: float) -> float | None:
-    """Standard normal value of the time about zero.
+    """Standard normal value of the time spent about zero, in excess of that expected; None where there are few data.
 
-    What is foretold is extrapolated from the shares of two pairs of bands beside zero, as a parabola would.
+    The expected time is extrapolated from two pairs of bands beside zero, as by a parabola.
     """
     off = np.abs(series) / width
-    about, beside, beyond = off < 1, (off >= 1) & (off < 3), (off >= 3) & (off < 5)
+    near_zero, beside, beyond = off < 1, (off >= 1) & (off < 3), (off >= 3) & (off < 5)
     count = int(series.size / residual.record.rate / _BLOCK_S)
-    if count < _LEAST_BLOCKS or about.mean() < _LEAST_SHARE:
+    if count < _LEAST_BLOCKS or near_zero.mean() < _LEAST_SHARE:
         return None
     # the bands lie at 2 and 4 widths and are twice as wide together
-    excess = about - (4 * beside - beyond) / 6
+    excess = near_zero - (4 * beside - beyond) / 6
     blocks = np.array([block.mean() for block in np.array_split(excess, count)])
     deviation = float(blocks.std(ddof=1)) / np.sqrt(count)
     if deviation == 0:

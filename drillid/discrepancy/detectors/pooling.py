@@ -1,4 +1,4 @@
-"""Detections of all windows, taken together cause by cause."""
+"""Detections of all windows, pooled cause by cause."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,32 +8,33 @@ from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
 from scipy.stats import binom
 
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.detectors.detection import Detection, Lines
+from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
 from drillid.discrepancy.rules import AGAINST, LINE_KEPT, SCATTER_RATE
 
 
 @dataclass(frozen=True)
 class PooledDetection:
-    """What the detections of one cause say over the set."""
+    """Evidence of all detections of one cause over a set of windows."""
 
     cause: str
     p_value: float
-    """Of so strong detections where the cause is absent: of their sum, or of the strongest."""
+    """Probability of detections at least as strong where the cause is absent: of their sum, or of the strongest."""
     log_evidence: float
-    """Log Bayes factor of the cause that this p-value stands for."""
+    """Upper bound on the log Bayes factor of the cause, from the p-value."""
     size: float
     size_error: float
     windows: int
     closure: float = 1.0
-    """Chance of so much that the cause leaves unexplained where it is what is there."""
-    apart: float = 0.0
-    """Standard deviations between what it and the other way of the same change say of all windows that tell it."""
+    """p-value of the misfit that the cause leaves where it is the true one."""
+    separation: float = 0.0
+    """Standard deviations, over all windows, between the records predicted by this and by the other course of the same
+    parameter."""
 
     def evidence_for(self, size: float) -> float:
-        """Log-likelihood ratio of the detections for a size that the linear responses show, against none.
+        """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero.
 
-        No more in favour than the p-value stands for; against it by what the sizes disagree, within AGAINST.
+        In favour it is bounded by the evidence of the p-value, against by AGAINST.
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
@@ -42,24 +43,23 @@ class PooledDetection:
 
 
 def pool(detections: Sequence[Detection]) -> list[PooledDetection]:
-    """One entry a cause, most certain first.
+    """Pooled detections, one for each cause, smallest p-value first.
 
-    A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by how well
-    each window tells the size, and the largest (Šidák 1967) are looked at, and the smaller p-value is doubled. In the
-    sum windows that show sizes of opposite sign speak against each other. Where a cause has shapes, such as the moment
-    of a jump or the line of a tone, each window's own is looked at and the one that all share, and the smallest of the
-    p-values counts thrice.
+    A cause may be present in all windows or in few, so both the sum of scores (Stouffer 1949), weighted by the inverse
+    error of each window's size, and the largest (Šidák 1967) are tested, and the smaller p-value is doubled. In the sum
+    sizes of opposite sign cancel. Where a cause has shapes, such as the moment of a jump or the line of a tone, both
+    each window's own shape and a common one are tested, and the smallest p-value is tripled (Bonferroni).
     """
     pooled = []
     for cause in sorted({detection.cause for detection in detections}):
         own = [detection for detection in detections if detection.cause == cause and np.isfinite(detection.score)]
         if own:
             pooled.append(_pooled(cause, own))
-    return sorted(pooled, key=lambda one: one.p_value)
+    return sorted(pooled, key=lambda detection: detection.p_value)
 
 
 def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
-    own, p_value = _seen(own)
+    own, p_value = _at_better_shape(own)
     weight = np.array(
         [1 / max(detection.size_error, 1e-300) ** 2 if detection.size_error > 0 else 0.0 for detection in own]
     )
@@ -68,59 +68,59 @@ def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
     known = weight.sum() > 0
     size = np.where(weight > 0, size, 0.0) if known else size
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
-    # the windows' sizes may differ by more than their errors say
+    # the windows' sizes may scatter by more than their stated errors
     spread = float(np.sum(weight * (size - mean) ** 2) / max(len(own) - 1, 1)) if known else 1.0
     error = float(np.sqrt(max(spread, 1.0) / weight.sum())) if known else float("nan")
     return PooledDetection(
-        cause, p_value, evidence_of_p_value(p_value), mean, error, len(own), _closure(own), _apart(own)
+        cause, p_value, evidence_of_p_value(p_value), mean, error, len(own), _closure(own), _separation(own)
     )
 
 
-def _seen(own: Sequence[Detection]) -> tuple[Sequence[Detection], float]:
-    """Detections of one cause as they are or at the shape that all windows share, where those say more; and their
+def _at_better_shape(own: Sequence[Detection]) -> tuple[Sequence[Detection], float]:
+    """Detections of one cause at each window's own shape or at a common one, whichever is more significant; and their
     p-value.
     """
     score = np.array([detection.score for detection in own])
     strongest = float(-np.expm1(score.size * log_ndtr(score.max())))
-    each = min(_p_value_of_sum(own), strongest)
-    found = at_one_line(own) or at_one_shape(own) if len(own) > 1 else None
-    if found is None:
-        return own, min(1.0, 2 * each)
-    joined, shared = found
-    return (joined if shared < each else own), min(1.0, 3 * min(each, shared))
+    smaller = min(_p_value_of_sum(own), strongest)
+    common = at_common_line(own) or at_common_shape(own) if len(own) > 1 else None
+    if common is None:
+        return own, min(1.0, 2 * smaller)
+    at_common, shared = common
+    return (at_common if shared < smaller else own), min(1.0, 3 * min(smaller, shared))
 
 
 def _closure(own: Sequence[Detection]) -> float:
-    """Chance of misfits so large in all windows that were asked (Fisher 1932); 1 where none was."""
+    """Combined p-value of the misfits of all windows in which it was tested (Fisher 1932); 1 where it was in none."""
     misfit = np.array([detection.misfit for detection in own])
     logs = log_ndtr(-misfit[np.isfinite(misfit)])
     return float(chdtrc(2 * logs.size, -2 * logs.sum())) if logs.size else 1.0
 
 
-def _apart(own: Sequence[Detection]) -> float:
-    """Standard deviations between two ways of a change over all windows that tell it; 0 where none does."""
-    return float(np.sqrt(np.nansum([detection.apart**2 for detection in own])))
+def _separation(own: Sequence[Detection]) -> float:
+    """Standard deviations between the two courses of a parameter over all windows; 0 where none has two."""
+    return float(np.sqrt(np.nansum([detection.separation**2 for detection in own])))
 
 
 def _p_value_of_sum(own: Sequence[Detection]) -> float:
-    """Of so large a weighted sum of scores; of either sign where the cause's size may have either."""
+    """p-value of the weighted sum of scores; two-sided where the cause's size may have either sign."""
     score, size, error = (
         np.array([getattr(detection, name) for detection in own]) for name in ("score", "size", "size_error")
     )
-    told = np.isfinite(error) & (error > 0) & np.isfinite(size)
-    weight = 1 / error if told.all() else np.ones(score.size)
+    has_size = np.isfinite(error) & (error > 0) & np.isfinite(size)
+    weight = 1 / error if has_size.all() else np.ones(score.size)
     norm = float(np.sqrt(np.sum(weight**2)))
     one_sided = own[0].cause not in CATALOGUE or CATALOGUE[own[0].cause].size.low >= 0
-    if one_sided or not told.all():
+    if one_sided or not has_size.all():
         return float(ndtr(-np.sum(weight * score) / norm))
-    # a score of either sign has half its p-value on the side on which its size lies
+    # a two-sided score has half its p-value on the side of its size
     signed = -np.sign(size) * ndtri_exp(log_ndtr(-score) - np.log(2.0))
     return float(2 * ndtr(-abs(np.sum(weight * signed)) / norm))
 
 
 def evidence_of_p_value(p_value: float) -> float:
-    """Log Bayes factor that a p-value under the null can at most stand for, 1/(−e p ln p) (Sellke, Bayarri and Berger
-    2001, American Statistician 55, 62–71); 0 from 1/e on.
+    """Upper bound on the log Bayes factor against the null hypothesis from its p-value, 1/(−e p ln p) (Sellke, Bayarri
+    and Berger 2001, American Statistician 55, 62–71); 0 for p-values of 1/e or more.
     """
     if p_value >= np.exp(-1.0):
         return 0.0
@@ -129,102 +129,102 @@ def evidence_of_p_value(p_value: float) -> float:
 
 
 def detection_gain(detections: Sequence[Detection]) -> PredictiveGain:
-    """Log score of each window with the size that the other windows show, and its error, less without the cause.
+    """Mean log score of a window with the size estimated from the other windows, less that without the cause.
 
-    About its best size the log-likelihood of a window is taken as a parabola. A window without another that tells the
-    size has its own log-likelihood ratio less one, for the size fitted to it (Akaike 1974).
+    The log-likelihood of a window is approximated by a parabola about its best size. Where no other window gives a
+    size, it is the window's own log-likelihood ratio less one, for the size fitted to it (Akaike 1974).
     """
     if not detections:
         return NO_PREDICTIVE_GAIN
-    detections, _ = _seen(detections)
+    detections, _ = _at_better_shape(detections)
     ratio = np.maximum([detection.log_ratio for detection in detections], 0.0)
     size, error = (
         np.array([detection.size for detection in detections]),
         np.array([detection.size_error for detection in detections]),
     )
-    told = np.isfinite(size) & np.isfinite(error) & (error > 0)
-    weight = np.where(told, 1 / np.where(told, error, 1.0) ** 2, 0.0)
-    size = np.where(told, size, 0.0)
+    has_size = np.isfinite(size) & np.isfinite(error) & (error > 0)
+    weight = np.where(has_size, 1 / np.where(has_size, error, 1.0) ** 2, 0.0)
+    size = np.where(has_size, size, 0.0)
     mean = float(np.sum(weight * size)) / max(float(np.sum(weight)), 1e-300)
-    # windows whose sizes differ by more than their errors, and not by chance, have larger errors
-    freedom, scatter = max(int(told.sum()) - 1, 1), float(np.sum(weight * (size - mean) ** 2))
-    spread = scatter / freedom if chdtrc(freedom, scatter) < SCATTER_RATE else 1.0
+    # where sizes scatter significantly more than their errors, the errors are enlarged (Birge ratio)
+    freedom, scatter = max(int(has_size.sum()) - 1, 1), float(np.sum(weight * (size - mean) ** 2))
+    birge = scatter / freedom if chdtrc(freedom, scatter) < SCATTER_RATE else 1.0
     rest = np.sum(weight) - weight
     predicted = rest > 1e-9 * weight
     rest = np.where(predicted, rest, np.inf)
     others = (np.sum(weight * size) - weight * size) / rest
-    # the others' size has an error of its own, which widens what they predict
-    unsure = weight / rest
-    missed = 0.5 * weight * (others - size) ** 2 / (spread * (1 + unsure)) + 0.5 * np.log1p(unsure)
-    missed = np.where(predicted, missed, 1.0)
-    ratio = np.where(predicted, ratio / spread, ratio)
-    gains = ratio - missed
-    # a log-likelihood ratio has twice its mean as variance, as the others' size tells it with an error of its own
+    # the error of the others' mean size widens the prediction
+    relative_variance = weight / rest
+    loss = 0.5 * weight * (others - size) ** 2 / (birge * (1 + relative_variance)) + 0.5 * np.log1p(relative_variance)
+    loss = np.where(predicted, loss, 1.0)
+    ratio = np.where(predicted, ratio / birge, ratio)
+    gains = ratio - loss
+    # a log-likelihood ratio has twice its mean as variance, plus the error of the others' mean size
     share = np.divide(others, size, out=np.zeros_like(size), where=size != 0)
-    variance = np.where(predicted, 2 * ratio * share**2 + unsure, 2 * np.maximum(ratio, 0.5))
+    variance = np.where(predicted, 2 * ratio * share**2 + relative_variance, 2 * np.maximum(ratio, 0.5))
     error_of_mean = float(np.sqrt(variance.sum())) / ratio.size
     value = float(gains.mean())
     held_out = ratio.size if ratio.size > 1 else 0
     return PredictiveGain(value, error_of_mean, held_out)
 
 
-def at_one_shape(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
-    """Detections at the shape at which the weighted sum of scores is largest, and the p-value of that by Bonferroni.
+def at_common_shape(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
+    """Detections at the shape with the largest weighted sum of scores, and its Bonferroni-corrected p-value.
 
-    None where they have no shapes in common.
+    None where windows differ in their shapes, or have none.
     """
     shapes = {len(detection.by_shape) for detection in own}
     if len(shapes) > 1 or shapes == {0}:
         return None
     size, error = np.moveaxis(np.array([detection.by_shape for detection in own]), -1, 0)
-    told = np.isfinite(size) & (error > 0)
-    weight = np.where(told, 1 / np.where(told, error, 1.0), 0.0)
-    normal = np.where(told, size, 0.0) * weight
+    has_size = np.isfinite(size) & (error > 0)
+    weight = np.where(has_size, 1 / np.where(has_size, error, 1.0), 0.0)
+    normal = np.where(has_size, size, 0.0) * weight
     total = np.abs(np.sum(weight * normal, axis=0)) / np.maximum(np.sqrt(np.sum(weight**2, axis=0)), 1e-300)
     best = int(np.argmax(total))
-    return [_at(detection, best) for detection in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
+    return [_at_shape(detection, best) for detection in own], min(1.0, total.size * 2 * float(ndtr(-total[best])))
 
 
-def _at(detection: Detection, shape: int) -> Detection:
-    """A detection at a shape; itself where its record bears none there, or the change was followed as a whole."""
+def _at_shape(detection: Detection, shape: int) -> Detection:
+    """A detection at a shape; unchanged where there is no estimate at it, or the whole course was fitted."""
     size, error = detection.by_shape[shape]
     if not (np.isfinite(size) and error > 0 and np.isnan(detection.misfit)):
         return detection
     return replace(detection, score=abs(size / error), size=size, size_error=error, log_ratio=0.5 * (size / error) ** 2)
 
 
-def at_one_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
-    """Detections at the line that stands out most over all windows, and the p-value of that by Bonferroni.
+def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
+    """Detections at the line that stands out most over all windows, and its Bonferroni-corrected p-value.
 
-    In noise a line stands out in a binomial number of windows, and what is beyond LINE_KEPT there is exponential. None
-    where windows have no lines, or are of different lengths, so that their lines have other frequencies.
+    In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. None
+    where windows have no lines, or differ in length, so that their lines have different frequencies.
     """
     lines = [detection.lines for detection in own if detection.lines is not None]
-    if len(lines) < len(own) or len({one.spacing for one in lines}) > 1:
+    if len(lines) < len(own) or len({window.spacing for window in lines}) > 1:
         return None
-    total = np.zeros(max(int(one.place.max(initial=0)) for one in lines) + 1)
-    for one in lines:
-        total[one.place] += one.log_ratio - LINE_KEPT
+    total = np.zeros(max(int(window.place.max(initial=0)) for window in lines) + 1)
+    for window in lines:
+        total[window.place] += window.log_ratio - LINE_KEPT
     best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
     p_value = float(np.sum(binom.pmf(number, len(own), np.exp(-LINE_KEPT)) * gammaincc(number, total[best])))
-    found = [_at_line(detection, one, best) for detection, one in zip(own, lines, strict=True)]
-    plain = [
-        bool(np.isfinite(detection.size_error) and abs(one.strongest - best) <= 1)
-        for detection, one in zip(own, lines, strict=True)
+    common = [_at_line(detection, window, best) for detection, window in zip(own, lines, strict=True)]
+    same_line = [
+        bool(np.isfinite(detection.size_error) and abs(window.strongest - best) <= 1)
+        for detection, window in zip(own, lines, strict=True)
     ]
-    if 2 * sum(plain) >= len(plain):
-        # most windows show the tone by themselves and tell its size best; few of many would be those with most noise
-        found = [
-            replace(at, size=detection.size, size_error=detection.size_error) if shows else at
-            for at, detection, shows in zip(found, own, plain, strict=True)
+    if 2 * sum(same_line) >= len(same_line):
+        # most windows detect the tone by themselves, with a better size; a minority would be biased towards high noise
+        common = [
+            replace(at_line, size=detection.size, size_error=detection.size_error) if same else at_line
+            for at_line, detection, same in zip(common, own, same_line, strict=True)
         ]
-    return found, min(1.0, max(one.tried for one in lines) * p_value)
+    return common, min(1.0, max(window.tried for window in lines) * p_value)
 
 
-def _at_line(detection: Detection, lines: Lines, place: int) -> Detection:
-    """A detection at a line; without a size where nothing stands out."""
-    found = np.flatnonzero(lines.place == place)
-    if not found.size:
+def _at_line(detection: Detection, lines: SpectralLines, place: int) -> Detection:
+    """A detection at a line; without a size where the line does not stand out."""
+    entry = np.flatnonzero(lines.place == place)
+    if not entry.size:
         return replace(detection, score=0.0, size=0.0, size_error=np.inf, log_ratio=0.0)
-    ratio, size, error = (float(values[found[0]]) for values in (lines.log_ratio, lines.size, lines.size_error))
+    ratio, size, error = (float(values[entry[0]]) for values in (lines.log_ratio, lines.size, lines.size_error))
     return replace(detection, score=-float(ndtri_exp(-ratio)), size=size, size_error=error, log_ratio=ratio)

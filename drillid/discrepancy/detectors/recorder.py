@@ -1,4 +1,4 @@
-"""Detections of sensor and recorder: errors that turn with the shaft, coarse steps."""
+"""Detections of sensor and recorder: errors once per revolution, coarse quantisation, clocks that drift apart."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,110 +17,118 @@ from drillid.records.quality import quantisation_step
 
 _NEIGHBOURS = 16
 _UNREPEATED = 5
-"""Parts of a window that stand for periods where the sweep does not repeat."""
+"""Parts of a window that take the place of periods where the sweep is not periodic."""
 
 _LOWEST = 0.5
-"""Hz, below which the control's integral answers tapered ends for longer than a block of the noise, and clocks show
-least."""
+"""Hz, below which the control's integral responds to tapered ends for longer than a noise block, and clock errors are
+least visible."""
 _CLEAR = 10.0
-"""Power of the answer to the recorded speed per power of what the command has beside it, from which a line is taken as
-recorded; at others it is computed from the sweep, as noise in what is looked for would make it seem smaller."""
+"""Power of the response to the recorded speed relative to that of the rest of the command, above which a line is used
+as recorded; other lines are computed from the sweep, as noise in the regressors would bias their coefficients low."""
 _LINES = 61
-"""Lines over which these powers are taken together."""
+"""Lines over which these powers are averaged (running median)."""
 _ENDS = 2.0
-"""Tapers at either end that are left out: the control's answer to a speed that fades is not a fading answer."""
+"""Tapers omitted at either end: the control's response to a tapered speed is not its tapered response."""
 
 
 class RevolutionDetector(Detector):
-    """An error of the reading in proportion to the speed, once per revolution, to which the control responds."""
+    """An error of the speed reading proportional to the speed, once per revolution, to which the control responds."""
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
         """Both quadratures of the error."""
-        return Candidate(name, _turning(inspection.residual, 0), together=True)
+        return Candidate(name, _rotating_error(inspection.residual, 0), together=True)
 
     @classmethod
     def reviewed(
         cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
     ) -> dict[str, Score]:
-        """Scores beside those of errors that turn a little faster or slower."""
-        return scores | {name: beside_neighbours(inspection.residual, scores[name]) for name in detectors}
+        """Scores relative to errors of slightly higher or lower frequency."""
+        return scores | {name: relative_to_neighbours(inspection.residual, scores[name]) for name in detectors}
 
 
 class QuantisationDetector(Detector):
-    """Coarse steps of the recorded speed."""
+    """Coarse quantisation of the recorded speed."""
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """A certain score where the steps' rounding is a good part of the noise; else None."""
+        """The largest score where rounding is a substantial part of the noise; else None."""
         return quantisation_score(inspection.residual)
 
 
 class ClockDriftDetector(Detector):
-    """Clocks that run apart: by the logged command, or without one by the response to the sweep."""
+    """Clocks that drift apart: by the logged command, or without one by the response to the sweep."""
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """A delay that grows, for a record without a command whose sweep repeats."""
+        """A growing delay, for a record with a periodic sweep and without a command."""
         residual = inspection.residual
         if residual.record.has_command or not residual.periods:
             return None
         duration = residual.samples / residual.record.rate
-        delayed = residual.swept(-residual.s * residual.mobility)
-        return Candidate(name, ((residual.passed - 0.5) * duration * delayed)[None])
+        delayed = residual.response_to_sweep(-residual.s * residual.mobility)
+        return Candidate(name, ((residual.elapsed - 0.5) * duration * delayed)[None])
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """An offset that grows between speed and command, beside wrong gains and a steady offset."""
+        """A growing offset between speed and command, with wrong gains and a constant offset as nuisances."""
         if not inspection.residual.record.has_command:
             return None
-        control_record = inspection.once(ControlRecord)
+        control_record = inspection.cached(ControlRecord)
         offset = Candidate(name, control_record.trends[2:])
         return score(offset, control_record.error, inspection.residual, inflation=1.0)
 
 
 class ControlTrendDetector(Detector):
-    """A response of the control that changes in any way while the window lasts."""
+    """A response of the control that changes within the window."""
 
     needs_command = True
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Trends of gain, integral gain and offset together."""
-        control_record = inspection.once(ControlRecord)
+        """Joint score of trends in gain, integral gain and offset."""
+        control_record = inspection.cached(ControlRecord)
         trends = Candidate(name, control_record.trends, together=True)
         return score(trends, control_record.error, inspection.residual)
 
 
-def _turning(residual: ResidualRecord, further: int) -> Floats:
-    """Reading (2, samples) of an error that turns with the shaft and so many times more in a period of the sweep."""
+def _rotating_error(residual: ResidualRecord, further: int) -> Floats:
+    """Recorded speed (2, samples) due to both quadratures of an error once per revolution.
+
+    Parameters
+    ----------
+    further : revolutions in a period of the sweep by which it turns more often than the shaft
+    """
     speed, rate = residual.speed, residual.record.rate
     period = residual.record.period or residual.samples / rate / _UNREPEATED
     angle = np.cumsum(speed) / rate + 2 * np.pi * further * residual.time / period
     controller = residual.system.top_drive.controller
-    seen = 1 - residual.mobility * control(controller, residual.s)
+    sensitivity = 1 - residual.mobility * control(controller, residual.s)
     waves = np.stack([speed * np.cos(angle), speed * np.sin(angle)])
-    return residual.filtered(seen, waves - waves.mean(axis=1)[:, None])
+    return residual.filtered(sensitivity, waves - waves.mean(axis=1)[:, None])
 
 
-def beside_neighbours(residual: ResidualRecord, found: Score) -> Score:
-    """The score of an error once per revolution, judged beside errors that turn a little faster or slower.
+def relative_to_neighbours(residual: ResidualRecord, score_alone: Score) -> Score:
+    """The score of an error once per revolution, tested against errors of slightly higher or lower frequency.
 
-    Revolutions often fall on a harmonic of the sweep, as with any whole number of them a minute and a sweep of two
-    minutes; the neighbours lie on harmonics as well, and share whatever the sweep leaves there. The power of one of
-    2ν neighbours follows F(2, 2ν).
+    Revolutions often coincide with a harmonic of the sweep, as with any integer speed in rpm and a sweep of two
+    minutes; the neighbours lie on harmonics as well, with the same residual of the sweep. The power relative to the
+    mean of ν neighbours follows F(2, 2ν).
     """
-    steps = [sign * step for step in range(1, _NEIGHBOURS + 1) for sign in (-1, 1)]
-    powers = [_power(residual, _turning(residual, step)) for step in (0, *steps)]
+    steps = [side * step for step in range(1, _NEIGHBOURS + 1) for side in (-1, 1)]
+    powers = [_power(residual, _rotating_error(residual, step)) for step in (0, *steps)]
     ratio = powers[0] / max(float(np.mean(powers[1:])), np.finfo(float).tiny)
     normal = normal_of_p_value(float(np.exp(-len(steps) * np.log1p(ratio / len(steps)))))
-    return replace(found, normal=min(found.normal, normal), log_ratio=min(found.log_ratio, 0.5 * max(normal, 0.0) ** 2))
+    log_ratio = min(score_alone.log_ratio, 0.5 * max(normal, 0.0) ** 2)
+    return replace(score_alone, normal=min(score_alone.normal, normal), log_ratio=log_ratio)
 
 
 def _power(residual: ResidualRecord, pair: Floats) -> float:
-    """What a pair of columns explains of the record."""
+    """Power of the residual record explained by a pair of columns."""
     columns = residual.whitened(pair)
     products = columns @ residual.error
     return float(products @ np.linalg.solve(columns @ columns.T, products))
 
 
 def quantisation_score(residual: ResidualRecord) -> Score | None:
-    """Steps of the recorded speed, where their rounding is a good part of the noise; else None."""
+    """Score of a quantisation step of the recorded speed whose rounding is a substantial part of the noise; else
+    None.
+    """
     speed = residual.speed
     step = quantisation_step(speed)
     if step is None:
@@ -128,8 +136,8 @@ def quantisation_score(residual: ResidualRecord) -> Score | None:
     # one-sided densities, (rad/s)²/Hz
     rounding = step**2 / 6 / residual.record.rate
     density = 2 * residual.noise / (residual.record.rate * np.sum(residual.taper**2))
-    usual = float(np.median(density[residual.inside]))
-    if rounding < ROUNDING_MATERIAL / (1 + ROUNDING_MATERIAL) * usual:
+    median_density = float(np.median(density[residual.inside]))
+    if rounding < ROUNDING_MATERIAL / (1 + ROUNDING_MATERIAL) * median_density:
         return None
     return Score(normal_of_p_value(0.0), step, 1e-3 * step, normal_of_p_value(0.0) ** 2 / 2)
 
@@ -140,24 +148,24 @@ class ControlRecord:
     def __init__(self, residual: ResidualRecord) -> None:
         inside, s = residual.inside & (residual.frequency > _LOWEST), residual.s
         stated = np.ravel(control(residual.system.top_drive.controller, s))
-        speed, given, sweep = (
+        speed, feedback, sweep = (
             rfft((series - series.mean()) * residual.taper)
             for series in (residual.speed, residual.command - residual.sweep, residual.sweep)
         )
-        beyond = given + stated * speed
-        response, missing = (
-            median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (stated * speed, beyond)
+        deviation = feedback + stated * speed
+        response_power, deviation_power = (
+            median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (stated * speed, deviation)
         )
-        moved = np.where(response > _CLEAR * missing, speed, residual.mobility * sweep)
-        whole = np.minimum(residual.time, residual.time[::-1]) > _ENDS * TAPER_S
+        regressor = np.where(response_power > _CLEAR * deviation_power, speed, residual.mobility * sweep)
+        untapered = np.minimum(residual.time, residual.time[::-1]) > _ENDS * TAPER_S
 
         def series(lines: Complex) -> Floats:
-            return np.asarray(irfft(np.where(inside, lines, 0.0), residual.samples) * whole, dtype=float)
+            return np.asarray(irfft(np.where(inside, lines, 0.0), residual.samples) * untapered, dtype=float)
 
-        earlier = series(-s * stated * moved)
-        steady = np.stack([series(moved), series(moved / s), earlier])
-        passed = residual.time - residual.time.mean()
-        self.trends: Floats = without(passed * steady, steady)
-        """(3, samples) N m, gain, integral gain and offset that grow, beside steady ones."""
-        self.error: Floats = without(series(beyond)[None], steady)[0]
-        """(samples,) N m, command that steady gains and a steady offset leave unexplained."""
+        delayed = series(-s * stated * regressor)
+        constant = np.stack([series(regressor), series(regressor / s), delayed])
+        elapsed = residual.time - residual.time.mean()
+        self.trends: Floats = without(elapsed * constant, constant)
+        """(3, samples) N m, effects of growing gain, integral gain and offset, orthogonal to those of constant ones."""
+        self.error: Floats = without(series(deviation)[None], constant)[0]
+        """(samples,) N m, command not explained by constant gains and a constant offset."""

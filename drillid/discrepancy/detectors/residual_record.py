@@ -1,8 +1,8 @@
-"""What a window's own record holds, and the noise that detections are read against.
+"""The residual record of a window, and the noise against which detections are tested.
 
-What repeats with the sweep is taken out first: it is the linear response, right or wrong, and the part of every
-distortion that a linear model may absorb. What is left is noise, and whatever changes in time or does not follow
-the sweep.
+The part of the speed that is periodic with the sweep is subtracted first: the linear response, correctly modelled or
+not, and the part of any distortion that a linear model can absorb. The residual record holds noise, and whatever
+changes in time or does not follow the sweep.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
 
 _BAND = (0.02, 10.0)
-"""Hz, in which the model is trusted."""
+"""Hz, band in which the model is valid."""
 TAPER_S = 10.0
 """Cosine taper at either end, s."""
 _NOISE_LINES = 61
@@ -28,13 +28,14 @@ _NOISE_LINES = 61
 _BIT_BANDWIDTH = 2.0
 """Hz, usual corner of the torque noise at the bit."""
 _ABOVE_FLOOR = 10.0
-"""Power per the sensor's from which a line tells the bit's noise."""
+"""Power relative to the sensor noise above which a line measures the bit's noise."""
 _LEAST_PERIODS = 2
 _LEAST_POWER, _BEYOND_SWEEP = 1e-4, 1.25
-"""Share of the sweep's largest power that counts as power, and how far beyond its highest frequency it still may."""
+"""Share of the sweep's largest line power below which a line counts as unexcited; harmonics are removed up to this
+factor times the highest excited frequency."""
 
-_MOST = 4
-"""Steps of a window; what steps more often is no change of rock."""
+_MOST_STEPS = 4
+"""Largest number of torque steps subtracted from a window; a torque that steps more often is no change of rock."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,15 +53,15 @@ class WindowRecord:
     speed: Floats
     """rad/s, of the top drive."""
     command: Floats
-    """N m, whole torque command with the sweep; NaN where it is not logged."""
+    """N m, total torque command, sweep included; NaN where it is not logged."""
     rate: float
     """Samples per s."""
     period: float
-    """s, after which the sweep repeats; 0 where it does not."""
+    """s, period of the sweep; 0 where it is not periodic."""
     fitted: Floats
-    """(8,) parameters of the window's own fit, in the order of the schema."""
+    """(8,) parameters fitted to this window, in the order of the schema."""
     known: KnownEquipment
-    """Controller and collars that the fit took as given."""
+    """Controller and collars held fixed in that fit."""
 
     def __post_init__(self) -> None:
         if not self.sweep.shape == self.speed.shape == self.command.shape or self.sweep.ndim != 1:
@@ -75,23 +76,23 @@ class WindowRecord:
 
 
 class ResidualRecord:
-    """A window less all that repeats with its sweep, and the density of its noise.
+    """A window's speed less everything periodic with its sweep, and the density of its noise.
 
-    With a sweep that does not repeat, the fitted model's answer to it is taken out instead.
+    Where the sweep is not periodic, the response of the fitted model is subtracted instead.
 
     Parameters
     ----------
-    taken : (samples,) rad/s, what of the speed is accounted for already; nothing where not given
+    subtracted : (samples,) rad/s, speed that is already explained, such as by torque steps; zero where not given
     """
 
-    def __init__(self, record: WindowRecord, taken: Floats | None = None) -> None:
+    def __init__(self, record: WindowRecord, subtracted: Floats | None = None) -> None:
         self.record = record
-        whole = int(record.speed.size / record.rate / record.period + 1e-9) if record.period > 0 else 0
-        self.periods = whole if whole >= _LEAST_PERIODS else 0
-        self.samples = round(whole * record.period * record.rate) if self.periods else record.speed.size
-        self.taken: Floats = np.zeros(self.samples) if taken is None else taken
+        periods = int(record.speed.size / record.rate / record.period + 1e-9) if record.period > 0 else 0
+        self.periods = periods if periods >= _LEAST_PERIODS else 0
+        self.samples = round(periods * record.period * record.rate) if self.periods else record.speed.size
+        self.subtracted: Floats = np.zeros(self.samples) if subtracted is None else subtracted
         self.time: Floats = np.arange(self.samples) / record.rate
-        self.passed: Floats = (np.arange(self.samples) + 0.5) / self.samples
+        self.elapsed: Floats = (np.arange(self.samples) + 0.5) / self.samples
         self.frequency: Floats = rfftfreq(self.samples, 1 / record.rate)
         self.system: DrillingSystem = drilling_system(record.fitted, record.known)
         self.highest = min(_BAND[1], 0.3 * record.rate)
@@ -101,7 +102,7 @@ class ResidualRecord:
 
     @cached_property
     def s(self) -> Complex:
-        """Laplace variable of all lines; that of the mean, where nothing is asked for, is the first line's."""
+        """Laplace variable of all lines; the line of the mean, which is never used, has that of the first line."""
         return laplace(np.maximum(self.frequency, self.frequency[1]))
 
     @cached_property
@@ -111,117 +112,120 @@ class ResidualRecord:
 
     @cached_property
     def derivatives(self) -> Complex:
-        """Derivatives of the mobility to the model's eight figures, (8, line)."""
+        """Derivatives of the mobility with respect to the model's eight parameters, (8, line)."""
         return command_mobility_with_derivatives(self.record.fitted, self.record.known, self.s)[1]
 
     @cached_property
-    def moved(self) -> Complex:
-        """Speed per torque on the top drive at all lines, rad/(N m s), 0 at the mean."""
+    def top_mobility(self) -> Complex:
+        """Driving-point mobility: speed per torque at the top drive at all lines, rad/(N m s), 0 at the mean."""
         return self.mobility / np.ravel(drive(self.system.top_drive, self.s))
 
     @cached_property
-    def moved_from_bit(self) -> Complex:
-        """The same per torque at the bit: by reciprocity it moves the top as a torque at the top moves the bit."""
-        return self.moved * np.ravel(bit_speed_ratio(self.system, self.s))
+    def transfer_mobility(self) -> Complex:
+        """Transfer mobility: speed at the top per torque at the bit, by reciprocity speed at the bit per torque at the
+        top.
+        """
+        return self.top_mobility * np.ravel(bit_speed_ratio(self.system, self.s))
 
     @property
     def sweep(self) -> Floats:
-        """N m, over the whole periods."""
+        """N m, over an integer number of periods."""
         return self.record.sweep[: self.samples]
 
     @property
     def speed(self) -> Floats:
-        """rad/s, over the whole periods."""
+        """rad/s, over an integer number of periods."""
         return self.record.speed[: self.samples]
 
     @cached_property
     def command(self) -> Floats:
-        """N m; by the known control about an unknown mean where it is not logged."""
+        """N m; where it is not logged, reconstructed from the known control up to an unknown mean."""
         if self.record.has_command:
             return self.record.command[: self.samples]
         controller = self.system.top_drive.controller
         return self.sweep - self.filtered(control(controller, self.s), self.speed - self.speed.mean())
 
     def filtered(self, transfer: Complex, series: Floats) -> Floats:
-        """A series (..., samples) behind a transfer (line,), as if the window repeated."""
+        """A series (..., samples) filtered by a transfer function (line,), the window taken as periodic."""
         return np.asarray(irfft(transfer * rfft(series), self.samples), dtype=float)
 
-    def swept(self, transfer: Complex) -> Floats:
-        """What the sweep makes of a transfer (..., line), about its mean, (..., samples)."""
+    def response_to_sweep(self, transfer: Complex) -> Floats:
+        """Response to the sweep of a transfer function (..., line), about its mean, (..., samples)."""
         return self.filtered(transfer * (self.frequency > 0), self.sweep)
 
     def without_sweep(self, series: Floats) -> Floats:
-        """A series (..., samples) less its trend and all that repeats with the sweep's period in the sweep's band."""
+        """A series (..., samples) less its linear trend and, in the sweep's band, its part periodic with the sweep."""
         centred = self.time - self.time.mean()
         slope = series @ centred / (centred @ centred)
         series = series - series.mean(axis=-1, keepdims=True) - np.multiply.outer(slope, centred)
         if not self.periods:
             return np.asarray(series, dtype=float)
         lines = rfft(series * self.period_weight)
-        lines[..., ~self.repeating] = 0
+        lines[..., ~self.harmonics] = 0
         repeated = irfft(lines, self.samples) * (self.periods / (self.periods - 1))
         return np.asarray(series - repeated, dtype=float)
 
     @cached_property
-    def repeating(self) -> Booleans:
-        """Harmonics of the sweep's period up to where the sweep has lost its power, (line,)."""
+    def harmonics(self) -> Booleans:
+        """Mask (line,) of the harmonics of the sweep's period in the band that the sweep excites."""
         power = np.abs(rfft(self.sweep - self.sweep.mean())) ** 2
         highest = self.frequency[np.flatnonzero(power > _LEAST_POWER * power.max())].max()
         low = (self.frequency > 0) & (self.frequency < _BEYOND_SWEEP * highest)
-        return np.asarray(~self.between & low, dtype=bool)
+        return np.asarray(~self.off_harmonics & low, dtype=bool)
 
     @cached_property
     def period_weight(self) -> Floats:
-        """Weight (samples,) of each sample in the mean over periods, rising over the first and falling over the last.
+        """Weight (samples,) of each sample in the mean over periods, tapered over the first and the last period.
 
-        The weights of all samples of one phase add up to the periods less one, and the mean does not jump where
-        periods meet: noise does not join on to itself there, and a jump has power at all frequencies.
+        The weights of all samples of one phase sum to the number of periods less one, and the mean is continuous where
+        periods meet: noise is not periodic, and a jump there would have power at all frequencies.
         """
         share = np.minimum(self.time, self.time[-1] - self.time) * self.periods / self.time[-1]
         return np.asarray(np.sin(np.pi / 2 * np.minimum(share, 1.0)) ** 2, dtype=float)
 
     @cached_property
-    def left(self) -> Floats:
-        """Speed less its answer to the sweep and what is taken, rad/s."""
-        told = self.speed - self.taken
-        return self.without_sweep(told if self.periods else told - self.filtered(self.mobility, self.sweep))
+    def speed_residual(self) -> Floats:
+        """Speed less its response to the sweep and less what has been subtracted, rad/s."""
+        speed = self.speed - self.subtracted
+        return self.without_sweep(speed if self.periods else speed - self.filtered(self.mobility, self.sweep))
 
     @cached_property
     def modelled_noise(self) -> Floats:
-        """Noise that the model lets through from bit to top, and a floor of sensor noise, shape (line,).
+        """Power spectrum of torque noise at the bit as it reaches the top, plus a floor of sensor noise, (line,).
 
-        Torque of the bit is taken as noise behind a low pass, sensor noise as white; their sizes are medians.
+        Torque noise at the bit is modelled as low-pass filtered white noise, sensor noise as white; their levels are
+        medians over lines.
         """
-        passed = np.abs(self.moved_from_bit) ** 2 / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
+        transmitted = np.abs(self.transfer_mobility) ** 2 / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
         power = self.power
-        high, low = (self.between & band for band in (self.frequency > self.highest, self.inside))
+        high, low = (self.off_harmonics & band for band in (self.frequency > self.highest, self.inside))
         floor = float(np.median(power[high])) / np.log(2) if high.any() else 0.0
-        above = low & (power > _ABOVE_FLOOR * floor) & (passed > 0)
-        level = float(np.median(power[above] / passed[above])) if above.any() else 0.0
-        passed[0] = passed[1]
-        return np.asarray(level * passed + floor + np.finfo(float).tiny, dtype=float)
+        above = low & (power > _ABOVE_FLOOR * floor) & (transmitted > 0)
+        level = float(np.median(power[above] / transmitted[above])) if above.any() else 0.0
+        transmitted[0] = transmitted[1]
+        return np.asarray(level * transmitted + floor + np.finfo(float).tiny, dtype=float)
 
     @cached_property
     def power(self) -> Floats:
         """Squared modulus of the tapered residual record's lines, (line,)."""
-        return np.asarray(np.abs(rfft(self.left * self.taper)) ** 2, dtype=float)
+        return np.asarray(np.abs(rfft(self.speed_residual * self.taper)) ** 2, dtype=float)
 
     @property
-    def between(self) -> Booleans:
-        """Lines that are no harmonics of the sweep's period, (line,)."""
+    def off_harmonics(self) -> Booleans:
+        """Mask (line,) of the lines that are not harmonics of the sweep's period."""
         lines = np.arange(self.frequency.size)
         return (lines > 0) if not self.periods else lines % self.periods != 0
 
     @cached_property
     def noise(self) -> Floats:
-        """Mean squared modulus of each line of the tapered remainder, shape (line,).
+        """Expected squared modulus of each line of the tapered residual record, shape (line,).
 
-        The modelled noise times a running median of the lines between harmonics, so that single tones do not
+        The modelled noise, scaled by a running median over the lines between harmonics, so that single tones do not
         raise it.
         """
         from scipy.ndimage import median_filter
 
-        lines = np.flatnonzero(self.between)
+        lines = np.flatnonzero(self.off_harmonics)
         ratio = self.power[lines] / self.modelled_noise[lines]
         level = median_filter(ratio, _NOISE_LINES, mode="reflect") / np.log(2)
         return np.asarray(np.interp(np.arange(self.frequency.size), lines, level) * self.modelled_noise, dtype=float)
@@ -232,21 +236,23 @@ class ResidualRecord:
         return np.where(self.inside, np.sqrt(self.samples / np.maximum(self.noise, least)), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as the residual record's noise sees it, less what repeats with the sweep."""
+        """A series (..., samples) in rad/s, less its part periodic with the sweep, whitened by this record's noise."""
         return self.weighted(self.without_sweep(series))
 
     def weighted(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s as this record's noise sees it, which then has about unit density."""
+        """A series (..., samples) in rad/s, tapered and whitened: this record's noise then has about unit density."""
         return self.filtered(self._weight.astype(complex), series * self.taper)
 
     @cached_property
     def error(self) -> Floats:
-        """The whitened remainder, (samples,)."""
-        return self.weighted(self.left)
+        """The whitened residual record, (samples,)."""
+        return self.weighted(self.speed_residual)
 
     @cached_property
     def inflation(self) -> float:
-        """Variance of a sum over the noise per variance found from the remainder, which has lost the periods' mean."""
+        """Variance of a sum over the noise relative to that estimated from the residual record, which lacks the mean
+        over periods.
+        """
         if not self.periods:
             return 1.0
         share = self.period_weight / (self.periods - 1)
@@ -255,28 +261,28 @@ class ResidualRecord:
 
 
 def without_steps(residual: ResidualRecord) -> ResidualRecord:
-    """The remainder less the answers of the speed to steps of the torque at the bit."""
-    for _ in range(_MOST):
-        answer = _largest_step(residual)
-        if answer is None:
+    """The residual record with the speed's responses to steps of the bit torque subtracted, largest first."""
+    for _ in range(_MOST_STEPS):
+        response = _step_response(residual)
+        if response is None:
             break
-        residual = ResidualRecord(residual.record, residual.taken + answer)
+        residual = ResidualRecord(residual.record, residual.subtracted + response)
     return residual
 
 
-def _largest_step(residual: ResidualRecord) -> Floats | None:
-    """Speed (samples,) by the step that stands out most, rad/s; None where none does.
+def _step_response(residual: ResidualRecord) -> Floats | None:
+    """Speed response (samples,) to the most significant step of the bit torque, rad/s; None where none is significant.
 
-    All times are tried at once by a matched filter (Turin 1960, IRE Transactions on Information Theory 6, 311–329).
+    All times are tested at once by a matched filter (Turin 1960, IRE Transactions on Information Theory 6, 311–329).
     """
     rate, s = residual.record.rate, residual.s
-    answer = -residual.moved_from_bit * rate / s
-    weighted = np.where(residual.inside, np.conj(answer) / np.maximum(residual.noise, np.finfo(float).tiny), 0.0)
-    matched = irfft(weighted * rfft(residual.left * residual.taper), residual.samples) * residual.samples
-    deviation = float(np.sqrt(2 * np.sum((weighted * answer).real)))
+    response = -residual.transfer_mobility * rate / s
+    weighted = np.where(residual.inside, np.conj(response) / np.maximum(residual.noise, np.finfo(float).tiny), 0.0)
+    matched = irfft(weighted * rfft(residual.speed_residual * residual.taper), residual.samples) * residual.samples
+    deviation = float(np.sqrt(2 * np.sum((weighted * response).real)))
     place = int(np.argmax(np.abs(matched)))
     if not abs(matched[place]) > TORQUE_STEP * deviation:
         return None
-    step = irfft(answer * np.exp(-s * place / rate), residual.samples)
-    seen = residual.whitened(step)
-    return np.asarray(step * (seen @ residual.error) / (seen @ seen), dtype=float)
+    step = irfft(response * np.exp(-s * place / rate), residual.samples)
+    whitened = residual.whitened(step)
+    return np.asarray(step * (whitened @ residual.error) / (whitened @ whitened), dtype=float)

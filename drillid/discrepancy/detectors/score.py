@@ -1,7 +1,7 @@
-"""Scores of what a cause would add to the speed, against noise whose size changes in time.
+"""Scores of what a cause would add to the speed, against noise whose level changes in time.
 
-The whitened error is white but not of constant size, so that variances are summed over blocks of the record as they
-are there (White 1980, Econometrica 48, 817–838, for blocks); Student's t counts how few blocks may bear a column.
+The whitened residual is white but heteroscedastic, so that variances are summed over blocks of the record (White 1980,
+Econometrica 48, 817–838, for blocks); Student's t accounts for the few blocks in which a column may have its energy.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
 from drillid.arrays import Floats, Indices
-from drillid.discrepancy.detectors.detection import Lines
+from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.rules import AMPLITUDE_REACH, LEAST_BLOCKS, LEAST_MISSING_SHARE, TAIL
 
@@ -19,54 +19,56 @@ _BLOCK_S = 4.0
 _DRAWS = 4000
 _LEAST_P_VALUE, _LARGEST_P_VALUE = 1e-300, 1 - 1e-12
 _DEPENDENT = 1e-9
-"""Share of a column that must be left when others are taken out."""
+"""Share of the largest energy below which a column counts as linearly dependent on those projected out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What a cause would add to the speed, one column a setting."""
+    """Speed that a cause would add, one column for each setting."""
 
     cause: str
     columns: Floats
     """(settings, samples), rad/s per unit of amplitude; whitened once `whitened` has been called."""
     settings: Floats | None = None
-    """(settings,) sizes that are searched, the amplitude being free; None where the amplitude is the size."""
+    """(settings,) sizes searched over with a free amplitude; None where the amplitude is the size."""
     one_sided: bool = False
     """Whether only a positive amplitude makes sense."""
     together: bool = False
-    """Whether the columns are parts of one thing, whose modulus is the size."""
-    whole: bool = False
-    """Whether the size is the setting at which the amplitude is one, if there is one, and not the most likely one."""
+    """Whether the columns are fitted jointly; the size is then the modulus of their amplitudes."""
+    at_unit_amplitude: bool = False
+    """Whether the size is the setting at which the amplitude is one, where there is one, not the most likely one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How a cause stands out of the noise."""
+    """Result of the test for one cause."""
 
     normal: float
-    """Standard normal without the cause; the search over settings is counted."""
+    """Standard normal without the cause; corrected for the search over settings."""
     size: float
     size_error: float
     log_ratio: float
     amplitudes: Floats = field(default_factory=lambda: np.empty(0))
-    """(settings,) of the candidate's columns; 0 but for the best."""
+    """(settings,) of the candidate's columns; 0 except for the best."""
     misfit: float = np.nan
-    """Standard normal where the record follows the cause, large where something like it does more; NaN if not asked."""
+    """Standard normal where the record follows the cause, large where something similar fits better; NaN where not
+    tested."""
     by_shape: tuple[tuple[float, float], ...] = ()
-    """Size and its error at each of several columns, NaN where too little of the record bears one."""
-    apart: float = np.nan
-    """Standard deviations between what this and the other way of the same change say of the record; NaN if not told."""
-    lines: Lines | None = None
+    """Size and standard error for each of several columns, NaN where a column has its energy in too few blocks."""
+    separation: float = np.nan
+    """Standard deviations between the records predicted by this and by the other course of the same parameter; NaN
+    where there is none."""
+    lines: SpectralLines | None = None
     """Of a tone, all lines of the record that stand out."""
 
 
 def whitened(candidate: Candidate, residual: ResidualRecord) -> Candidate:
-    """The candidate as the noise sees it."""
+    """The candidate with whitened columns."""
     return replace(candidate, columns=residual.whitened(candidate.columns))
 
 
 def without(series: Floats, others: Floats) -> Floats:
-    """Rows (..., samples) less their projection on other rows (further, samples)."""
+    """Rows (..., samples) less their projection on other rows (others, samples)."""
     return without_basis(series, orthonormal(others))
 
 
@@ -76,7 +78,7 @@ def without_basis(series: Floats, basis: Floats) -> Floats:
 
 
 def orthonormal(rows: Floats) -> Floats:
-    """Orthonormal rows (rank, samples) that span what rows (further, samples) span."""
+    """Orthonormal basis (rank, samples) of the span of rows (count, samples)."""
     scale = np.sqrt(np.sum(rows**2, axis=1))
     if not np.any(scale > 0):
         return np.empty((0, rows.shape[1]))
@@ -87,12 +89,13 @@ def orthonormal(rows: Floats) -> Floats:
 def score(
     candidate: Candidate, error: Floats, residual: ResidualRecord, *, inflation: float | None = None
 ) -> Score | None:
-    """Score of a whitened candidate; None where no column is borne by enough of the record.
+    """Score of a whitened candidate; None where every column has its energy in too few blocks.
 
     Parameters
     ----------
-    error : (samples,) whitened like the candidate
-    inflation : variance of a sum over the noise per variance found from `error`; that of the remainder where not given
+    error : (samples,) residual, whitened like the candidate
+    inflation : variance of a sum over the noise relative to that estimated from `error`; by default that of the
+        residual record
     """
     if candidate.together:
         return _score_together(candidate, error, residual)
@@ -102,12 +105,12 @@ def score(
     amplitude = columns[usable] @ error / energy[usable]
     deviation, blocks = _deviations(columns[usable], error, amplitude, residual)
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
-    borne = blocks >= LEAST_BLOCKS
+    supported = blocks >= LEAST_BLOCKS
     if candidate.settings is not None:
-        # what a drive leaves out it leaves out wholly: a small share of it is another cause's
-        borne &= amplitude + AMPLITUDE_REACH * deviation > LEAST_MISSING_SHARE
-    usable = usable[borne]
-    amplitude, deviation, blocks = (values[borne] for values in (amplitude, deviation, blocks))
+        # a limit withholds all of the missing torque: an amplitude far below 1 belongs to another cause
+        supported &= amplitude + AMPLITUDE_REACH * deviation > LEAST_MISSING_SHARE
+    usable = usable[supported]
+    amplitude, deviation, blocks = (values[supported] for values in (amplitude, deviation, blocks))
     by_shape = np.full((columns.shape[0], 2), np.nan)
     by_shape[usable, 0] = amplitude
     by_shape[usable, 1] = np.abs(amplitude) / _to_normal(np.abs(amplitude) / deviation, blocks, two_sided=False)
@@ -120,15 +123,15 @@ def score(
     overall = _normal_of_maximum(float(normal[best]), unit @ unit.T, two_sided=not candidate.one_sided)
     size, size_error = float(amplitude[best]), float(deviation[best])
     if candidate.settings is not None:
-        # the whole of what is left out, not some share of it
+        # at the full missing torque, not a share of it
         settings, ratio = candidate.settings[usable], columns[usable] @ error - energy[usable] / 2
         size, size_error = (
-            _setting_of_whole(settings, ratio, amplitude, deviation)
-            if candidate.whole
+            _setting_at_unity(settings, ratio, amplitude, deviation)
+            if candidate.at_unit_amplitude
             else _size_of_setting(settings, ratio)
         )
-    told = (np.maximum if candidate.one_sided else np.hypot)(amplitude[best : best + 1], 0.0) / deviation[best]
-    log_ratio = 0.5 * float(_to_normal(told, blocks[best : best + 1], two_sided=False)[0]) ** 2
+    best_ratio = (np.maximum if candidate.one_sided else np.hypot)(amplitude[best : best + 1], 0.0) / deviation[best]
+    log_ratio = 0.5 * float(_to_normal(best_ratio, blocks[best : best + 1], two_sided=False)[0]) ** 2
     amplitudes = np.zeros(columns.shape[0])
     amplitudes[usable[best]] = amplitude[best]
     shapes = () if candidate.settings is not None or len(columns) == 1 else tuple(map(tuple, by_shape.tolist()))
@@ -141,50 +144,50 @@ def block_starts(residual: ResidualRecord) -> Indices:
 
 
 def _deviations(columns: Floats, error: Floats, amplitude: Floats, residual: ResidualRecord) -> tuple[Floats, Floats]:
-    """Standard error of each amplitude before inflation, and how many blocks bear its column."""
+    """Standard error of each amplitude before inflation, and the effective number of blocks of its column."""
     starts = block_starts(residual)
     products = np.add.reduceat(columns * (error - amplitude[:, None] * columns), starts, axis=1)
     shares = np.add.reduceat(columns**2, starts, axis=1)
     energy = shares.sum(axis=1)
     shares = shares / energy[:, None]
-    # one amplitude taken out of few blocks takes their own errors with it
+    # an amplitude fitted to few blocks absorbs part of their errors
     products = products / np.maximum(1 - shares, 0.1)
     return np.sqrt(np.sum(products**2, axis=1)) / energy, 1 / np.sum(shares**2, axis=1)
 
 
 def _to_normal(ratio: Floats, freedom: Floats, *, two_sided: bool) -> Floats:
-    """Student's ratios as standard normal values; of two-sided ratios the modulus' p-value."""
+    """Student's t ratios as standard normal values of the same p-value, two-sided for the modulus of the ratio."""
     p_value = stdtr(freedom, -ratio) if not two_sided else 2 * stdtr(freedom, ratio)
     return np.asarray(-ndtri(np.clip(p_value, _LEAST_P_VALUE, _LARGEST_P_VALUE)), dtype=float)
 
 
 def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) -> float:
-    """Standard normal value of the largest of dependent ones.
+    """Standard normal value of the maximum of correlated normal variables, corrected for the search.
 
-    The maximum's distribution is drawn; beyond its upper 2 % the tail of one value is carried on, multiplied by as
-    many values as the draws there amount to.
+    The distribution of the maximum is simulated; its upper 2 % are extrapolated as the tail of a single normal
+    variable, scaled to agree there.
     """
     count = correlation.shape[0]
     if count == 1:
         return largest
     values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
+    draws = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
     if two_sided:
-        drawn = -ndtri(np.clip(2 * ndtr(-np.abs(drawn)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
-    maxima = np.sort(drawn.max(axis=0))
-    border = float(np.quantile(maxima, 1 - TAIL))
-    if largest > border:
-        p_value = TAIL * ndtr(-largest) / ndtr(-border)
+        draws = -ndtri(np.clip(2 * ndtr(-np.abs(draws)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
+    maxima = np.sort(draws.max(axis=0))
+    threshold = float(np.quantile(maxima, 1 - TAIL))
+    if largest > threshold:
+        p_value = TAIL * ndtr(-largest) / ndtr(-threshold)
     else:
         p_value = 1 - np.searchsorted(maxima, largest) / _DRAWS
     return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, 1 - 1 / _DRAWS)))
 
 
 def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
-    """Most likely setting, and how far settings reach whose log-likelihood is less by no more than a half.
+    """Maximum-likelihood setting, and the half-width of the interval in which the log-likelihood falls by a half.
 
-    Between settings the log-likelihood is taken as a parabola. Settings that are not known give NaN.
+    Between settings the log-likelihood is interpolated by a parabola. Unknown settings give NaN.
     """
     if not np.isfinite(settings).all():
         return np.nan, np.inf
@@ -200,10 +203,10 @@ def _size_of_setting(settings: Floats, ratio: Floats) -> tuple[float, float]:
     return float(settings[best] + shift), float(np.hypot(width, spacing / np.sqrt(12)))
 
 
-def _setting_of_whole(settings: Floats, ratio: Floats, amplitude: Floats, deviation: Floats) -> tuple[float, float]:
-    """Setting at which a rising amplitude is one, the nearest to the most likely, and its error.
+def _setting_at_unity(settings: Floats, ratio: Floats, amplitude: Floats, deviation: Floats) -> tuple[float, float]:
+    """Setting at which a rising amplitude crosses one, the crossing nearest to the most likely setting, and its error.
 
-    Without any, as where the limit is hardly ever left, it is the most likely one.
+    Where there is none, as where the limit is hardly ever exceeded, the most likely setting is returned.
 
     Between settings the amplitude follows a monotone cubic in their logarithm (Fritsch and Butland 1984, SIAM Journal
     on Scientific and Statistical Computing 5, 300–304).
@@ -222,7 +225,7 @@ def _setting_of_whole(settings: Floats, ratio: Floats, amplitude: Floats, deviat
 
 
 def _score_together(candidate: Candidate, error: Floats, residual: ResidualRecord) -> Score | None:
-    """Score of all amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over the blocks."""
+    """Joint score of amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over blocks."""
     columns = candidate.columns
     count, gram = columns.shape[0], columns @ columns.T
     shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(residual))
@@ -243,5 +246,5 @@ def _score_together(candidate: Candidate, error: Floats, residual: ResidualRecor
 
 
 def normal_of_p_value(p_value: float) -> float:
-    """Standard normal value that is exceeded with a probability."""
+    """Standard normal value with this upper-tail probability."""
     return float(-ndtri(np.clip(p_value, _LEAST_P_VALUE, _LARGEST_P_VALUE)))

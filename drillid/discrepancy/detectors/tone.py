@@ -1,7 +1,8 @@
-"""Detections of tones in the record: lines that stand out, between the harmonics of the sweep or upon them.
+"""Detections of tones in the record: spectral lines that stand out, between the harmonics of the sweep or at them.
 
-Between harmonics a line stands in what does not repeat with the sweep. Upon and beside a harmonic a tone looks like
-the answer to the sweep, and is told from it as that is smooth: by what the neighbouring harmonics say of it.
+Between harmonics a line is in the part of the record that is not periodic with the sweep. At or beside a harmonic a
+tone looks like the response to the sweep; it is distinguished from it by the smoothness of that response, which is
+interpolated from the neighbouring harmonics.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from drillid.arrays import Complex, Floats, Indices
-from drillid.discrepancy.detectors.detection import Lines
+from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Score, normal_of_p_value
@@ -18,55 +19,56 @@ from drillid.discrepancy.rules import LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZ
 from drillid.physics.top_drive import control
 
 _OWN_LINES, _FAR_LINES = 3, 22
-"""Lines on either side of a tone, from the first that it leaves alone to the last that tells its noise."""
-_UPON = 1
-"""Half lines on either side of a harmonic in which much of a tone goes with what repeats; 92 % is left farther off."""
+"""Lines on either side of a tone that estimate its noise: from the first beyond its leakage to the last used."""
+_ABSORBED = 1
+"""Half lines on either side of a harmonic in which much of a tone is removed with the periodic part; farther off 92 %
+remains."""
 _FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
-"""Independent ones among them."""
+"""Degrees of freedom of that noise estimate."""
 _NEIGHBOURS = np.repeat(
     [1.0, 0.0, 1.0], [2 * (_FAR_LINES - _OWN_LINES), 4 * _OWN_LINES + 1, 2 * (_FAR_LINES - _OWN_LINES)]
 )
 _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
-"""Of the polynomial through neighbouring harmonics; how many on either side it is fitted to, and tell its noise."""
+"""Order of the local polynomial; harmonics on either side that it is fitted to, and that estimate its noise."""
 _WIDEST = 1.0
-"""Noise that the neighbours add, per a harmonic's own, up to which they are asked."""
+"""Noise that the interpolation adds, relative to a harmonic's own, up to which it is used."""
 _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
 _LEAST_KEPT = 0.1
-"""Share of a tone beyond which it is not made up for what has gone with the sweep."""
+"""Least share of a tone assumed to remain, in the correction for what is removed with the sweep."""
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class SpectralLine:
     """The line that stands out most from its neighbours."""
 
     place: int
-    """In half lines, as all lines here."""
+    """Index in half lines, as for all lines here."""
     height: complex
     score: Score
 
 
 @dataclass(frozen=True, eq=False)
-class _Left:
-    """What neither the sweep nor other causes account for."""
+class _Residual:
+    """Speed explained by neither the sweep nor other causes, by one method of removing the response to the sweep."""
 
     series: Floats
     """(samples,) rad/s."""
     noise: Floats
-    """(half line,) that the way of leaving the sweep's answer out has added, as a factor; infinite where none."""
-    loses: bool
-    """Whether it takes a part of a tone with it."""
+    """(half line,) factor on the noise power that the method adds; infinite where it gives no residual."""
+    attenuates: bool
+    """Whether the method removes part of a tone as well."""
 
 
-def strongest_line(residual: ResidualRecord, explained: Floats | None = None) -> Line | None:
-    """The line that stands out most; None where the record has none to look at.
+def strongest_line(residual: ResidualRecord, explained: Floats | None = None) -> SpectralLine | None:
+    """The line that stands out most; None where the record has none to test.
 
-    A line's power over the mean of ν neighbours follows F(2, 2ν); a vibration of the string covers its neighbours
-    too, so that it does not stand out. Lines lie half a line apart, so that no tone falls between them.
+    A line's power over the mean of ν neighbours follows F(2, 2ν); a resonance of the string is as wide as its
+    neighbours, so that it does not stand out. Lines are spaced by half a line, so that no tone falls between them.
 
     Parameters
     ----------
-    explained : (samples,) rad/s, what other causes account for; nothing where not given
+    explained : (samples,) rad/s, speed explained by other causes; zero where not given
     """
     frequency = rfftfreq(2 * residual.samples, 1 / residual.record.rate)
     usable = (frequency > _LOWEST) & (frequency < _HIGHEST * residual.record.rate)
@@ -74,42 +76,43 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     if not usable.any():
         return None
     explained = np.zeros(residual.samples) if explained is None else explained
-    between = _Left(residual.left - residual.without_sweep(explained), np.ones(frequency.size), loses=True)
-    ways = [between, *([_beside_harmonics(residual, explained)] if residual.periods else [])]
-    spectra = [_lines(residual, left.series) for left in ways]
-    powers = np.stack([_power(residual, left, spectrum) for left, spectrum in zip(ways, spectra, strict=True)])
-    noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(ways), 1))
+    series = residual.speed_residual - residual.without_sweep(explained)
+    off_harmonics = _Residual(series, np.ones(frequency.size), attenuates=True)
+    methods = [off_harmonics, *([_interpolated(residual, explained)] if residual.periods else [])]
+    spectra = [_spectrum(residual, method.series) for method in methods]
+    powers = np.stack([_power(residual, method, spectrum) for method, spectrum in zip(methods, spectra, strict=True)])
+    noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(methods), 1))
     if residual.periods:
         noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], residual.periods))
-    tried = np.stack([usable & np.isfinite(left.noise) for left in ways])
+    tried = np.stack([usable & np.isfinite(method.noise) for method in methods])
     ratio = np.where(tried, powers / np.maximum(noise, np.finfo(float).tiny), 0.0)
-    way, place = (int(one) for one in np.unravel_index(np.argmax(ratio), ratio.shape))
-    log_ratio = _FREEDOM * float(np.log1p(ratio[way, place] / _FREEDOM))
+    best, place = (int(index) for index in np.unravel_index(np.argmax(ratio), ratio.shape))
+    log_ratio = _FREEDOM * float(np.log1p(ratio[best, place] / _FREEDOM))
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
-    amplitude, kept = _amplitude(residual, ways[way], place)
-    height, normal = complex(spectra[way][place]), normal_of_p_value(float(overall))
-    # what chance has made stand out is another line in every window, and tells no size
+    amplitude, kept = _amplitude(residual, methods[best], place)
+    height, normal = complex(spectra[best][place]), normal_of_p_value(float(overall))
+    # a line that stands out by chance differs from window to window and gives no size
     size_error = float(_amplitude_error(residual, place)) / kept if normal > TONE_WITH_SIZE else np.inf
     lines = _faint_lines(residual, spectra[0], ratio[0], place)
-    return Line(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
+    return SpectralLine(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
 
-def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, strongest: int) -> Lines:
-    """Lines that stand out at all and do not repeat with the sweep, at any frequency.
+def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, strongest: int) -> SpectralLines:
+    """Lines that stand out at all and are not periodic with the sweep, at any frequency.
 
-    What repeats with it stands alike in all windows: errors of a wrong model in the sweep's band, distortion and the
-    record's rounding beyond it.
+    Lines that are periodic with it appear alike in all windows: errors of the model in the sweep's band, distortion and
+    rounding of the record beyond it.
 
     Parameters
     ----------
-    spectrum : (half line,) of what is left between harmonics, rad/s
-    ratio : (half line,) power per noise; 0 where none is looked for
+    spectrum : (half line,) of the residual record, rad/s
+    ratio : (half line,) power over noise; 0 for lines that are not tested
     strongest : half line of the window's own detection
     """
-    repeats = np.zeros(ratio.size, dtype=bool)
-    repeats[::2] = ~residual.between
-    upon = np.convolve(repeats, np.ones(2 * _UPON + 1), "same") > 0
-    ratio = np.where(upon, 0.0, ratio)
+    harmonics = np.zeros(ratio.size, dtype=bool)
+    harmonics[::2] = ~residual.off_harmonics
+    near = np.convolve(harmonics, np.ones(2 * _ABSORBED + 1), "same") > 0
+    ratio = np.where(near, 0.0, ratio)
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
     place = np.flatnonzero(log_ratio > LINE_KEPT)
     error = _amplitude_error(residual, place)
@@ -118,61 +121,61 @@ def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, str
     size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
     spacing = residual.record.rate / (2 * residual.samples)
     kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
-    return Lines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
+    return SpectralLines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
 
 
 class LineDetector(Detector):
     """The line that stands out most of the record's noise, whatever its cause."""
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Score of the strongest line; None where the record has none to look at."""
-        line = inspection.once(strongest_line)
+        """Score of the strongest line; None where the record has none to test."""
+        line = inspection.cached(strongest_line)
         return None if line is None else line.score
 
 
 class ToneDetector(Detector):
-    """A tone in the record alone, to which the control does not respond."""
+    """A tone of the recording alone, to which the control does not respond."""
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Score of the strongest line beside what is explained; None where the command shows it as motion."""
+        """Score of the strongest line not explained by other causes; None where the command shows that it is motion."""
         explained = inspection.explained
-        line = strongest_line(inspection.residual, explained) if explained.any() else inspection.once(strongest_line)
+        line = strongest_line(inspection.residual, explained) if explained.any() else inspection.cached(strongest_line)
         return line.score if line is not None and not is_motion(inspection.residual, line) else None
 
 
 def swings_in_limit_cycle(inspection: Inspection) -> bool:
     """Whether a clear line is motion of the rig."""
-    line = inspection.once(strongest_line)
+    line = inspection.cached(strongest_line)
     return line is not None and is_clear(line.score) and is_motion(inspection.residual, line)
 
 
-def is_motion(residual: ResidualRecord, line: Line) -> bool:
-    """Whether the logged command responds to a line, which it does not to a tone in the record alone."""
+def is_motion(residual: ResidualRecord, line: SpectralLine) -> bool:
+    """Whether the logged command responds to a line, as it does not to a tone of the recording alone."""
     return line.score.normal > TONE_WITH_SIZE and _control_responds(residual, line)
 
 
-def _lines(residual: ResidualRecord, series: Floats) -> Complex:
+def _spectrum(residual: ResidualRecord, series: Floats) -> Complex:
     """Spectrum (half line,) of a tapered series (samples,)."""
     return np.asarray(rfft(series * residual.taper, 2 * residual.samples), dtype=complex)
 
 
-def _power(residual: ResidualRecord, left: _Left, spectrum: Complex) -> Floats:
-    """Power of each half line per its noise, on the average over those that lie alike between harmonics."""
-    size = left.noise.size
+def _power(residual: ResidualRecord, method: _Residual, spectrum: Complex) -> Floats:
+    """Power of each half line relative to its noise, normalised over lines in the same place between harmonics."""
+    size = method.noise.size
     modelled = np.interp(np.arange(size) / 2, np.arange(residual.frequency.size), residual.modelled_noise)
-    power = np.abs(spectrum) ** 2 / modelled / left.noise
-    within = 2 * int(np.flatnonzero(residual.repeating).max()) + 1 if residual.periods else 0
-    # in the sweep's band lines at and beside its harmonics have lost some of their noise with the mean over periods
+    power = np.abs(spectrum) ** 2 / modelled / method.noise
+    within = 2 * int(np.flatnonzero(residual.harmonics).max()) + 1 if residual.periods else 0
+    # in the sweep's band the mean over periods has removed some of the noise at and beside harmonics
     alike = [slice(place, within, 2 * residual.periods) for place in range(2 * residual.periods)]
     for lines in (*alike, slice(within, None)):
-        told = power[lines][np.isfinite(left.noise[lines])]
-        if told.size:
-            power[lines] /= max(float(np.median(told)), np.finfo(float).tiny) / np.log(2)
+        finite = power[lines][np.isfinite(method.noise[lines])]
+        if finite.size:
+            power[lines] /= max(float(np.median(finite)), np.finfo(float).tiny) / np.log(2)
     return np.asarray(power, dtype=float)
 
 
 def _of_harmonics(power: Floats, periods: int) -> Floats:
-    """Mean power of the half lines that lie alike beside further harmonics; infinite where these are too few."""
+    """Mean power of the half lines in the same position beside farther harmonics; infinite where these are too few."""
     window = np.zeros(4 * _FAR_HARMONICS * periods + 1)
     window[:: 2 * periods] = 1
     near = 2 * _NEAR_HARMONICS * periods
@@ -181,40 +184,43 @@ def _of_harmonics(power: Floats, periods: int) -> Floats:
     return np.where(count >= window.sum() / 2, total / np.maximum(count, 1.0), np.inf)
 
 
-def _beside_harmonics(residual: ResidualRecord, explained: Floats) -> _Left:
-    """The record less what the neighbours of each harmonic say of the answer there, beyond the fitted model's.
+def _interpolated(residual: ResidualRecord, explained: Floats) -> _Residual:
+    """The record less the response to the sweep: the fitted model's, corrected at each harmonic from its neighbours.
 
-    They are fitted by a local polynomial (Schoukens, Vandersteen, Barbé and Pintelon 2009, Automatica 45) in which the
-    harmonic itself has no word.
+    The correction is a local polynomial (Schoukens, Vandersteen, Barbé and Pintelon 2009, Automatica 45) that is not
+    fitted to the harmonic itself.
     """
-    told = residual.speed - residual.taken - explained - residual.swept(residual.mobility)
-    sweep, seen = (
-        _lines(residual, series - series.mean())[:: 2 * residual.periods] for series in (residual.sweep, told)
+    speed = residual.speed - residual.subtracted - explained - residual.response_to_sweep(residual.mobility)
+    sweep, output = (
+        _spectrum(residual, series - series.mean())[:: 2 * residual.periods] for series in (residual.sweep, speed)
     )
     offsets = np.array([side * step for step in range(1, _NEAR_HARMONICS + 1) for side in (-1, 1)])
-    places = np.flatnonzero(residual.repeating)[: sweep.size - 1 - _NEAR_HARMONICS]
+    places = np.flatnonzero(residual.harmonics)[: sweep.size - 1 - _NEAR_HARMONICS]
     around = places[:, None] // residual.periods + offsets
-    asked, answered = (np.where(around < 0, np.conj(one[np.abs(around)]), one[np.abs(around)]) for one in (sweep, seen))
+    inputs, outputs = (
+        np.where(around < 0, np.conj(lines[np.abs(around)]), lines[np.abs(around)]) for lines in (sweep, output)
+    )
     powers = (offsets[:, None] / _NEAR_HARMONICS) ** np.arange(_ORDER + 1)
-    weights = np.linalg.pinv(asked[:, :, None] * powers)[:, 0]
+    weights = np.linalg.pinv(inputs[:, :, None] * powers)[:, 0]
     added = np.abs(sweep[places // residual.periods]) ** 2 * np.sum(np.abs(weights) ** 2, axis=1)
     added = np.where(added > _WIDEST, np.inf, added)
     response, widened = np.zeros(residual.frequency.size, dtype=complex), np.zeros(2 * residual.frequency.size - 1)
-    response[places] = np.sum(weights * answered, axis=1)
+    response[places] = np.sum(weights * outputs, axis=1)
     for beside in (-1, 0, 1):
         widened[2 * places + beside] += added * np.sinc(beside / 2) ** 2
-    return _Left(told - residual.swept(response), np.where(widened > 0, 1 + widened, np.inf), loses=False)
+    noise = np.where(widened > 0, 1 + widened, np.inf)
+    return _Residual(speed - residual.response_to_sweep(response), noise, attenuates=False)
 
 
-def _control_responds(residual: ResidualRecord, line: Line) -> bool:
-    """Whether the logged command holds the control's response to a line."""
+def _control_responds(residual: ResidualRecord, line: SpectralLine) -> bool:
+    """Whether the logged command contains the control's response to a line."""
     if not residual.record.has_command:
         return False
     controller = residual.system.top_drive.controller
-    given = residual.command - residual.sweep
-    answer, asked = (_lines(residual, series - series.mean())[line.place] for series in (given, residual.speed))
+    feedback = residual.command - residual.sweep
+    torque, speed = (_spectrum(residual, series - series.mean())[line.place] for series in (feedback, residual.speed))
     gain = np.ravel(control(controller, residual.s))[line.place // 2]
-    return bool(abs(answer + gain * asked) < RESPONSE_MISSING * abs(gain * line.height))
+    return bool(abs(torque + gain * speed) < RESPONSE_MISSING * abs(gain * line.height))
 
 
 def _amplitude_error(residual: ResidualRecord, place: int | Indices) -> Floats:
@@ -222,16 +228,16 @@ def _amplitude_error(residual: ResidualRecord, place: int | Indices) -> Floats:
     return np.asarray(np.sqrt(2 * residual.noise[place // 2]) / residual.taper.sum(), dtype=float)
 
 
-def _amplitude(residual: ResidualRecord, left: _Left, place: int) -> tuple[float, float]:
-    """Amplitude of a tone within a quarter of a line of a half line, rad/s, and the share of it that is left.
+def _amplitude(residual: ResidualRecord, method: _Residual, place: int) -> tuple[float, float]:
+    """Amplitude of a tone within a quarter of a line of a half line, rad/s, and the share of it that remains.
 
-    Beside a harmonic of the sweep, a part of a tone goes with what repeats.
+    Beside a harmonic of the sweep, part of a tone is removed with the periodic part.
     """
     taper, sample = residual.taper, np.arange(residual.samples)
     places = (place / 2 + np.linspace(-0.3, 0.3, 13)) / residual.samples
-    found = np.exp(-2j * np.pi * places[:, None] * sample) @ (left.series * taper)
-    best = int(np.argmax(np.abs(found)))
-    tone = np.cos(2 * np.pi * places[best] * sample + np.angle(found[best]))
-    kept = float(2 / taper.sum() * np.sum(tone * taper * residual.without_sweep(tone))) if left.loses else 1.0
+    heights = np.exp(-2j * np.pi * places[:, None] * sample) @ (method.series * taper)
+    best = int(np.argmax(np.abs(heights)))
+    tone = np.cos(2 * np.pi * places[best] * sample + np.angle(heights[best]))
+    kept = float(2 / taper.sum() * np.sum(tone * taper * residual.without_sweep(tone))) if method.attenuates else 1.0
     kept = max(kept, _LEAST_KEPT)
-    return float(np.abs(found[best])) * 2 / taper.sum() / kept, kept
+    return float(np.abs(heights[best])) * 2 / taper.sum() / kept, kept

@@ -13,9 +13,9 @@ from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_set, with_own_deviation, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
-from drillid.discrepancy.verdicts.examination import Examination, nameless, unextended
-from drillid.discrepancy.verdicts.from_detections import with_detections
-from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explained
+from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
+from drillid.discrepancy.verdicts.from_detections import combine_with_detections
+from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
 from drillid.errors import EstimationError
 
@@ -23,7 +23,7 @@ from drillid.errors import EstimationError
 def examine(
     evidence: Evidence, *, catalogue: Sequence[Cause] | None = None, error_rate: float = 0.05, seed: int = 0
 ) -> Examination:
-    """Show, name, extend and measure.
+    """Test the base model, name causes of its misfit, extend the model by them and measure the predictive gain.
 
     Parameters
     ----------
@@ -45,40 +45,46 @@ def examine(
         )
     causes = list(CATALOGUE.values()) if catalogue is None else list(catalogue)
     model = SetModel(evidence)
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda one: one.cost)
+    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
     model, base = with_own_deviation(model, base)
     base = without_outlier_windows(model, base)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
-    detections = tuple(one for one in pool(evidence.detections) if one.cause in names)
+    detections = tuple(detection for detection in pool(evidence.detections) if detection.cause in names)
     examination = Examination((), model, base, base, (), before, before, None, detections)
     if before.p_value < error_rate * RESPONSES_SHARE or base_model_rejected(model, base):
-        examination = explained(examination, causes, generator)
-    found = [one for one in detections if one.p_value < error_rate * DETECTIONS_SHARE / len(detections)]
-    return _at_even_odds(with_detections(examination, found, error_rate))
+        examination = explain_responses(examination, causes, generator)
+    threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
+    significant = [detection for detection in detections if detection.p_value < threshold]
+    return _at_even_odds(combine_with_detections(examination, significant, error_rate))
 
 
 def _at_even_odds(examination: Examination) -> Examination:
     """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given."""
-    told = examination.verdicts or (_none(examination),)
-    verdicts = tuple(calibrated(one) for one in told)
-    # the line of names is known from even odds of the posterior on
+    uncalibrated = examination.verdicts or (_none(examination),)
+    verdicts = tuple(calibrated(verdict) for verdict in uncalibrated)
+    # the calibration of names holds from even odds of the posterior on
     kept = tuple(
-        one
-        for one, before in zip(verdicts, told, strict=True)
-        if not one.members or min(one.probability, before.probability) >= EVEN_ODDS
+        verdict
+        for verdict, before in zip(verdicts, uncalibrated, strict=True)
+        if not verdict.members or min(verdict.probability, before.probability) >= EVEN_ODDS
     )
     if kept:
         return replace(examination, verdicts=kept)
-    unknown = nameless(max(told, key=lambda one: one.probability), "it is likelier something else, or nothing")
+    likeliest = max(uncalibrated, key=lambda verdict: verdict.probability)
+    unknown = as_unknown(likeliest, "it is likelier something else, or nothing")
     return replace(unextended(examination), verdicts=(calibrated(unknown),))
 
 
 def _none(examination: Examination) -> Verdict:
-    """Nothing, with its posterior at even odds that something is wrong."""
+    """The verdict none, with its posterior probability at even prior odds that something is wrong."""
     operating_points, before = examination.model.evidence.operating_points, examination.before
-    logs = [*before.by_cause.values(), before.unknown_evidence, *(one.log_evidence for one in examination.detections)]
+    logs = [
+        *before.by_cause.values(),
+        before.unknown_evidence,
+        *(detection.log_evidence for detection in examination.detections),
+    ]
     odds = float(logsumexp(logs) - np.log(len(logs)))
     return Verdict(
         verdict=NONE,
@@ -86,5 +92,5 @@ def _none(examination: Examination) -> Verdict:
         probability=float(expit(-odds)),
         from_m=float(operating_points.hole_depth.min()),
         to_m=float(operating_points.hole_depth.max()),
-        evidence=f"p-value {before.p_value:.2g} of so much misfit where nothing is wrong",
+        evidence=f"p-value {before.p_value:.2g} of the misfit where nothing is wrong",
     )

@@ -1,4 +1,4 @@
-"""What the engine has found out about a set of windows, and what it weighs it by."""
+"""The engine's examination of a set of windows, and probabilities from its evidence."""
 
 from dataclasses import dataclass, replace
 
@@ -13,19 +13,19 @@ from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.verdicts.naming import Posterior
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED, Verdict
 
-NO_SURE_GAIN = "its gain on held-out data is not sure"
+NO_SURE_GAIN = "its predictive gain on held-out data is not significant"
 
 
 @dataclass(frozen=True, eq=False)
 class Examination:
-    """Verdicts of a set with what they are made of."""
+    """Verdicts on a set of windows, with the models and evidence that they follow from."""
 
     verdicts: tuple[Verdict, ...]
     model: SetModel
     base: SetFit
     extended: SetFit
     extensions: tuple[Extension, ...]
-    """Causes that stay in the model."""
+    """Causes in the extended model."""
     before: Screen
     after: Screen
     """The screen of the extended model; that of the base model where nothing was named."""
@@ -34,28 +34,28 @@ class Examination:
 
 
 def unextended(examination: Examination) -> Examination:
-    """The same before anything was named."""
+    """The same examination before any cause was named."""
     return replace(examination, verdicts=(), extended=examination.base, extensions=(), after=examination.before)
 
 
-def evidence_left(after: Screen) -> float:
-    """Log Bayes factor of all that may still be wrong, averaged over causes."""
+def remaining_evidence(after: Screen) -> float:
+    """Log Bayes factor that something more is wrong, averaged over the causes; at least 0."""
     values = [*after.by_cause.values(), after.unknown_evidence]
     return max(float(logsumexp(values) - np.log(len(values))), 0.0)
 
 
-def surely(log_evidence: float) -> float:
-    """Posterior that a cause is there, of as many as the catalogue holds and even odds that there is one."""
+def posterior_probability(log_evidence: float) -> float:
+    """Posterior probability of a cause, with prior odds of one over the number of causes in the catalogue."""
     return float(expit(log_evidence - np.log(len(CATALOGUE))))
 
 
-def doubt(unproved: tuple[Verdict, ...], reason: str = NO_SURE_GAIN) -> str:
-    """Names that were in sight, in words, and why they are not given."""
-    names = ", ".join(one.verdict for one in unproved)
+def unproved_names(unproved: tuple[Verdict, ...], reason: str = NO_SURE_GAIN) -> str:
+    """Clause with the names that would fit, and the reason why they are not given; empty without any."""
+    names = ", ".join(verdict.verdict for verdict in unproved)
     return f"; {names} {UNPROVED}: {reason}" if names else ""
 
 
-def nameless(one: Verdict, reason: str = NO_SURE_GAIN) -> Verdict:
-    """What is left of a name that is not given."""
-    said = f"{one.evidence}{doubt((one,), reason)}"
-    return Verdict(UNKNOWN, one.family, one.probability, one.from_m, one.to_m, evidence=said)
+def as_unknown(verdict: Verdict, reason: str = NO_SURE_GAIN) -> Verdict:
+    """The verdict unknown in place of one whose name is not given."""
+    evidence = f"{verdict.evidence}{unproved_names((verdict,), reason)}"
+    return Verdict(UNKNOWN, verdict.family, verdict.probability, verdict.from_m, verdict.to_m, evidence=evidence)

@@ -25,85 +25,103 @@ from drillid.discrepancy.rules import (
     SAME,
     SHADOW_OF_EVIDENCE,
 )
-from drillid.discrepancy.verdicts.examination import Examination, doubt, evidence_left, surely
-from drillid.discrepancy.verdicts.naming import Posterior, class_name, posterior, separator, told_apart
+from drillid.discrepancy.verdicts.examination import (
+    Examination,
+    posterior_probability,
+    remaining_evidence,
+    unproved_names,
+)
+from drillid.discrepancy.verdicts.naming import Posterior, cause_posterior, class_name, distinguishable, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
-_FIRSTS = 3
-"""Causes with which a second one is tried."""
+_MOST_FIRSTS = 3
+"""Number of the likeliest causes beside which a second one is tried."""
 
 
-def explained(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
-    """Name what the linear responses show: one cause, two, or unknown."""
+def explain_responses(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
+    """Explain the linear responses by one cause, by two, or as unknown."""
     model, base, before = examination.model, examination.base, examination.before
-    moving = _moving(examination)
+    time_varying = _time_varying_sizes(examination)
     fitted_causes = search(
-        model, base, (), before, causes, moving=moving, all_causes=True, rejected=base_model_rejected(model, base)
+        model,
+        base,
+        (),
+        before,
+        causes,
+        time_varying=time_varying,
+        all_causes=True,
+        rejected=base_model_rejected(model, base),
     )
     most = fitted_causes[0].log_evidence if fitted_causes else 0.0
-    fitted_causes = [one for one in fitted_causes if not one.at_bound and not _refuted(examination, one.name)]
+    fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
     if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
         return _unknown(examination, max(before.unknown_evidence, most))
-    first = posterior(_with_own_detections(fitted_causes, examination.detections), before.unknown_evidence)
+    first = cause_posterior(_with_own_detections(fitted_causes, examination.detections), before.unknown_evidence)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
     if after.p_value < CLOSURE_RATE:
-        other = _other(examination, first, after, causes, generator)
-        if other is not None:
-            chosen, after = other
-    total = sum(one.log_evidence for _, one in chosen) - PAIR_PRICE * (len(chosen) - 1)
-    open_still = after.p_value < CLOSURE_RATE and evidence_left(after) > max(
+        alternative = _alternative(examination, first, after, causes, generator)
+        if alternative is not None:
+            chosen, after = alternative
+    total = sum(fit.log_evidence for _, fit in chosen) - PAIR_PRICE * (len(chosen) - 1)
+    is_incomplete = after.p_value < CLOSURE_RATE and remaining_evidence(after) > max(
         LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total
     )
-    if any(one.at_bound for _, one in chosen):
+    if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
-    if before.unknown_evidence > total or open_still:
+    if before.unknown_evidence > total or is_incomplete:
         return _unknown(examination, max(before.unknown_evidence, 0.0))
-    extensions, extended = _bounded_in_depth(model, tuple(one.extension for _, one in chosen), chosen[-1][1].fit)
+    extensions, extended = _bounded_in_depth(model, tuple(fit.extension for _, fit in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
-    verdicts = tuple(_linear_verdict(result, place, *one) for place, one in enumerate(chosen))
-    kept = tuple(one for one in verdicts if one.predictive_gain_low > 0)
+    verdicts = tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen))
+    kept = tuple(verdict for verdict in verdicts if verdict.predictive_gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
     return _unknown(examination, before.unknown_evidence, verdicts)
 
 
-def _moving(examination: Examination) -> dict[str, float]:
-    """Sizes of causes that move, where their detections are in sight."""
-    detections = (one for one in examination.detections if one.cause in CATALOGUE and CATALOGUE[one.cause].moves)
-    return {one.cause: one.size for one in detections if one.log_evidence > 0}
+def _time_varying_sizes(examination: Examination) -> dict[str, float]:
+    """Detected sizes of causes that vary within a window, where there is evidence for them."""
+    return {
+        detection.cause: detection.size
+        for detection in examination.detections
+        if detection.cause in CATALOGUE and CATALOGUE[detection.cause].time_varying and detection.log_evidence > 0
+    }
 
 
 def _refuted(examination: Examination, cause: str) -> bool:
-    """Whether a cause's own detection leaves more in the record than it may where that cause is what is there."""
+    """Whether a cause's own detection leaves more misfit in the record than the true cause would."""
     return any(
-        one.cause == cause and one.log_evidence > 0 and one.closure < CLOSURE_RATE for one in examination.detections
+        detection.cause == cause and detection.log_evidence > 0 and detection.closure < CLOSURE_RATE
+        for detection in examination.detections
     )
 
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
-    """Whether the base model is so far off that nothing linear about it can be trusted."""
+    """Whether the base model is so wrong that a linearisation about it is not valid."""
     rows = 2 * int(np.count_nonzero(model.weight))
     return base.pulls > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
 
 
-def _with_own_detections(fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]) -> list[FittedCause]:
-    """Causes that also have a detection of their own carry its evidence as well, for or against."""
-    own = {one.cause: one for one in detections}
+def _with_own_detections(
+    fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
+) -> list[FittedCause]:
+    """Causes with the evidence of their own detections added, for or against."""
+    own = {detection.cause: detection for detection in detections}
     return [
-        replace(one, log_evidence=one.log_evidence + own[one.name].evidence_for(float(one.fit.point.sizes[-1])))
-        if one.name in own
-        else one
-        for one in fitted_causes
+        replace(fit, log_evidence=fit.log_evidence + own[fit.name].evidence_for(float(fit.fit.point.sizes[-1])))
+        if fit.name in own
+        else fit
+        for fit in fitted_causes
     ]
 
 
 def _bounded_in_depth(
     model: SetModel, extensions: tuple[Extension, ...], fit: SetFit
 ) -> tuple[tuple[Extension, ...], SetFit]:
-    """The extensions with the windows in which each is present, where it begins or ends within the set."""
+    """The extensions, restricted to the windows in which each is present where it begins or ends within the set."""
     for place in range(len(extensions)):
         rows = contiguous_windows(model, fit, extensions, place, CLOSURE_RATE)
         if rows is not None:
@@ -113,86 +131,90 @@ def _bounded_in_depth(
     return extensions, fit
 
 
-def _other(
-    examination: Examination, first: Posterior, left: Screen, causes: list[Cause], generator: np.random.Generator
+def _alternative(
+    examination: Examination, first: Posterior, residual: Screen, causes: list[Cause], generator: np.random.Generator
 ) -> tuple[list[tuple[Posterior, FittedCause]], Screen] | None:
-    """What explains more where the likeliest cause leaves too much: a likely rival that does not, or two causes.
+    """A better explanation where the likeliest cause leaves too much: another likely cause, or two causes.
 
     Parameters
     ----------
-    left : the screen beside the likeliest cause
+    residual : screen of the model extended by the likeliest cause
     """
     model = examination.model
     best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
-    # what explains nothing by itself is no half of a pair
+    # a cause without evidence of its own is not tried as one of two
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
-    firsts = [one for one in first.fitted_causes[:_FIRSTS] if one.log_evidence > least]
-    for one in firsts:
-        seen = left if one is first.best else screen(model, one.fit, (one.extension,), causes, generator)
-        own = _with_first(first, one)
-        if seen.p_value >= CLOSURE_RATE:
-            option = (one.log_evidence, [(own, one)], seen)
+    for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
+        after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
+        own = _with_first(first, cause)
+        if after.p_value >= CLOSURE_RATE:
+            option = (cause.log_evidence, [(own, cause)], after)
         else:
-            seconds = _seconds(examination, one.fit, one.extension, seen, causes)
-            if max((other.log_evidence for other in seconds), default=0.0) < PAIR_PRICE:
+            seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
+            if max((fit.log_evidence for fit in seconds), default=0.0) < PAIR_PRICE:
                 continue
-            second = posterior(seconds, seen.unknown_evidence)
-            after = screen(model, second.best.fit, (one.extension, second.best.extension), causes, generator)
-            total = one.log_evidence + second.best.log_evidence - PAIR_PRICE
-            option = (total, [(own, one), (second, second.best)], after)
+            second = cause_posterior(seconds, after.unknown_evidence)
+            after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
+            total = cause.log_evidence + second.best.log_evidence - PAIR_PRICE
+            option = (total, [(own, cause), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
     if best is None:
         return None
     _, chosen, after = best
     if len(chosen) > 1:
-        (own, one), (_, other) = chosen
-        chosen[0] = _beside(examination, one, other, causes, generator) or own, one
+        (own, cause), (_, other) = chosen
+        chosen[0] = _posterior_given(examination, cause, other, causes, generator) or own, cause
     return chosen, after
 
 
-def _seconds(
-    examination: Examination, fit: SetFit, beside: Extension, seen: Screen, causes: list[Cause]
+def _second_causes(
+    examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
 ) -> list[FittedCause]:
-    """Further causes beside one, with their own detections; in the order of the responses' evidence."""
-    fitted_causes = search(examination.model, fit, (beside,), seen, causes, moving=_moving(examination))
+    """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
+    sizes = _time_varying_sizes(examination)
+    fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
     return _with_own_detections(fitted_causes, examination.detections)
 
 
-def _beside(
-    examination: Examination, one: FittedCause, other: FittedCause, causes: list[Cause], generator: np.random.Generator
+def _posterior_given(
+    examination: Examination,
+    first: FittedCause,
+    other: FittedCause,
+    causes: list[Cause],
+    generator: np.random.Generator,
 ) -> Posterior | None:
-    """Posterior of the first of two causes beside the second: what that one explains is no rival of the first."""
+    """Posterior of the first of two causes given the second, whose share of the misfit then supports no rival."""
     model, pair = examination.model, other.fit.point
     fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
-    seen = screen(model, fit, (other.extension,), causes, generator)
-    fitted_causes = _seconds(examination, fit, other.extension, seen, causes)
-    own = [candidate for candidate in fitted_causes if candidate.name == one.name]
-    return _with_first(posterior(fitted_causes, seen.unknown_evidence), own[0]) if own else None
+    screened = screen(model, fit, (other.extension,), causes, generator)
+    fitted_causes = _second_causes(examination, fit, other.extension, screened, causes)
+    own = [candidate for candidate in fitted_causes if candidate.name == first.name]
+    return _with_first(cause_posterior(fitted_causes, screened.unknown_evidence), own[0]) if own else None
 
 
-def _with_first(found: Posterior, chosen: FittedCause) -> Posterior:
-    """The posterior with another cause first, as one beside which a second was found."""
-    rest = tuple(one for one in found.fitted_causes if one is not chosen)
-    share = dict(found.share)
-    share[found.best.name], share[chosen.name] = share[chosen.name], share[found.best.name]
+def _with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
+    """The posterior with the shares of the likeliest and the chosen cause exchanged, and the chosen one first."""
+    rest = tuple(fit for fit in posterior.fitted_causes if fit is not chosen)
+    share = dict(posterior.share)
+    share[posterior.best.name], share[chosen.name] = share[chosen.name], share[posterior.best.name]
     return Posterior((chosen, *rest), share)
 
 
-def _linear_verdict(result: Examination, place: int, found: Posterior, one: FittedCause) -> Verdict:
+def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: FittedCause) -> Verdict:
     evidence = result.model.evidence
     size, error = _size(result, place)
-    limits, cause, rows = one.extension.cause.size, one.extension.cause, result.extensions[place].windows
+    limits, cause, rows = fit.extension.cause.size, fit.extension.cause, result.extensions[place].windows
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     gain = _gain(result, place, without).joined(
         detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
     )
-    members = _members(result, found, without)
+    members = _members(result, posterior, without)
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
-        probability=sum(found.share[name] for name in members) * surely(one.log_evidence),
+        probability=sum(posterior.share[name] for name in members) * posterior_probability(fit.log_evidence),
         from_m=float(depth.min()),
         to_m=float(depth.max()),
         cause=cause.name,
@@ -206,14 +228,13 @@ def _linear_verdict(result: Examination, place: int, found: Posterior, one: Fitt
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
-        evidence=f"linear responses, log Bayes factor {one.log_evidence:.1f}",
+        evidence=f"linear responses, log Bayes factor {fit.log_evidence:.1f}",
     )
 
 
 def _location(result: Examination, place: int, members: tuple[str, ...]) -> float:
-    """Where along the string an extension sits, m; NaN where the data do not tell.
-
-    A class with a cause that is everywhere says of no place that it is there.
+    """Measured depth of an extension along the string, m; NaN where the data do not determine it, or the class has a
+    member without a place.
     """
     model, extensions = result.model, result.extensions
     if not all(CATALOGUE[name].is_place for name in members):
@@ -224,68 +245,77 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
 
 
 def _size(result: Examination, place: int) -> tuple[float, float]:
-    """Size of an extension and its error; of one that moves by its sign, as the mean response hardly tells it."""
-    if result.extensions[place].cause.moves:
+    """Size of an extension and its error; from its detection where it varies within the window, as the mean response
+    hardly determines it.
+    """
+    if result.extensions[place].cause.time_varying:
         own = [detection for detection in result.detections if detection.cause == result.extensions[place].cause.name]
         if own and np.isfinite(own[0].size_error):
             return own[0].size, own[0].size_error
     return float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
 
 
-def _members(result: Examination, found: Posterior, beside: tuple[Extension, ...]) -> tuple[str, ...]:
-    """Of the likeliest causes those that cannot be told from the best: told apart, the likelier one is the name."""
-    first, likely = found.best, found.members
-    members = (one for one in found.fitted_causes if one.name in likely)
-    return tuple(one.name for one in members if one is first or not _apart(result, first, one, beside))
+def _members(result: Examination, posterior: Posterior, others: tuple[Extension, ...]) -> tuple[str, ...]:
+    """The likeliest causes that cannot be distinguished from the best; of two that can, the likelier is the name."""
+    first, likely = posterior.best, posterior.members
+    members = (fit for fit in posterior.fitted_causes if fit.name in likely)
+    return tuple(fit.name for fit in members if fit is first or not _distinguishable(result, first, fit, others))
 
 
-def _apart(result: Examination, one: FittedCause, other: FittedCause, beside: tuple[Extension, ...]) -> bool:
-    """Whether two causes are told apart by their detections, or by what they predict."""
-    detections = [detection for detection in result.detections if detection.cause in (one.name, other.name)]
-    by_detections = len(detections) > 1 and told_apart(*detections)
-    return by_detections or _distance(result.model, one, other, beside) >= SAME
+def _distinguishable(
+    result: Examination, first: FittedCause, second: FittedCause, others: tuple[Extension, ...]
+) -> bool:
+    """Whether two causes can be distinguished by their detections, or by their predictions beside the others."""
+    detections = [detection for detection in result.detections if detection.cause in (first.name, second.name)]
+    by_detections = len(detections) > 1 and distinguishable(*detections)
+    return by_detections or _distance(result.model, first, second, others) >= SAME
 
 
-def _distance(model: SetModel, one: FittedCause, other: FittedCause, beside: tuple[Extension, ...]) -> float:
-    """Standard deviations between what two causes at their best predict, the data sheets' figures among it."""
-    left, right = (model.residual(fitted.fit.point, (*beside, fitted.extension)) for fitted in (one, other))
-    shared = one.fit.off_data_sheet - other.fit.off_data_sheet
-    local = (one.fit.point.local - other.fit.point.local) / model.deviation
+def _distance(model: SetModel, first: FittedCause, second: FittedCause, others: tuple[Extension, ...]) -> float:
+    """Standard deviations between the predictions of two fitted causes, parameters of the data sheet included."""
+    left, right = (model.residual(cause.fit.point, (*others, cause.extension)) for cause in (first, second))
+    shared = first.fit.off_data_sheet - second.fit.off_data_sheet
+    local = (first.fit.point.local - second.fit.point.local) / model.deviation
     return float(np.sqrt(np.sum(np.abs(left - right) ** 2) + np.sum(shared**2) + np.sum(local**2)))
 
 
 def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> PredictiveGain:
-    """What one extension adds to the others on held-out data."""
+    """Predictive gain of one extension over the others on held-out data."""
     point = result.extended.point
-    lesser = replace(point, sizes=np.delete(point.sizes, place))
-    start = result.base.point if not without else lesser
+    reduced = replace(point, sizes=np.delete(point.sizes, place))
+    start = result.base.point if not without else reduced
     return held_out_gain(result.model, (start, without), (point, result.extensions))
 
 
 def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
-    """Something is wrong, and nothing in the catalogue explains it in a way that held-out data bear out."""
+    """The verdict unknown: something is wrong, and no cause of the catalogue explains it with a significant predictive
+    gain on held-out data.
+    """
     channel = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
     operating_points = examination.model.evidence.operating_points
     verdict = Verdict(
         verdict=UNKNOWN,
         family=channel,
-        probability=surely(log_evidence),
+        probability=posterior_probability(log_evidence),
         from_m=float(operating_points.hole_depth.min()),
         to_m=float(operating_points.hole_depth.max()),
-        evidence=f"linear responses, p-value {examination.before.p_value:.2g} where nothing is wrong{doubt(unproved)}",
+        evidence=(
+            f"linear responses, p-value {examination.before.p_value:.2g} where nothing is wrong"
+            f"{unproved_names(unproved)}"
+        ),
         what_would_separate=_localised(examination, channel),
     )
     return replace(examination, verdicts=(verdict,))
 
 
 def _localised(examination: Examination, channel: str) -> str:
-    """Where something unknown acts, in words."""
+    """Where an unknown disturbance acts, in words."""
     if channel == ON_DATA_SHEET:
         return furthest_off_data_sheet(examination.base)
-    return "the unknown disturbance acts as one " + _AT[channel]
+    return "the unknown disturbance acts as one " + _PLACES[channel]
 
 
-_AT = {
+_PLACES = {
     "record": "in sensors or recorder",
     "drive": "in the drive",
     "control": "in the speed control",

@@ -1,4 +1,4 @@
-"""Intervals whose fitted parameters leave the level of their run."""
+"""Interval changes: intervals of depth whose fitted parameters deviate from the level of their run."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ if TYPE_CHECKING:
 
 
 _LEAST_WINDOWS = 6
-"""Windows of one run below which there is no level to stand out of."""
+"""Least number of windows in a run for which its level is defined."""
 _MEDIAN_VARIANCE = np.pi / 2
-"""Variance of a Gaussian median, per that of the mean."""
+"""Variance of the median of Gaussian values, relative to that of the mean."""
 _TINY = 1e-300
 _QN = 2.2219
-"""Standard deviation of a Gaussian per lower quartile of the distances between pairs."""
+"""Standard deviation of a Gaussian relative to the lower quartile of the distances between pairs."""
 _QN_SMALL = {5: 0.844, 6: 0.611, 7: 0.857, 8: 0.669, 9: 0.872}
 _QN_EFFICIENCY, _QN_SLOWNESS = 0.8227, 6.8
-"""Of many values, and how slowly it is reached: simulated samples of n = 5 to 60 have it over 1 + 6.8/n."""
+"""Asymptotic efficiency, and its approach: simulated samples of n = 5 to 60 have the efficiency over 1 + 6.8/n."""
 EVIDENCE = {"damping_pull": "BHA damping", "inertia_pull": "BHA inertia"}
 
 _CAUSE = next(cause for cause in CATALOGUE.values() if cause.marks_intervals)
-"""The name of an interval that stands out."""
+"""Cause that an interval change is named as."""
 
 
 def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floats]:
-    """How far each window stands from the others of its run, and the p-value of standing so far above them.
+    """Standardised deviation of each window from the others of its run, and the one-sided p-value of being above them.
 
-    The level is the median of the others. Two yardsticks are taken, and the larger p-value of the two counts: the
-    standard errors, as a Gaussian, and the others' own scatter, as a Student's t. So a run that is restless for a
-    reason unknown flags no more often than a quiet one, and errors that are too small do not flag at all.
+    The level is the median of the others. The deviation is tested by two scales, of which the larger p-value counts:
+    the standard errors, with a Gaussian, and the others' own scatter, with Student's t. So a run with large scatter of
+    unknown origin is flagged no more often than a quiet one, and errors that are stated too small flag nothing.
 
-    For its p-value a window is compared with those that stand out less, as windows of one interval would hide each
-    other, and it gets no smaller p-value than those that stand out more. The first that is flagged wrongly has then
-    nothing unusual among the windows it is compared with, or too much of it.
+    The p-value of a window is from a comparison with those that deviate less, as windows of one interval would mask
+    each other, and is no smaller than those of windows that deviate more. The first window that is flagged wrongly has
+    then nothing unusual among the windows it is compared with, or too much of it.
 
     Returns
     -------
-    pull : deviation from all others over the larger yardstick, shape (window,); NaN in a run of too few windows
+    pull : deviation from all others over the larger scale, shape (window,); NaN in a run of too few windows
     p_value : shape (window,)
     """
     pulls, p_values = np.full(value.shape, np.nan), np.full(value.shape, np.nan)
@@ -60,17 +60,17 @@ def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floa
         members = np.flatnonzero((run == number) & np.isfinite(value) & np.isfinite(error))
         if members.size < _LEAST_WINDOWS:
             continue
-        found = np.array(
+        deviations = np.array(
             [_deviation(np.roll(value[members], -row), np.roll(error[members], -row)) for row in range(members.size)]
         )
-        pulls[members] = found[:, 0] / np.maximum(1.0, found[:, 1])
-        order = members[np.argsort(-found[:, 0], kind="stable")]
+        pulls[members] = deviations[:, 0] / np.maximum(1.0, deviations[:, 1])
+        order = members[np.argsort(-deviations[:, 0], kind="stable")]
         p_values[order] = _p_values(value[order], error[order])
     return pulls, p_values
 
 
 def _p_values(value: Floats, error: Floats) -> Floats:
-    """Chance of each of the windows of a run, which are in order from the one that stands out most."""
+    """p-values of the windows of a run, which are in descending order of their deviation."""
     from scipy.special import ndtr, stdtr
 
     p_values = np.ones(value.size)
@@ -83,7 +83,7 @@ def _p_values(value: Floats, error: Floats) -> Floats:
 
 
 def _deviation(value: Floats, error: Floats) -> tuple[float, float]:
-    """Deviation of the first window from the others in their standard errors, and the others' scatter in theirs."""
+    """Deviation of the first window from the others, and the others' scatter, each relative to standard errors."""
     others = value.size - 1
     level = float(np.median(value[1:]))
     variance = error[0] ** 2 + _MEDIAN_VARIANCE * np.mean(error[1:] ** 2) / others
@@ -92,10 +92,10 @@ def _deviation(value: Floats, error: Floats) -> tuple[float, float]:
 
 
 def _standard_deviation(value: Floats) -> float:
-    """Of Gaussian values of which up to half are anything: Q_n of Rousseeuw and Croux (1993).
+    """Robust standard deviation with a breakdown point of one half: Q_n of Rousseeuw and Croux (1993).
 
     Journal of the American Statistical Association 88, 1273–1283. It is the k-th smallest distance between two
-    values, k = h (h − 1)/2 with h = ⌊n/2⌋ + 1, times a factor that makes it right in the mean.
+    values, k = h (h − 1)/2 with h = ⌊n/2⌋ + 1, times a factor that makes it unbiased for a Gaussian.
     """
     size = value.size
     half = size // 2 + 1
@@ -106,9 +106,9 @@ def _standard_deviation(value: Floats) -> float:
 
 
 def flag(p_values: list[Floats], error_rate: float) -> Booleans:
-    """Windows that stand out upwards in any track, by Holm's step-down over all windows and tracks.
+    """Windows with a significant rise in any track, by Holm's step-down over all windows and tracks.
 
-    The p-value that a well without anything unusual has any flag is at most `error_rate`.
+    The probability of any flag in a well without changes is at most `error_rate`.
     """
     p_value = np.concatenate(p_values)
     order = np.argsort(np.where(np.isfinite(p_value), p_value, np.inf))
@@ -131,11 +131,11 @@ def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd
             last += 1
         members = slice(first, last + 1)
         strongest = {name: float(np.nanmax(discrepancy[name].values[members])) for name in EVIDENCE}
-        said = [
+        evidence = [
             f"{EVIDENCE[name]} up by {pull:.1f} standard deviations" for name, pull in strongest.items() if pull > 2
         ]
         depth_from, depth_to = float(windows["depth_from"][first]), float(windows["depth_to"][last])
-        rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(said)))
+        rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(evidence)))
     return pd.DataFrame(rows, columns=["from_m", "to_m", "windows", *EVIDENCE, "evidence"])
 
 
@@ -152,23 +152,23 @@ def change_verdict(
     from_m: float,
     to_m: float,
     p_value: float,
-    said: str,
+    evidence: str,
 ) -> Verdict:
     """The verdict on one flagged interval.
 
-    Without a sure gain on held-out windows the change has no name and is `unknown`.
+    Without a significant predictive gain on held-out windows the change is not named: the verdict is `unknown`.
 
     Parameters
     ----------
     tracks : value and standard error of damping_bha and inertia_bha in every window of the well
     inside : the interval's windows
     usual : the run's other windows that are not flagged
-    p_value : of so clear a flag anywhere in a well without anything unusual
-    said : what stands out, in words
+    p_value : probability of so significant a flag anywhere in a well without changes
+    evidence : what stands out, in words
     """
     damping, error = tracks["damping_bha"]
-    there, level = _mean(damping[inside], error[inside]), _mean(damping[usual], error[usual])
-    size, deviation = there[0] - level[0], float(np.hypot(there[1], level[1]))
+    mean, level = _mean(damping[inside], error[inside]), _mean(damping[usual], error[usual])
+    size, deviation = mean[0] - level[0], float(np.hypot(mean[1], level[1]))
     gain = held_out_gain(
         [(value[inside], error[inside], value[usual], error[usual]) for value, error in tracks.values()]
     )
@@ -189,24 +189,24 @@ def change_verdict(
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate="a caliper log, cuttings returns and downhole vibration data",
-        evidence=said,
+        evidence=evidence,
     )
 
 
 def probability(p_value: float) -> float:
-    """Largest probability of a change that a p-value supports, at even odds.
+    """Largest posterior probability of a change that a p-value supports, at even prior odds.
 
-    The p-value stands for a Bayes factor of no more than `pooled.evidence_of_p_value` says.
+    The Bayes factor is bounded by `detectors.pooling.evidence_of_p_value`.
     """
     return float(expit(evidence_of_p_value(p_value)))
 
 
 def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> PredictiveGain:
-    """Log score of each of the interval's windows from its other windows, less that from the rest of the run.
+    """Mean log score of the interval's windows predicted from its other windows, less that from the rest of the run.
 
-    Both predict a Gaussian: the mean of their windows, with the errors of both and the scatter of the rest of the
-    run. A window that is alone has no others: its own log-likelihood ratio less one for the fitted level stands in
-    (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723), with twice its mean as variance.
+    Both predictions are Gaussian about the mean of their windows, with the errors of both and the scatter of the rest
+    of the run. A single window has no others: its own log-likelihood ratio less one for the fitted level takes their
+    place (Akaike 1974, IEEE Transactions on Automatic Control 19, 716–723), with twice its mean as variance.
 
     Parameters
     ----------
@@ -217,9 +217,9 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Pr
     if count == 1:
         error, held_out = np.sqrt(2 * max(value + 1, 0.5)), 0
     else:
-        # as far as Student's t asks for so few
-        few = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
-        error, held_out = few * gains.std(ddof=1) / np.sqrt(count), count
+        # Student's t quantile for few windows, relative to the normal one
+        widening = stdtrit(count - 1, ndtr(ONE_SIDED)) / ONE_SIDED
+        error, held_out = widening * gains.std(ddof=1) / np.sqrt(count), count
     return PredictiveGain(value, float(error), held_out)
 
 
@@ -236,11 +236,11 @@ def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Fl
 
 
 def _log_density(deviation: Floats, variance: Floats | float) -> Floats:
-    """Of a Gaussian, up to a constant."""
+    """Log density of a Gaussian, up to a constant."""
     return np.asarray(-0.5 * (deviation**2 / variance + np.log(variance)), dtype=float)
 
 
 def _mean(value: Floats, error: Floats) -> tuple[float, float]:
-    """Mean weighted by information, with its standard error."""
+    """Inverse-variance weighted mean, with its standard error."""
     weight = error**-2.0
     return float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5)

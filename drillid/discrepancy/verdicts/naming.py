@@ -1,4 +1,4 @@
-"""From evidence to names: the posterior over causes, and the smallest class that holds most of it."""
+"""From evidence to names: the posterior over causes, and the smallest class that has most of its mass."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,29 +8,29 @@ from scipy.special import logsumexp
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
-from drillid.discrepancy.inference.search import Refined
+from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.rules import CLASS_MASS, SAME
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Causes with their posterior, given that one of them, or something unknown, is there."""
+    """Posterior over causes, given that one of them, or something unknown, is present."""
 
-    refined: tuple[Refined, ...]
+    fitted_causes: tuple[FittedCause, ...]
     """Most likely first."""
     share: dict[str, float]
-    """Posterior of each cause and of `unknown`."""
+    """Posterior probability of each cause and of `unknown`."""
 
     @property
-    def best(self) -> Refined:
+    def best(self) -> FittedCause:
         """The most likely cause."""
-        return self.refined[0]
+        return self.fitted_causes[0]
 
     @property
     def members(self) -> tuple[str, ...]:
-        """The most likely causes that together hold most of what causes hold."""
-        named = [(one.name, self.share[one.name]) for one in self.refined]
+        """The most likely causes that together have most of the causes' posterior mass."""
+        named = [(fit.name, self.share[fit.name]) for fit in self.fitted_causes]
         total = sum(share for _, share in named)
         members: list[str] = []
         held = 0.0
@@ -42,23 +42,23 @@ class Posterior:
         return tuple(members)
 
 
-def posterior(refined: Sequence[Refined], unknown: float) -> Posterior:
-    """Equal prior for every cause and for something unknown.
+def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float) -> Posterior:
+    """Posterior with equal prior probability of every cause and of something unknown.
 
     Parameters
     ----------
-    refined : at least one
+    fitted_causes : at least one
     unknown : log Bayes factor of a disturbance of unknown shape
     """
-    order = sorted(refined, key=lambda one: -one.log_evidence)
-    logs = np.array([*(one.log_evidence for one in order), unknown])
+    order = sorted(fitted_causes, key=lambda fit: -fit.log_evidence)
+    logs = np.array([*(fit.log_evidence for fit in order), unknown])
     shares = np.exp(logs - logsumexp(logs))
-    return Posterior(tuple(order), dict(zip([*(one.name for one in order), UNKNOWN], shares.tolist(), strict=True)))
+    return Posterior(tuple(order), dict(zip([*(fit.name for fit in order), UNKNOWN], shares.tolist(), strict=True)))
 
 
-def told_apart(one: PooledDetection, other: PooledDetection) -> bool:
-    """Whether two ways of one change say so different things that the likelier is the name."""
-    return min(one.apart, other.apart) >= SAME
+def distinguishable(first: PooledDetection, second: PooledDetection) -> bool:
+    """Whether two courses of one change predict records so different that the likelier one is the name."""
+    return min(first.separation, second.separation) >= SAME
 
 
 def class_name(members: Sequence[str]) -> str:
@@ -67,7 +67,7 @@ def class_name(members: Sequence[str]) -> str:
 
 
 def separator(members: Sequence[str], catalogue: dict[str, Cause] | None = None) -> str:
-    """What would tell the members of a class, or a cause from what looks like it."""
-    known = catalogue or CATALOGUE
-    said = dict.fromkeys(known[name].separated_by for name in members if name in known)
-    return "; ".join(said)
+    """Measurements that would distinguish the members of a class, or a cause from those that look like it."""
+    causes = catalogue or CATALOGUE
+    measurements = dict.fromkeys(causes[name].separated_by for name in members if name in causes)
+    return "; ".join(measurements)

@@ -1,4 +1,4 @@
-"""What the engine says about a set of windows."""
+"""The verdicts of the engine on a set of windows."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -10,32 +10,32 @@ from drillid.discrepancy.rules import LARGEST_LOG_ODDS
 NONE = "none"
 UNKNOWN = "unknown"
 UNPROVED = "would fit, but is not proved"
-"""In the evidence of an unknown, after the names that are in sight and before the reason why they are not given."""
+"""In the evidence of the verdict unknown, between the names that would fit and the reason why they are not given."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One verdict; a set with two causes gets two."""
+    """One verdict; a set with two causes has two."""
 
     verdict: str
     """none, a cause, a class as its members joined by |, or unknown."""
     family: str
-    """Of the most likely member; the port that localises the misfit where it is unknown."""
+    """Family of the most likely member; of the verdict unknown, the port at which the misfit arises."""
     probability: float
-    """That it is right."""
+    """Probability that the verdict is right."""
     from_m: float
     """Hole depth at which the set begins, m."""
     to_m: float
     cause: str = ""
     """The most likely member of the class."""
     size: float = float("nan")
-    """Of the most likely member."""
+    """Size of the most likely member."""
     size_low: float = float("nan")
     """95 % interval."""
     size_high: float = float("nan")
     unit: str = ""
     location_m: float = float("nan")
-    """Measured depth along the string, where the cause has a place and the data tell it."""
+    """Measured depth along the string, where the cause has a place and the data determine it."""
     predictive_gain: float = float("nan")
     """Log score of a held-out window, extended less base model."""
     predictive_gain_low: float = float("nan")
@@ -44,7 +44,7 @@ class Verdict:
     held_out_windows: int = 0
     what_would_separate: str = ""
     evidence: str = ""
-    """In words: which channel shows it, and how surely."""
+    """In words: where it shows, and how strong the evidence is."""
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -52,15 +52,19 @@ class Verdict:
         return () if self.verdict in (NONE, UNKNOWN) else tuple(self.verdict.split("|"))
 
 
-class Line(NamedTuple):
-    """Log odds of being right, from log odds of the posterior."""
+class CalibrationLine(NamedTuple):
+    """Line from the log odds of the posterior to the log odds of being right (Platt scaling)."""
 
     intercept: float
     slope: float
 
 
-LINES = {"none": Line(0.67, 1.29), "named": Line(1.05, 0.14), "unknown": Line(-1.77, 0.40)}
-"""By kind of verdict, from sealed cases of former proofs, up to seed 130699: mean of the lines of 652 and of 697."""
+CALIBRATION = {
+    "none": CalibrationLine(0.67, 1.29),
+    "named": CalibrationLine(1.05, 0.14),
+    "unknown": CalibrationLine(-1.77, 0.40),
+}
+"""By kind of verdict, from sealed cases of earlier proofs, up to seed 130699: mean of the lines of 652 and of 697."""
 
 
 def kind(verdict: Verdict) -> str:
@@ -69,12 +73,12 @@ def kind(verdict: Verdict) -> str:
 
 
 def log_odds(probability: float) -> float:
-    """Log odds of a probability, within what is told apart."""
+    """Log odds of a probability, clipped at LARGEST_LOG_ODDS."""
     least = float(expit(-LARGEST_LOG_ODDS))
     return float(logit(min(max(probability, least), 1 - least)))
 
 
 def calibrated(verdict: Verdict) -> Verdict:
-    """The verdict with its posterior made a calibrated probability."""
-    line = LINES[kind(verdict)]
+    """The verdict with a calibrated probability in place of its posterior."""
+    line = CALIBRATION[kind(verdict)]
     return replace(verdict, probability=float(expit(line.intercept + line.slope * log_odds(verdict.probability))))

@@ -26,7 +26,7 @@ from drillid.discrepancy.inference import screen
 from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.engine import examine
-from drillid.discrepancy.verdicts.verdict import LINES
+from drillid.discrepancy.verdicts.verdict import CALIBRATION
 
 HIDDEN = {
     "drive_lag": 1,
@@ -138,7 +138,7 @@ def test_a_delay_that_the_catalogue_lacks_is_no_filter() -> None:
     without = [cause for name, cause in CATALOGUE.items() if name != "clock_offset"]
     found = examine(evidence_of(case), catalogue=without, error_rate=ERROR_RATE, seed=case.seed)
     (verdict,) = found.verdicts
-    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert (verdict.verdict, verdict.family) == ("unknown", "data sheet")
     assert "clocks" in verdict.what_would_separate or "delay" in verdict.what_would_separate
 
 
@@ -148,7 +148,7 @@ def test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals
     case = replace(plain_case(2055, 1)[0], hidden=(slow,))
     other = [CATALOGUE[name] for name in ("drive_lag", "clock_offset", "extra_section", "mud_drag", "length_growth")]
     (verdict,) = examine(evidence_of(case), catalogue=other, error_rate=ERROR_RATE, seed=case.seed).verdicts
-    assert (verdict.verdict, verdict.family) == ("unknown", "papers")
+    assert (verdict.verdict, verdict.family) == ("unknown", "data sheet")
     assert verdict.what_would_separate.startswith("the fitted length of the string lies")
 
 
@@ -178,7 +178,7 @@ def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
     case = replace(plain_case(2053, 1)[0], hidden=pair, command_logged=True)
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert {one.verdict for one in found.verdicts} == {"clock_offset|recorder_filter", "local_damping_zone"}
-    assert min(uncalibrated([one.probability for one in found.verdicts], LINES["named"])) > logit(0.98)
+    assert min(uncalibrated([one.probability for one in found.verdicts], CALIBRATION["named"])) > logit(0.98)
 
 
 def test_what_a_drift_of_the_clock_does_not_explain_keeps_its_name_beside_it() -> None:

@@ -16,7 +16,7 @@ from drillid.physics.top_drive import drive
 FREQUENCY = np.geomspace(0.05, 5.0, 60)
 S = laplace(FREQUENCY)
 OPERATING_POINT = OperatingPoint(np.array([[10.0], [14.0]]), np.full((2, 1), 5e3), np.array([[2800.0], [2830.0]]))
-LINEAR = [cause for cause in CATALOGUE.values() if (cause.is_linear or cause.moves) and not cause.size.fixed]
+LINEAR = [cause for cause in CATALOGUE.values() if (cause.is_linear or cause.time_varying) and not cause.size.fixed]
 FEEDS_VIBRATION = {"coulomb_contact", "regenerative_cutting", "stribeck_cutting"}
 """Causes that bring energy into the string."""
 ABOVE = {"drive", "control", "sensor"}

@@ -115,13 +115,13 @@ def null_detections(null_records: list[WindowRecord]) -> list[dict[str, Detectio
 @pytest.mark.parametrize("cause", ALWAYS)
 def test_scores_are_standard_normal_without_causes(null_detections: list[dict[str, Detection]], cause: str) -> None:
     scores = np.array([detections[cause].score for detections in null_detections])
-    # three standard errors of mean and deviation; a test may be careful, but not bold
+    # three standard errors of mean and deviation; a score may be conservative, but not liberal
     assert -0.6 < scores.mean() < 3 / np.sqrt(scores.size)
     assert 0.6 < scores.std() < 1 + 3 / np.sqrt(2 * scores.size)
 
 
 def test_no_more_detections_than_the_error_rate_allows(null_detections: list[dict[str, Detection]]) -> None:
-    # a tone and the line that it is are one reading
+    # a tone and its line have one score
     scores = np.array(
         [score for detections in null_detections for score in {detection.score for detection in detections.values()}]
     )
@@ -206,7 +206,7 @@ def test_linear_defects_of_the_record_give_no_detection(null_records: list[Windo
     assert max(detection.score for detection in detect(recorded(null_records[0], recorder))) < 3.719
 
 
-def test_clocks_that_run_apart_show_as_a_control_whose_answer_moves(null_records: list[WindowRecord]) -> None:
+def test_clocks_that_drift_apart_show_as_a_control_whose_response_changes(null_records: list[WindowRecord]) -> None:
     drifting = Recorder(SAMPLE_INTERVAL, clock_drift=4e-5, clock_offset=-0.012)
     assert detections_of(recorded(null_records[0], drifting))["control_trend"].score > 5
 
@@ -253,11 +253,13 @@ def test_regime_change(after: float) -> None:
     assert detection.size_error < 0.3 * detection.size
     evenly = detections_of(record)["parameter_drift"]
     assert detection.misfit < 3 < evenly.misfit
-    # what the wrong way leaves beyond the right one is half the square of how far they are apart, in the mean
-    assert detection.log_ratio - evenly.log_ratio == pytest.approx(detection.apart**2 / 2, abs=3 * detection.apart)
+    # the wrong course leaves half the square of their separation more than the right one, in the mean
+    assert detection.log_ratio - evenly.log_ratio == pytest.approx(
+        detection.separation**2 / 2, abs=3 * detection.separation
+    )
 
 
-def test_a_large_drift_shows_more_along_its_way_than_by_its_derivative() -> None:
+def test_a_large_drift_shows_more_along_its_course_than_by_its_derivative() -> None:
     noisy = replace(QUIET, bit_noise=120.0)
     record = records(course(lambda share: _with_damping(20.0 + 600.0 * share)), 58, truth=noisy)[0]
     residual = ResidualRecord(record)
@@ -286,10 +288,10 @@ def test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep(
     tone = Recorder(SAMPLE_INTERVAL, tones=(Tone(frequency, 5e-5),))
     own = [detections_of(recorded(record, tone))["aliased_tone"] for record in null_records[:NULL_WINDOWS]]
     assert max(detection.score for detection in own) < 3.719
-    found = pool(own)[0]
-    assert (found.p_value < 1e-3) is seen
-    assert found.size == pytest.approx(5e-5, rel=0.3) or not seen
-    assert found.size_error < 0.3 * found.size or not seen
+    pooled = pool(own)[0]
+    assert (pooled.p_value < 1e-3) is seen
+    assert pooled.size == pytest.approx(5e-5, rel=0.3) or not seen
+    assert pooled.size_error < 0.3 * pooled.size or not seen
     assert detection_gain(own).low > 0 or not seen
 
 
@@ -325,9 +327,9 @@ def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None
     assert "gear_backlash" not in detections_of(replace(record, command=np.full_like(record.command, np.nan)))
 
 
-def test_a_torque_that_changes_its_detection_without_play_is_no_play() -> None:
-    found = [detections_of(one)["gear_backlash"] for one in records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)]
-    assert max(detection.score for detection in found) < 3
+def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
+    plain = records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)
+    assert max(detections_of(record)["gear_backlash"].score for record in plain) < 3
 
 
 def test_rate_limit_of_a_step() -> None:

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
-from benchmarks.blind.calibrate import line
+from benchmarks.blind.calibrate import calibration_line
 
 
 def test_a_line_is_found_again_from_verdicts_that_follow_it() -> None:
     random = np.random.default_rng(5)
     posterior = random.uniform(-6, 10, 20000)
     right = (random.random(posterior.size) < expit(-0.7 + 0.4 * posterior)).astype(float)
-    found = line(posterior, right)
+    found = calibration_line(posterior, right)
     assert found.intercept == pytest.approx(-0.7, abs=0.1)
     assert found.slope == pytest.approx(0.4, abs=0.03)
 
 
 def test_a_few_verdicts_leave_the_line_near_the_posterior() -> None:
-    found = line(np.array([2.0]), np.array([1.0]))
+    found = calibration_line(np.array([2.0]), np.array([1.0]))
     assert 0.5 < found.slope < 2

@@ -57,24 +57,24 @@ def test_a_set_without_any_fit_is_refused(of_well: Evidence) -> None:
 def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
     fitted = of_well.fitted.copy()
     fitted[1] = np.nan
-    verdicts = [one.verdict for one in examine(replace(of_well, fitted=fitted)).verdicts]
-    assert verdicts == [one.verdict for one in examine(of_well).verdicts]
+    with_gap, whole = examine(replace(of_well, fitted=fitted)).verdicts, examine(of_well).verdicts
+    assert [verdict.verdict for verdict in with_gap] == [verdict.verdict for verdict in whole]
 
 
 @pytest.mark.parametrize(
-    ("apart", "verdict"),
+    ("separation", "verdict"),
     [(np.nan, "parameter_drift|regime_change"), (1.0, "parameter_drift|regime_change"), (2.0, "parameter_drift")],
 )
-def test_two_ways_of_a_change_are_a_class_where_they_say_nearly_the_same(
-    of_well: Evidence, apart: float, verdict: str
+def test_two_courses_of_a_change_are_a_class_where_they_predict_nearly_the_same(
+    of_well: Evidence, separation: float, verdict: str
 ) -> None:
     detections = tuple(
-        Detection(cause, row, score, 100.0, 15.0, 18.0, 0.0, apart=apart)
+        Detection(cause, row, score, 100.0, 15.0, 18.0, 0.0, separation=separation)
         for cause, score in (("parameter_drift", 6.0), ("regime_change", 5.95))
         for row in range(of_well.windows)
     )
-    told = examine(replace(of_well, detections=detections)).verdicts
-    assert [one.verdict for one in told] == [verdict]
+    verdicts = examine(replace(of_well, detections=detections)).verdicts
+    assert [stated.verdict for stated in verdicts] == [verdict]
 
 
 def test_windows_without_their_operating_points_are_refused(of_well: Evidence) -> None:

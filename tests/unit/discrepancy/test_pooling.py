@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from drillid.discrepancy.detectors.detection import Detection, Lines
+from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.rules import LINE_KEPT
 
@@ -22,7 +22,7 @@ def test_windows_that_agree_say_more_than_windows_that_do_not() -> None:
 
 
 def test_one_window_keeps_its_p_value() -> None:
-    # the sum and the strongest are the same here, and the smaller of two chances is doubled
+    # the sum and the strongest are the same here, and the smaller of two p-values is doubled
     assert pool(detections("clock_drift", [2.0]))[0].p_value == pytest.approx(2 * ndtr(-1.5))
 
 
@@ -37,7 +37,7 @@ def test_a_window_that_tells_the_size_better_counts_more() -> None:
 
 def test_a_window_that_fits_too_well_hides_no_misfit_of_another() -> None:
     even, odd = (
-        [Detection("parameter_drift", row, 5.0, 1.0, 0.1, 9.0, one) for row, one in enumerate(misfit)]
+        [Detection("parameter_drift", row, 5.0, 1.0, 0.1, 9.0, value) for row, value in enumerate(misfit)]
         for misfit in ((-7.0, 4.0), (0.0, 0.5))
     )
     assert pool(even)[0].closure < 0.001 < 0.1 < pool(odd)[0].closure
@@ -45,27 +45,27 @@ def test_a_window_that_fits_too_well_hides_no_misfit_of_another() -> None:
 
 
 def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
-    told, untold = (
+    with_size, without_size = (
         Detection("torque_rate_limit", 0, 5.0, size, error, 9.0) for size, error in ((5.0, 0.1), (np.nan, np.inf))
     )
-    assert pool([told, untold])[0].size == pytest.approx(5.0)
+    assert pool([with_size, without_size])[0].size == pytest.approx(5.0)
 
 
 def tones(generator: np.random.Generator, windows: int, ratio: float) -> list[Detection]:
     """A tone upon one of 5000 lines, its power so many times the noise's."""
-    found = []
+    own = []
     for window in range(windows):
         noise = generator.standard_normal((5000, 2)) / np.sqrt(2)
         noise[1234] += np.sqrt(ratio) * np.array([np.cos(window), np.sin(window)])
         log_ratio = np.sum(noise**2, axis=1)
         place, best = np.flatnonzero(log_ratio > LINE_KEPT), int(np.argmax(log_ratio))
         size, error = np.sqrt(np.maximum(2 * log_ratio - 2, 0.0))[place], np.ones(place.size)
-        kept = (one.astype(np.float32) for one in (log_ratio[place], size, error))
-        lines = Lines(1e-3, 5000, best, place.astype(np.int32), *kept)
+        kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
+        lines = SpectralLines(1e-3, 5000, best, place.astype(np.int32), *kept)
         p_value = float(-np.expm1(5000 * np.log1p(-np.exp(-log_ratio[best]))))
         normal = float(ndtri(1 - p_value))
-        found.append(Detection("aliased_tone", window, normal, 1.0, np.inf, float(log_ratio[best]), lines=lines))
-    return found
+        own.append(Detection("aliased_tone", window, normal, 1.0, np.inf, float(log_ratio[best]), lines=lines))
+    return own
 
 
 def test_windows_that_share_a_faint_tone_say_more_than_each_for_itself() -> None:
@@ -91,14 +91,14 @@ def jumps(generator: np.random.Generator, windows: int, size: float) -> list[Det
     best = np.take_along_axis(shown, np.argmax(np.abs(shown), axis=1)[:, None], axis=1)[:, 0]
     score = -ndtri(-np.expm1(4 * np.log1p(-2 * ndtr(-np.abs(best)))))
     return [
-        Detection("regime_change", row, *values, by_shape=tuple((one, 1.0) for one in shown[row].tolist()))
+        Detection("regime_change", row, *values, by_shape=tuple((size, 1.0) for size in shown[row].tolist()))
         for row, values in enumerate(zip(score, best, np.ones(windows), best**2 / 2, strict=True))
     ]
 
 
 def test_windows_that_share_the_moment_of_a_jump_say_more_than_each_for_itself() -> None:
     shared = jumps(np.random.default_rng(0), 12, 2.0)
-    alone = [replace(one, by_shape=()) for one in shared]
+    alone = [replace(detection, by_shape=()) for detection in shared]
     assert pool(shared)[0].p_value < 1e-4 * pool(alone)[0].p_value
     assert pool(shared)[0].size == pytest.approx(2.0, abs=3 / np.sqrt(12))
     assert detection_gain(shared).low > 0
