@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drillid.arrays import Complex
+from drillid.arrays import Complex, Floats
 from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import write_store
@@ -17,9 +17,9 @@ from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
-from drillid.discrepancy.products.advice import advise, today_separation
+from drillid.discrepancy.products.advice import advise, present_separation
 from drillid.discrepancy.products.dataset import examination_dataset
-from drillid.discrepancy.products.extended_model import figures, identified_window_models, window_model_of
+from drillid.discrepancy.products.extended_model import coordinates, identified_window_models, window_model_of
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.prediction import PHASES, in_band, mean_period
 from drillid.discrepancy.products.reflectogram import echoes, reflectogram
@@ -41,7 +41,7 @@ LAGGING = replace(SHALLOW, top_drive=replace(SHALLOW.top_drive, lag=LAG))
 
 @pytest.fixture(scope="module")
 def lagging(tmp_path_factory: pytest.TempPathFactory) -> Processed:
-    """Two windows of a rig whose drive lags, which its data sheets do not tell."""
+    """Two windows of a rig whose drive lags, which its data sheets do not state."""
     return processed_well(tmp_path_factory.mktemp("lagging"), [drilled(LAGGING, 1200.0, 77)], "discrepancy", "depth")
 
 
@@ -85,9 +85,9 @@ def test_bit_mobility_and_steps_are_those_of_the_lagging_rig(lagging: Processed)
     assert np.isfinite(depth["bit_step_controlled"].values).all()
 
 
-def error(found: Complex, truth: Complex) -> float:
+def error(estimate: Complex, truth: Complex) -> float:
     """Root mean square of the relative error."""
-    return float(np.sqrt(np.mean(np.abs(found / truth - 1) ** 2)))
+    return float(np.sqrt(np.mean(np.abs(estimate / truth - 1) ** 2)))
 
 
 def test_the_stored_model_is_the_one_that_was_fitted(lagging: Processed, examined: Examination) -> None:
@@ -100,33 +100,35 @@ def test_the_stored_model_is_the_one_that_was_fitted(lagging: Processed, examine
 
 
 @pytest.mark.parametrize("name", [name for name, cause in CATALOGUE.items() if cause.is_linear])
-def test_figures_and_causes_make_the_model_again(examined: Examination, name: str) -> None:
+def test_coordinates_and_causes_reproduce_the_model(examined: Examination, name: str) -> None:
     cause, model = CATALOGUE[name], examined.model
     extensions = (Extension(cause, cause.shapes[0], (1,)),)
     size = 0.3 * cause.size.typical
     point = Point(examined.base.point.shared, examined.base.point.local, np.array([size]))
-    again = window_model_of(figures(model, point), extensions, [size])
-    np.testing.assert_allclose(again.mobility(model.s), model.predicted(point, extensions), rtol=1e-12)
+    reproduced = window_model_of(coordinates(model, point), extensions, [size])
+    np.testing.assert_allclose(reproduced.mobility(model.s), model.predicted(point, extensions), rtol=1e-12)
 
 
 def test_the_held_out_window_is_predicted_better_with_the_lag(lagging: Processed) -> None:
-    found = lagging.dataset("discrepancy", "examination").isel(set=0)
-    off = {
-        name: float(np.sqrt(np.mean((found["period_speed"] - found[name]) ** 2)))
+    examination = lagging.dataset("discrepancy", "examination").isel(set=0)
+    misfit = {
+        name: float(np.sqrt(np.mean((examination["period_speed"] - examination[name]) ** 2)))
         for name in ("period_base", "period_extended")
     }
-    assert off["period_extended"] < off["period_base"]
-    assert off["period_extended"] < 1.5 * float(found["period_error"])
+    assert misfit["period_extended"] < misfit["period_base"]
+    assert misfit["period_extended"] < 1.5 * float(examination["period_error"])
 
 
 def test_residuals_shrink_to_noise(lagging: Processed) -> None:
-    found = lagging.dataset("discrepancy", "examination")
-    before, after = (float(np.nanmean(np.abs(found[f"residual_{when}"]) ** 2) / 2) for when in ("before", "after"))
+    examination = lagging.dataset("discrepancy", "examination")
+    before, after = (
+        float(np.nanmean(np.abs(examination[f"residual_{when}"]) ** 2) / 2) for when in ("before", "after")
+    )
     assert after < before
     assert after == pytest.approx(1, abs=0.1)
 
 
-def test_what_the_base_model_lacks_comes_back_and_then_nothing(examined: Examination) -> None:
+def test_the_base_model_leaves_echoes_and_the_extended_one_none(examined: Examination) -> None:
     before = reflectogram(examined.model, examined.base, (), 0.01)
     after = reflectogram(examined.model, examined.extended, examined.extensions, 0.01)
     assert echoes(before)
@@ -160,9 +162,8 @@ def braked(tmp_path_factory: pytest.TempPathFactory) -> Examination:
 
 
 def test_the_reflectogram_points_at_a_zone_of_damping(braked: Examination) -> None:
-    found = reflectogram(braked.model, braked.base, (), 0.01)
-    distance, reflection = echoes(found)[0]
-    assert reflection < 0  # what brakes takes the place of a larger admittance: speed is reflected upside down
+    distance, reflection = echoes(reflectogram(braked.model, braked.base, (), 0.01))[0]
+    assert reflection < 0  # damping acts like a larger admittance: the reflected speed has the opposite sign
     assert distance == pytest.approx(0.6 * SHALLOW.pipe.length, abs=0.15 * SHALLOW.pipe.length)
 
 
@@ -172,20 +173,20 @@ def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
 ) -> None:
     zone = "local_damping_zone"
     monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
-    found = linear_verdicts.explained(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
-    assert (found.cause, bool(np.isfinite(found.location_m))) == (zone, located)
+    verdict = linear_verdicts.explain_responses(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
+    assert (verdict.cause, bool(np.isfinite(verdict.location_m))) == (zone, located)
 
 
 @pytest.mark.parametrize(("noise", "placed"), [(1.0, True), (100.0, False)])
-def test_a_place_is_told_where_the_noise_lets_it(braked: Examination, noise: float, placed: bool) -> None:
-    own = braked.model.evidence
-    model = SetModel(replace(own, variance=own.variance * noise))
+def test_a_place_is_stated_where_the_noise_permits(braked: Examination, noise: float, placed: bool) -> None:
+    evidence = braked.model.evidence
+    model = SetModel(replace(evidence, variance=evidence.variance * noise))
     fit = fit_set(model, braked.extended.point, braked.extensions)
     assert (place_probability(model, fit, braked.extensions, 0) > 0.95) == placed
 
 
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
-    """What the data sheets rule out, a port must take up."""
+    """A delay that the data sheets rule out appears at a port."""
     lagging = examined.model.evidence
     known = replace(lagging.data_sheet, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
     late = replace(
@@ -200,42 +201,49 @@ def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
     start = Point(model.start().shared, model.start().local, np.array([LAG]))
     base = fit_set(model, start, lag)
     missing = missing_immittance(model, base, "record", lag)
-    found = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
-    assert found is not None, missing.reading
-    assert abs(float(found[1]) - 30) < 4 * float(found[2])
+    delay = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
+    assert delay is not None, missing.reading
+    assert abs(float(delay[1]) - 30) < 4 * float(delay[2])
 
 
-def test_a_window_that_has_strayed_is_brought_back(examined: Examination) -> None:
+def test_an_outlier_window_is_brought_back(examined: Examination) -> None:
     model, base = examined.model, examined.base
-    strayed = base.point.local.copy()
-    strayed[0] = 8.0
-    stuck = replace(base, point=replace(base.point, local=strayed), cost=np.inf)
-    assert without_outlier_windows(model, stuck).cost == pytest.approx(base.cost, abs=0.1)
+    local = base.point.local.copy()
+    local[0] = 8.0
+    with_outlier = replace(base, point=replace(base.point, local=local), cost=np.inf)
+    assert without_outlier_windows(model, with_outlier).cost == pytest.approx(base.cost, abs=0.1)
 
 
-def test_lines_whose_ratio_falls_short_tell_nothing_of_the_control(examined: Examination) -> None:
+def test_lines_whose_ratio_is_biased_carry_no_weight_for_the_control(examined: Examination) -> None:
     """The mean of 1/(1 + n) over complex normal n of variance v is 1 - exp(-1/v): 0.96 at 0.3."""
-    seen = examined.model.evidence
-    told = np.abs(control(seen.data_sheet.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
+    evidence = examined.model.evidence
+    power = control_power(evidence)
     used = np.flatnonzero(examined.model.weight.all(axis=0))
-    for noise, own, tells in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
-        variance = noise * told
-        variance[:, used[50]] = own * told[:, used[50]]
-        weight = SetModel(replace(seen, control_variance=variance)).control_weight
+    for noise, own, weighted in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
+        variance = noise * power
+        variance[:, used[50]] = own * power[:, used[50]]
+        weight = SetModel(replace(evidence, control_variance=variance)).control_weight
         assert weight is not None
-        assert np.all((weight[:, used[50]] > 0) == tells)
+        assert np.all((weight[:, used[50]] > 0) == weighted)
+
+
+def control_power(evidence: Evidence) -> Floats:
+    """Squared response of the stated control, (W, F)."""
+    response = control(evidence.data_sheet.controller, laplace(evidence.frequency))
+    return np.abs(response) ** 2 * np.ones((evidence.windows, 1))
 
 
 @pytest.mark.parametrize(("noise", "rounding", "gained"), [(0.0, 0.0, 1.0), (0.015, 0.0, 8.0), (0.0, 0.1, 1.0)])
-def test_what_all_windows_err_alike_in_tells_no_more_in_more_windows(
+def test_an_error_common_to_all_windows_does_not_average_out(
     examined: Examination, noise: float, rounding: float, gained: float
 ) -> None:
-    seen = examined.model.evidence
-    told = np.abs(control(seen.data_sheet.controller, laplace(seen.frequency))) ** 2 * np.ones((seen.windows, 1))
-    one = replace(seen, control_variance=noise * told, control_rounding=rounding * told).subset(np.array([0]))
+    evidence = examined.model.evidence
+    power = control_power(evidence)
+    noisy = replace(evidence, control_variance=noise * power, control_rounding=rounding * power)
+    first = noisy.subset(np.array([0]))
     information = []
     for copies in (1, 8):
-        weight = SetModel(one.subset(np.zeros(copies, dtype=np.intp))).control_weight
+        weight = SetModel(first.subset(np.zeros(copies, dtype=np.intp))).control_weight
         assert weight is not None
         information.append(np.sum(weight**2))
     assert information[1] / information[0] == pytest.approx(gained, rel=0.15)
@@ -249,18 +257,18 @@ def test_nothing_is_read_where_nothing_is_missing(examined: Examination) -> None
 
 
 def test_every_measurement_helps_or_changes_nothing(examined: Examination) -> None:
-    found = advise(examined, ())
-    assert len({one.measurement for one in found}) == len(found) >= 7
-    assert all(0 < one.smallest <= 1.0001 for one in found)
-    assert [one.smallest for one in found] == sorted(one.smallest for one in found)
+    advice = advise(examined, ())
+    assert len({measurement.measurement for measurement in advice}) == len(advice) >= 7
+    smallest = [measurement.smallest for measurement in advice]
+    assert all(0 < size <= 1.0001 for size in smallest)
+    assert smallest == sorted(smallest)
 
 
 def test_advice_for_a_class_sets_its_members_apart(examined: Examination) -> None:
     members = ("clock_offset", "recorder_filter")
-    found = advise(examined, members)
-    separations = [one.separation for one in found]
+    separations = [measurement.separation for measurement in advise(examined, members)]
     assert separations == sorted(separations, reverse=True)
-    assert separations[0] > 1.1 * today_separation(examined, members)
+    assert separations[0] > 1.1 * present_separation(examined, members)
 
 
 def test_the_mean_period_is_the_series_where_it_repeats() -> None:
@@ -275,9 +283,9 @@ def test_the_mean_period_is_the_series_where_it_repeats() -> None:
 
 
 def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examination) -> None:
-    said = (Verdict("unknown", "record", 0.99, 960.0, 975.0),)
-    found = replace(examined, verdicts=said, extensions=(), extended=examined.base)
-    sets = [ExaminedSet(np.arange(2), found)]
+    verdicts = (Verdict("unknown", "record", 0.99, 960.0, 975.0),)
+    examination = replace(examined, verdicts=verdicts, extensions=(), extended=examined.base)
+    sets = [ExaminedSet(np.arange(2), examination)]
     stored = EXAMINATIONS.conform(examination_dataset(sets, well_data(lagging), 0.05))
     assert str(stored["missing_reading"].item()).startswith("at the port record: ")
     assert np.isfinite(stored["missing_rational"].values).all()
@@ -285,17 +293,17 @@ def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examin
     assert identified_window_models(stored) == {}
 
 
-def test_what_is_seen_has_no_name_without_a_sure_gain_and_is_never_none(
+def test_a_misfit_without_a_sure_gain_is_unknown_and_never_none(
     lagging: Processed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(linear_verdicts, "held_out_gain", lambda *_: PredictiveGain(1.0, 10.0, 2))
-    (said,) = examine(evidence(lagging)).verdicts
-    assert said.verdict == UNKNOWN
-    assert said.probability > 0.5
-    assert "drive_lag" in said.evidence
+    (verdict,) = examine(evidence(lagging)).verdicts
+    assert verdict.verdict == UNKNOWN
+    assert verdict.probability > 0.5
+    assert "drive_lag" in verdict.evidence
 
 
-def test_a_well_without_any_fit_is_told_nothing(lagging: Processed, tmp_path: Path) -> None:
+def test_a_well_without_any_fit_gets_no_verdict(lagging: Processed, tmp_path: Path) -> None:
     well = lagging.copied(tmp_path / "results")
     fits = well.dataset("fits", "fits")
     fits["value"].values[:] = np.nan
@@ -311,8 +319,8 @@ def test_a_well_without_any_fit_is_told_nothing(lagging: Processed, tmp_path: Pa
 
 def test_the_control_can_be_tuned_for_the_extended_rig(lagging: Processed) -> None:
     window_model = identified_window_models(lagging.dataset("discrepancy", "examination"))[0]
-    found, truth = (
+    reached, truth = (
         margins(lambda s, system=system: loop_transfer(system, s)) for system in (window_model.system, LAGGING.system)
     )
-    assert found.modulus == pytest.approx(truth.modulus, rel=0.1)
-    assert found.delay == pytest.approx(truth.delay, rel=0.2)
+    assert reached.modulus == pytest.approx(truth.modulus, rel=0.1)
+    assert reached.delay == pytest.approx(truth.delay, rel=0.2)
