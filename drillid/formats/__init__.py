@@ -1,11 +1,11 @@
 """Rig logs of any file format behind one function.
 
-A format is one module of this package with three things: `SUFFIXES`, the file names' endings it
-answers for; `header(path)`, the names of the file's columns; and `read_columns(path, columns, text,
-rows)`, which returns those columns as an Arrow table, the ones in `text` as they are and the others
-as float64 where they can be, and of them only so many first rows where `rows` is given. They raise
-`FileNotFoundError` or any other `OSError`, or `ValueError` with what is wrong. Everything else (a
-missing column, text among the numbers, time that is no time) is checked here, once for all formats.
+A format is one module of this package with three members: `SUFFIXES`, the file name endings that it
+reads; `header(path)`, the names of the file's columns; and `read_columns(path, columns, text, rows)`,
+which returns those columns as an Arrow table, the ones in `text` unchanged and the others as float64
+where possible, limited to the first `rows` rows where that is given. They raise `FileNotFoundError` or
+any other `OSError`, or `ValueError` with the reason. Everything else (a missing column, text among the
+numbers, invalid time stamps) is checked here, once for all formats.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _NULL_VALUES = (-999.25, -9999.0)
-"""Numbers that drilling recorders write where they have no value."""
+"""Numbers that drilling recorders write for missing values."""
 _ROWS_OF_START = 1000
-"""Rows among which a log's earliest stamp is looked for."""
+"""Rows among which a log's earliest time stamp is sought."""
 _FIRST_ROW = 1
-"""Rows are counted from 1, the header apart."""
+"""Rows are counted from 1, without the header."""
 
 
 class LogFormat(Protocol):
-    """What a module of this package must have."""
+    """Interface of a module of this package."""
 
     SUFFIXES: tuple[str, ...]
 
@@ -45,13 +45,13 @@ class LogFormat(Protocol):
         ...
 
     def read_columns(self, path: Path, columns: Sequence[str], text: Sequence[str], rows: int | None = None) -> Any:
-        """The columns as an Arrow table, those in `text` as they are and the others as float64 where they can be."""
+        """The columns as an Arrow table, those in `text` unchanged and the others as float64 where possible."""
         ...
 
 
 @dataclass
 class Log:
-    """A rig log in memory, its columns to be taken out one by one, so that none is held twice.
+    """A rig log in memory; its columns are popped one by one, so that none is held twice.
 
     stamps : UTC without zone, ns, shape (row,), in the file's order
     """
@@ -61,35 +61,35 @@ class Log:
     _table: Any
 
     def pop(self, name: str) -> Floats:
-        """A column in the file's own units, NaN where it holds no value, shape (row,); the log holds it no longer.
+        """Remove a column from the log and return it in the file's units, NaN for missing values, shape (row,).
 
         Raises
         ------
         LogError
-            If a cell is no number; the message names file, column and row.
+            If a cell is not a number; the message names file, column and row.
         """
         values = _numbers(self.path, name, self._table.column(name))
         self._table = self._table.drop_columns([name])
-        _give_back_memory()
+        _release_memory()
         return values
 
 
 def formats() -> dict[str, LogFormat]:
-    """Every format of this package by the endings it answers for."""
-    found: dict[str, LogFormat] = {}
+    """Every format of this package by the file name endings that it reads."""
+    by_suffix: dict[str, LogFormat] = {}
     for module in pkgutil.iter_modules(__path__):
         reader: Any = importlib.import_module(f"{__name__}.{module.name}")
-        found |= dict.fromkeys(reader.SUFFIXES, reader)
-    return found
+        by_suffix |= dict.fromkeys(reader.SUFFIXES, reader)
+    return by_suffix
 
 
 def format_of(path: Path) -> LogFormat:
-    """The format that answers for a file's name; of several endings that fit the longest wins."""
-    known = formats()
-    fitting = [suffix for suffix in known if path.name.lower().endswith(suffix)]
-    if not fitting:
-        raise LogError(str(path), "is of no known format", f"Known endings are {', '.join(sorted(known))}")
-    return known[max(fitting, key=len)]
+    """The format that reads a file of this name; of several matching endings the longest wins."""
+    by_suffix = formats()
+    matching = [suffix for suffix in by_suffix if path.name.lower().endswith(suffix)]
+    if not matching:
+        raise LogError(str(path), "is of no known format", f"Known endings are {', '.join(sorted(by_suffix))}")
+    return by_suffix[max(matching, key=len)]
 
 
 def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -> Log:
@@ -100,30 +100,30 @@ def read_log(path: Path, time: str, columns: Sequence[str], zone: str = "UTC") -
     path : the log
     time : name of its time column
     columns : names of the numeric columns
-    zone : time zone of stamps that carry none
+    zone : time zone of stamps without one
 
     Raises
     ------
     LogError
-        If the file cannot be read, lacks a column, holds no rows, or holds a cell that is no
-        time; the message names file, column and row.
+        If the file cannot be read, lacks a column, holds no rows, or holds an invalid time
+        stamp; the message names file, column and row.
     """
     table = _read(path, time, columns, None)
     stamps = _stamps(path, time, table.column(time), zone)
     table = table.drop_columns([time])
-    _give_back_memory()
+    _release_memory()
     return Log(path, stamps, table)
 
 
-def _give_back_memory() -> None:
-    """Arrow keeps what it no longer needs for its own later use; here numpy needs it."""
+def _release_memory() -> None:
+    """Release the memory that Arrow keeps for later use; numpy needs it."""
     import pyarrow as pa
 
     pa.default_memory_pool().release_unused()
 
 
 def first_stamp(path: Path, time: str, zone: str = "UTC") -> np.datetime64:
-    """Earliest of a log's first stamps, by which logs are put in order; the rest of the log is not read.
+    """Earliest of a log's first time stamps, by which logs are sorted; the rest of the log is not read.
 
     Raises
     ------
@@ -160,8 +160,8 @@ def _check_columns(path: Path, wanted: list[str], header: list[str]) -> None:
         if name not in header:
             close = difflib.get_close_matches(name, header, n=1)
             hint = f"Did you mean '{close[0]}'?" if close else "Name one of them in the rig description"
-            there = ", ".join(f"'{column}'" for column in header) or "none"
-            raise LogError(str(path), f"has no column '{name}'; its columns are {there}", hint)
+            existing = ", ".join(f"'{column}'" for column in header) or "none"
+            raise LogError(str(path), f"has no column '{name}'; its columns are {existing}", hint)
 
 
 def _numbers(path: Path, name: str, column: Any) -> Floats:
@@ -178,7 +178,7 @@ def _numbers(path: Path, name: str, column: Any) -> Floats:
             row = int(wrong[0])
             raise LogError(
                 f"{path}, column '{name}', row {row + _FIRST_ROW}",
-                f"'{cells.iloc[row]}' is no number",
+                f"'{cells.iloc[row]}' is not a number",
                 "Correct the cell, or leave it empty where there is no value",
             )
         values = numbers.to_numpy(dtype=np.float64, copy=True)
@@ -188,26 +188,26 @@ def _numbers(path: Path, name: str, column: Any) -> Floats:
 
 
 def _stamps(path: Path, name: str, column: Any, zone: str, ambiguous: bool | None = None) -> NDArray[np.datetime64]:
-    """Stamps as UTC without zone, ns; those of an hour that comes twice as `ambiguous` says, or from their order."""
-    quick = _zoned_stamps(column)
-    if quick is not None:
-        return quick
+    """Stamps as UTC without zone, ns; of a repeated hour as `ambiguous` gives it, or inferred from the order."""
+    zoned = _zoned_stamps(column)
+    if zoned is not None:
+        return zoned
     cells = column.to_pandas()
     if pd.api.types.is_numeric_dtype(cells.dtype):
-        raise _no_time(path, name, 0, cells.iloc[0])
+        raise _invalid_time(path, name, 0, cells.iloc[0])
     aware = pd.to_datetime(
         cells, errors="coerce", format=None if _is_time(cells) else "ISO8601", utc=_mixed_or_aware(cells)
     )
     wrong = np.flatnonzero(aware.isna())
     if wrong.size:
-        raise _no_time(path, name, int(wrong[0]), cells.iloc[int(wrong[0])])
+        raise _invalid_time(path, name, int(wrong[0]), cells.iloc[int(wrong[0])])
     if aware.dt.tz is None:
         aware = _localised(path, name, aware, zone, ambiguous)
     return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
 
 
 def _zoned_stamps(column: Any) -> NDArray[np.datetime64] | None:
-    """The same for a whole column of stamps that carry a zone, in a fraction of the memory; None for any other."""
+    """The same for a column whose stamps all have a zone, in a fraction of the memory; None for any other."""
     import pyarrow as pa
 
     zoned_text = pa.types.is_string(column.type) and str(column[0]).endswith("Z")
@@ -225,14 +225,14 @@ def _is_time(cells: pd.Series[Any]) -> bool:
 
 
 def _mixed_or_aware(cells: pd.Series[Any]) -> bool:
-    """Whether stamps given as text carry a zone: a Z, or an offset such as +01:00, at their end."""
+    """Whether stamps given as text have a zone: a Z, or an offset such as +01:00, at their end."""
     return not _is_time(cells) and bool(cells.astype(str).str.contains(r"(?:Z|[+-]\d\d:?\d\d)$", regex=True).all())
 
 
 def _localised(path: Path, name: str, naive: pd.Series[Any], zone: str, ambiguous: bool | None) -> pd.Series[Any]:
-    told = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
+    rule = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:
-        localised: pd.Series[Any] = naive.dt.tz_localize(zone, ambiguous=told)
+        localised: pd.Series[Any] = naive.dt.tz_localize(zone, ambiguous=rule)
     except (ValueError, KeyError) as error:
         raise LogError(
             f"{path}, column '{name}'",
@@ -242,10 +242,10 @@ def _localised(path: Path, name: str, naive: pd.Series[Any], zone: str, ambiguou
     return localised
 
 
-def _no_time(path: Path, name: str, row: int, cell: object) -> LogError:
+def _invalid_time(path: Path, name: str, row: int, cell: object) -> LogError:
     return LogError(
         f"{path}, column '{name}', row {row + _FIRST_ROW}",
-        f"'{cell}' is no time",
+        f"'{cell}' is not a time",
         "Write time stamps such as 2025-03-03T06:00:00.020Z",
     )
 

@@ -21,12 +21,12 @@ def header(path: Path) -> list[str]:
     except UnicodeDecodeError:
         text = line.decode("latin-1")
     if any(character < " " and character not in "\t\r\n" for character in text):
-        raise ValueError("its first line is no text")
+        raise ValueError("its first line is not text")
     return [name.strip() for name in next(csv.reader([text]), [])]
 
 
 def _lines(path: Path, count: int) -> bytes:
-    """The first lines of the file as they are."""
+    """The first lines of the file, unparsed."""
     try:
         with gzip.open(path) if path.name.lower().endswith(".gz") else path.open("rb") as lines:
             return b"".join(itertools.islice(lines, count))
@@ -35,7 +35,7 @@ def _lines(path: Path, count: int) -> bytes:
 
 
 def read_columns(path: Path, columns: Sequence[str], text: Sequence[str], rows: int | None = None) -> Any:
-    """The columns as an Arrow table; a numeric column with a cell that is no number stays text as a whole."""
+    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 

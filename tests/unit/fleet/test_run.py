@@ -102,9 +102,9 @@ def test_a_failure_is_a_row_and_leaves_no_dataset_of_before(task: Task, stage: C
     stage(good)
     process_well(task)
     task.listing.logs[0].write_text("bad samples")
-    stage(raising(LogError("a.csv, row 3", "is no number", "Correct it")))
+    stage(raising(LogError("a.csv, row 3", "is not a number", "Correct it")))
     assert process_well(task).status == "failed"
-    assert rows(task) == [["a.csv, row 3", "is no number", "Correct it"]]
+    assert rows(task) == [["a.csv, row 3", "is not a number", "Correct it"]]
     assert not WellFolders(task.results, "W1").has("records", "records")
     assert process_well(task).status == "kept"
     assert process_well(dataclasses.replace(task, stage="windows")) == Outcome(

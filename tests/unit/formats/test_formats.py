@@ -102,7 +102,7 @@ def test_text_among_numbers_is_named_by_row_and_column(suffix: str, log: pd.Data
     log.loc[6, "RPM"] = "n/a!"
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
-    with pytest.raises(LogError, match=r"column 'RPM', row 7: 'n/a!' is no number"):
+    with pytest.raises(LogError, match=r"column 'RPM', row 7: 'n/a!' is not a number"):
         read_log(path, "Time", ["Hole depth", "RPM"]).pop("RPM")
 
 
@@ -113,7 +113,7 @@ def test_a_stamp_that_is_no_time_is_named_by_row(suffix: str, wrong: str, log: p
     log.loc[9, "Time"] = wrong
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
-    with pytest.raises(LogError, match=r"column 'Time', row 10: .* is no time"):
+    with pytest.raises(LogError, match=r"column 'Time', row 10: .* is not a time"):
         read_log(path, "Time", ["RPM"])
 
 
@@ -121,7 +121,7 @@ def test_a_stamp_that_is_no_time_is_named_by_row(suffix: str, wrong: str, log: p
 def test_numbers_are_no_time(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / f"log{suffix}"
     WRITERS[suffix](log, path)
-    with pytest.raises(LogError, match=r"column 'RPM', row 1: .* is no time"):
+    with pytest.raises(LogError, match=r"column 'RPM', row 1: .* is not a time"):
         read_log(path, "RPM", ["Hole depth"])
 
 
