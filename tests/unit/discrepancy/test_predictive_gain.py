@@ -8,26 +8,28 @@ from drillid.discrepancy.detectors.pooling import detection_gain
 from drillid.discrepancy.predictive_gain import PredictiveGain
 
 
-def detections(*told: tuple[float, float, float]) -> list[Detection]:
-    return [Detection("torque_limit", row, 1.0, size, error, ratio) for row, (size, error, ratio) in enumerate(told)]
+def detections(*measured: tuple[float, float, float]) -> list[Detection]:
+    return [
+        Detection("torque_limit", row, 1.0, size, error, ratio) for row, (size, error, ratio) in enumerate(measured)
+    ]
 
 
 def test_windows_that_agree_gain_their_likelihood_less_the_error_of_the_other() -> None:
-    found = detection_gain(detections((5.0, 0.1, 20.0), (5.0, 0.1, 30.0)))
-    # what predicts has the error of one window, so that the deviation is √2 of it
-    assert found.value == pytest.approx(25.0 - np.log(2.0) / 2)
-    assert found.error == pytest.approx(np.sqrt(2 * 20 + 1 + 2 * 30 + 1) / 2)
-    assert found.windows == 2
+    gain = detection_gain(detections((5.0, 0.1, 20.0), (5.0, 0.1, 30.0)))
+    # the prediction has the error of one window too, so that the difference has √2 of it
+    assert gain.value == pytest.approx(25.0 - np.log(2.0) / 2)
+    assert gain.error == pytest.approx(np.sqrt(2 * 20 + 1 + 2 * 30 + 1) / 2)
+    assert gain.windows == 2
 
 
-def test_a_window_that_alone_tells_the_size_keeps_its_likelihood_less_one() -> None:
-    found = detection_gain(detections((7000.0, 40.0, 24.0), (6900.0, np.inf, 0.1), (np.nan, np.inf, 0.0)))
-    assert found.value == pytest.approx((24.0 - 1 + 0.1) / 3)
+def test_a_window_that_alone_determines_the_size_keeps_its_likelihood_less_one() -> None:
+    gain = detection_gain(detections((7000.0, 40.0, 24.0), (6900.0, np.inf, 0.1), (np.nan, np.inf, 0.0)))
+    assert gain.value == pytest.approx((24.0 - 1 + 0.1) / 3)
 
 
 def test_windows_that_contradict_each_other_lose() -> None:
-    apart = detection_gain(detections((5.0, 0.1, 2.0), (-5.0, 0.1, 2.0), (5.0, 0.1, 2.0), (-5.0, 0.1, 2.0)))
-    assert apart.value < 2.0
+    gain = detection_gain(detections((5.0, 0.1, 2.0), (-5.0, 0.1, 2.0), (5.0, 0.1, 2.0), (-5.0, 0.1, 2.0)))
+    assert gain.value < 2.0
 
 
 def test_gains_on_separate_data_add_up_and_their_errors_in_squares() -> None:
@@ -44,7 +46,7 @@ def test_the_lower_end_of_a_gain_holds_in_95_percent_of_sets(windows: int, devia
     Symmetric in the gain itself, the interval would show one at three deviations in about one set of six.
     """
     generator, sets = np.random.default_rng(0), 2000
-    seen = deviations / np.sqrt(windows) + generator.standard_normal((sets, windows))
-    gains = [detection_gain(detections(*((size, 1.0, size**2 / 2) for size in one))) for one in seen]
-    assert np.mean([one.low * windows > deviations**2 / 2 for one in gains]) < 0.05
-    assert np.mean([one.low > 0 for one in gains]) >= shown
+    sizes = deviations / np.sqrt(windows) + generator.standard_normal((sets, windows))
+    gains = [detection_gain(detections(*((size, 1.0, size**2 / 2) for size in row))) for row in sizes]
+    assert np.mean([gain.low * windows > deviations**2 / 2 for gain in gains]) < 0.05
+    assert np.mean([gain.low > 0 for gain in gains]) >= shown
