@@ -1,1 +1,1 @@
-"""Raw logs → one regular series in SI units for each well, with a flag for whatever was done to a sample."""
+"""Raw logs → one regular series in SI units for each well, with a flag for every repair of a sample."""

@@ -1,9 +1,9 @@
 """Time stamps of a log → places of its rows on a regular grid.
 
-A recorder samples by a regular clock; what jitters is mostly the stamp, written when the row
-reaches the recorder. So a regular clock is fitted to the stamps and each row is put on the tick
-that it belongs to. Missing rows leave ticks empty. Where the stamps jump but the signals run on,
-it was the clock that was set, not rows that are missing.
+A recorder samples by a regular clock; the jitter is mostly that of the stamp, written when the row
+reaches the recorder. So a regular clock is fitted to the stamps and each row is assigned to its
+tick. Missing rows leave ticks empty. Where the stamps jump but the signals are continuous, the
+clock was set and no rows are missing.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ from drillid.errors import LogError
 
 _DAY_NS = 86_400_000_000_000
 FEWEST_ROWS = 10
-"""A log needs as many rows, and a column as many values."""
+"""Least number of rows of a log, and of values of a column."""
 _ROUND_TOLERANCE = 1e-3
-"""A clock is taken to run off its nominal rate by less than this, as a share; a round rate further off is another."""
+"""Largest relative deviation of a clock from its nominal rate; a round rate further off is another rate."""
 _LARGEST_TOLERANCE = 0.01
-"""The same for logs that are too short to tell their rate well."""
+"""The same for logs that are too short for an accurate rate."""
 _NO_DRIFT = 0.05
-"""Intervals of drift over a log that are as likely chance."""
+"""Drift over a log, in intervals, that is not significant."""
 _NEAR_TICK = 0.3
-"""A grid joins the grid before it where their ticks differ by less than this share of an interval."""
+"""A grid continues the previous one where their ticks differ by less than this share of an interval."""
 _PHASE_ROWS = 100
-"""Rows on either side over which the stamps' place between ticks is averaged."""
+"""Rows on either side over which the phase of the stamps between ticks is averaged."""
 _PHASE_BREAK = 0.15
-"""Change of that place over a jump, in intervals, from which the clock does not run on through it."""
+"""Change of that phase over a jump, in intervals, from which the clock is not continuous."""
 _LASTING_ROWS = 5
-"""A row whose stamp leaves its neighbours' ticks for fewer rows than this is a late stamp, not a jump."""
+"""Stamps off their neighbours' ticks for fewer rows than this are late stamps, not a jump."""
 _BLOCK = 200_000
-"""Rows worked on at once where that takes much memory."""
+"""Rows processed at once, to limit memory."""
 _EITHER_SIDE = 3
-"""Samples on either side of a jump by which it is judged whether a signal runs on."""
+"""Samples on either side of a jump from which the continuity of a signal is judged."""
 _SHORT_JUMP = 5
-"""Intervals up to which missing rows themselves leave a signal smooth enough to be told from a set clock."""
+"""Jumps of up to so many intervals: a signal with missing rows is smooth over them too."""
 _FAR_ROUGHER = 4.0
-"""How many times rougher a signal must be with missing rows than without, for a short jump to be a set clock."""
+"""Ratio of a signal's roughness with missing rows to that without, above which a short jump is a set clock."""
 
 
 @dataclass(frozen=True)
 class ClockStep:
-    """The recorder's clock was set by `seconds` before `row`; `continues` tells whether the signals ran on."""
+    """The recorder's clock was set by `seconds` before `row`; `continues`: the signals are continuous there."""
 
     row: int
     seconds: float
@@ -58,20 +58,20 @@ class Ticks:
     """A log's rows on its regular grid.
 
     rate : nominal samples per second
-    found : samples per second by the stamps
+    actual : samples per second by the stamps
     origin : time of tick 0, ns since 1970 UTC
     rows : rows in order of time, repeated rows left out, shape (row,)
     tick : tick of each of `rows`, not decreasing, shape (row,)
-    begin, end : times of the first and the last of `rows` by the stamps, their jitter averaged and settings of
-        the clock taken out, ns since 1970 UTC
-    jitter : stamp less tick of the regular clock at the rate `found`, s, shape (row,)
-    repeated : places in `rows` of the rows that others, left out, repeat, shape (repeat,)
-    steps : settings of the clock; `row` counts in `rows`
-    reordered : rows that stood out of order
+    begin, end : times of the first and the last of `rows` by the stamps, their jitter averaged and steps of
+        the clock removed, ns since 1970 UTC
+    jitter : stamp less tick of the regular clock at the rate `actual`, s, shape (row,)
+    repeated : indices in `rows` of the rows that omitted rows repeat, shape (repeat,)
+    steps : steps of the clock; `row` is an index in `rows`
+    reordered : number of rows that were out of order
     """
 
     rate: float
-    found: float
+    actual: float
     origin: int
     begin: int
     end: int
@@ -101,9 +101,9 @@ def place_rows(
     Parameters
     ----------
     stamps : time stamps, ns since 1970 UTC, shape (row,), in the file's order
-    sweep, speed : the two signals by which set clocks are told from missing rows, shape (row,)
+    sweep, speed : the two signals that distinguish a set clock from missing rows, shape (row,)
     rate : nominal samples per second; the roundest that the stamps allow where None
-    anchor : time of a tick of the grid before this one, ns; midnight where None
+    anchor : time of a tick of the previous grid, ns; midnight where None
     where : name of the log for messages
 
     Raises
@@ -117,27 +117,27 @@ def place_rows(
     interval = _interval(stamps[rows], where)
     rows, reordered = _in_order(stamps, rows, interval)
     seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
-    apart, shift = _apart(seconds, interval)
-    apart, moved, steps = _without_steps(apart, shift, sweep[rows], speed[rows], interval)
-    seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(apart)])
+    spacing, shift = _tick_spacing(seconds, interval)
+    spacing, moved, steps = _without_steps(spacing, shift, sweep[rows], speed[rows], interval)
+    seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(spacing)])
     centred = tick - np.mean(tick)
-    found = float(np.dot(centred, centred) / np.dot(centred, seconds))
-    nominal = nominal_rate(found, int(tick[-1])) if rate is None else rate
-    found = nominal if abs(found / nominal - 1) * tick[-1] < _NO_DRIFT else found
-    first, jitter = int(stamps[rows[0]]), seconds - tick / found
+    actual = float(np.dot(centred, centred) / np.dot(centred, seconds))
+    nominal = nominal_rate(actual, int(tick[-1])) if rate is None else rate
+    actual = nominal if abs(actual / nominal - 1) * tick[-1] < _NO_DRIFT else actual
+    first, jitter = int(stamps[rows[0]]), seconds - tick / actual
     begin, end = (first + round(float(np.median(part)) * 1e9) for part in (jitter[:_PHASE_ROWS], jitter[-_PHASE_ROWS:]))
-    origin = _joined(first + round(float(np.median(seconds - tick / nominal)) * 1e9), nominal, anchor)
+    origin = _aligned(first + round(float(np.median(seconds - tick / nominal)) * 1e9), nominal, anchor)
     kept = stamps[rows]
     by_time = np.argsort(kept, kind="stable")
-    twice = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
-    end += round(tick[-1] * 1e9 / found)
+    repeated = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
+    end += round(tick[-1] * 1e9 / actual)
     jitter -= np.median(jitter)
-    return Ticks(nominal, found, origin, begin, end, rows, tick, jitter, twice, steps, reordered)
+    return Ticks(nominal, actual, origin, begin, end, rows, tick, jitter, repeated, steps, reordered)
 
 
 def too_few_rows(where: str, rows: int) -> LogError:
-    """The error of a log too short to tell its clock."""
-    return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Take it out of the logs sheet")
+    """The error of a log too short to determine its clock."""
+    return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Remove it from the logs sheet")
 
 
 def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
@@ -155,11 +155,11 @@ def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[In
 
 
 def _interval(stamps: Integers, where: str) -> float:
-    """Mean interval of unbroken rows, s."""
+    """Mean interval between rows without gaps, s."""
     steps = np.diff(stamps) * 1e-9
     forward = steps[steps > 0]
     if np.sum(steps < 0) > 0.5 * steps.size:
-        what = "its time stamps go backwards: most rows are earlier than the row before them"
+        what = "its time stamps go backwards: most rows are earlier than the previous row"
         raise LogError(where, what, "Export the log in the order of time")
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
@@ -172,7 +172,7 @@ def _interval(stamps: Integers, where: str) -> float:
 
 
 def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
-    """Rows sorted by stamp, where that closes holes and makes no two claim one tick; else the clock was set."""
+    """Rows sorted by stamp, where that closes gaps and no two rows then share a tick; else the clock was set."""
     steps = np.diff(stamps[rows]) * 1e-9
     if not np.any(steps < -0.5 * interval):
         return rows, 0
@@ -185,13 +185,13 @@ def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Intege
     return ordered, int(np.sum(ordered != rows))
 
 
-def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
-    """Ticks from each row to the next, and how far the clock's place between ticks shifts there, shape (row − 1,).
+def _tick_spacing(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
+    """Ticks from each row to the next, and the shift of the clock's phase between ticks there, shape (row − 1,).
 
-    The place of the stamps between ticks is averaged over many rows, as an angle, which missing
-    rows do not change; a stamp then tells its tick for itself as long as it is less than half an
+    The phase of the stamps between ticks is averaged over many rows, as an angle, which missing
+    rows do not change; a stamp then determines its tick as long as it is less than half an
     interval off. A stamp further off differs from its neighbours for a few rows only, whereas
-    missing rows and set clocks shift all that follow: a median filter takes off the former and
+    missing rows and set clocks shift all following rows: a median filter removes the former and
     leaves the latter.
     """
     rows = seconds.size
@@ -200,8 +200,8 @@ def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
     jumps = 1 + np.flatnonzero(np.abs(np.diff(place)) > 1)
     behind = total[jumps] - total[np.maximum(jumps - 1 - _PHASE_ROWS, 0)]
     beyond = total[np.minimum(jumps + _PHASE_ROWS, rows - 1)] - total[jumps]
-    unlike = np.angle(beyond * np.conj(behind)) / (2 * np.pi)
-    breaks = jumps[np.abs(unlike) > _PHASE_BREAK]
+    phase_change = np.angle(beyond * np.conj(behind)) / (2 * np.pi)
+    breaks = jumps[np.abs(phase_change) > _PHASE_BREAK]
     bounds = np.concatenate([[0], breaks, [rows]])
     phase = np.empty(rows)
     for first in range(0, rows, _BLOCK):
@@ -216,44 +216,48 @@ def _apart(seconds: Floats, interval: float) -> tuple[Integers, Floats]:
 
 
 def _without_steps(
-    apart: Integers, shift: Floats, sweep: Floats, speed: Floats, interval: float
+    spacing: Integers, shift: Floats, sweep: Floats, speed: Floats, interval: float
 ) -> tuple[Integers, Floats, tuple[ClockStep, ...]]:
-    """Ticks between rows with settings of the clock taken out, what those moved each stamp by (s), and the settings."""
-    doubtful = np.flatnonzero((apart > 1) | (apart < 0)).tolist()
-    apart, moved, steps = apart.copy(), np.zeros(apart.size + 1), []
+    """Ticks between rows without the steps of the clock, the sum of the steps up to each stamp (s), and the steps."""
+    doubtful = np.flatnonzero((spacing > 1) | (spacing < 0)).tolist()
+    spacing, moved, steps = spacing.copy(), np.zeros(spacing.size + 1), []
     if not doubtful:
-        return apart, moved, ()
-    sweep_ends, speed_ends = _RunsOn(sweep, apart), _RunsOn(speed, apart)
+        return spacing, moved, ()
+    sweep_continuity, speed_continuity = _Continuity(sweep, spacing), _Continuity(speed, spacing)
     for before in doubtful:
-        jump = int(apart[before])
-        runs_on = sweep_ends.moving(before) and sweep_ends.smooth(before, 1) and speed_ends.smooth(before, 1)
+        jump = int(spacing[before])
+        continues = (
+            sweep_continuity.moving(before)
+            and sweep_continuity.smooth(before, 1)
+            and speed_continuity.smooth(before, 1)
+        )
         if 1 < jump <= _SHORT_JUMP:
-            runs_on = runs_on and sweep_ends.told_apart(before, jump)
-        if runs_on or jump < 1:
-            apart[before] = 1 if runs_on else round(1 / interval)
-            moved[before + 1] = (jump - apart[before]) * interval + shift[before]
-            steps.append(ClockStep(before + 1, float(moved[before + 1]), bool(runs_on)))
-    return apart, np.cumsum(moved), tuple(steps)
+            continues = continues and sweep_continuity.rougher_with_gap(before, jump)
+        if continues or jump < 1:
+            spacing[before] = 1 if continues else round(1 / interval)
+            moved[before + 1] = (jump - spacing[before]) * interval + shift[before]
+            steps.append(ClockStep(before + 1, float(moved[before + 1]), bool(continues)))
+    return spacing, np.cumsum(moved), tuple(steps)
 
 
-class _RunsOn:
-    """Whether a signal runs smoothly over a jump of its stamps, judged against its usual smoothness."""
+class _Continuity:
+    """Whether a signal is smooth over a jump of its stamps, compared with its usual smoothness."""
 
-    def __init__(self, signal: Floats, apart: Integers) -> None:
+    def __init__(self, signal: Floats, spacing: Integers) -> None:
         self.signal = signal
         windows = np.lib.stride_tricks.sliding_window_view(signal, 2 * _EITHER_SIDE)
         blocks = range(0, len(windows), _BLOCK)
         usual = np.concatenate([self._misfit(windows[first : first + _BLOCK], 1) for first in blocks])
-        broken = np.convolve(apart != 1, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
+        broken = np.convolve(spacing != 1, np.ones(2 * _EITHER_SIDE - 1), "valid") > 0
         usual = usual[~broken & np.isfinite(usual)]
         self.limit = float(np.quantile(usual, 0.99)) if usual.size else 0.0
 
     @staticmethod
-    def _misfit(samples: Floats, apart: int) -> Floats:
-        """Root of the squared misfit of a cubic to samples (..., 6): three, `apart` intervals, three."""
-        place = np.arange(2 * _EITHER_SIDE, dtype=float)
-        place[_EITHER_SIDE:] += apart - 1
-        basis = np.linalg.qr(np.vander(place / place[-1], 4))[0]
+    def _misfit(samples: Floats, gap: int) -> Floats:
+        """Root of the squared misfit of a cubic to samples (..., 6): three, `gap` intervals, three."""
+        position = np.arange(2 * _EITHER_SIDE, dtype=float)
+        position[_EITHER_SIDE:] += gap - 1
+        basis = np.linalg.qr(np.vander(position / position[-1], 4))[0]
         residual = samples - (samples @ basis) @ basis.T
         return np.asarray(np.sqrt(np.sum(residual**2, axis=-1)))
 
@@ -265,41 +269,41 @@ class _RunsOn:
         around = self._around(before)
         return around.size == 2 * _EITHER_SIDE and bool(np.ptp(around) > 3 * self.limit)
 
-    def smooth(self, before: int, apart: int) -> bool:
-        """Whether the signal is as smooth as usual if the rows around the jump are `apart` intervals apart."""
+    def smooth(self, before: int, gap: int) -> bool:
+        """Whether the signal is as smooth as usual if the rows around the jump are `gap` intervals apart."""
         around = self._around(before)
-        return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, apart) <= self.limit)
+        return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, gap) <= self.limit)
 
-    def told_apart(self, before: int, apart: int) -> bool:
-        """Whether the signal would be far rougher with the rows around the jump `apart` intervals apart than with 1."""
+    def rougher_with_gap(self, before: int, gap: int) -> bool:
+        """Whether the signal would be far rougher with the rows around the jump `gap` intervals apart than with 1."""
         around = self._around(before)
-        rough = self._misfit(around, apart)
+        rough = self._misfit(around, gap)
         return bool(rough > self.limit and rough > _FAR_ROUGHER * self._misfit(around, 1))
 
 
 def rate_tolerance(ticks: int, least: float) -> float:
-    """Share by which the rate of a log of so many ticks may be off a nominal one: half an interval over a short log."""
+    """Relative tolerance of the rate of a log of so many ticks: half an interval over a short log."""
     return max(least, min(0.5 / max(ticks, 1), _LARGEST_TOLERANCE))
 
 
-def nominal_rate(found: float, ticks: int) -> float:
-    """The roundest rate that a clock may be meant to have, in Hz or in ms from sample to sample.
+def nominal_rate(actual: float, ticks: int) -> float:
+    """The roundest rate that a clock may nominally have, in Hz or in ms from sample to sample.
 
     Parameters
     ----------
-    found : samples per second by the stamps, which drift against the samples
+    actual : samples per second by the stamps, which drift against the samples
     ticks : length of the log in samples
     """
     tolerance = rate_tolerance(ticks, _ROUND_TOLERANCE)
     for decimals in range(4):
-        for rate in (round(found, decimals), 1e3 / (round(1e3 / found, decimals) or np.inf)):
-            if rate > 0 and abs(found / rate - 1) < tolerance:
+        for rate in (round(actual, decimals), 1e3 / (round(1e3 / actual, decimals) or np.inf)):
+            if rate > 0 and abs(actual / rate - 1) < tolerance:
                 return float(rate)
-    return found
+    return actual
 
 
-def _joined(origin: int, rate: float, anchor: int | None) -> int:
-    """Origin (ns) moved onto the ticks of an earlier grid, where it is near one."""
+def _aligned(origin: int, rate: float, anchor: int | None) -> int:
+    """Origin (ns) moved to the nearest tick of an earlier grid, where it is close to it."""
     start = origin // _DAY_NS * _DAY_NS if anchor is None else anchor
     ticks = (origin - start) * 1e-9 * rate
     near = round(ticks)
@@ -309,9 +313,9 @@ def _joined(origin: int, rate: float, anchor: int | None) -> int:
 def share_of_real_jitter(signal: Floats, ticks: Ticks) -> float:
     """Share of the stamps' jitter that the samples really have.
 
-    A sample taken j late on a signal of slope f′ is off its tick's value by f′ j, which roughens
-    the signal; the share is that which, taken off, leaves it smoothest (least squares on fourth
-    differences): 0 where the clock is regular and only stamps jitter, 1 where stamps are right.
+    A sample taken j late on a signal of slope f′ differs from its tick's value by f′ j, which makes
+    the signal rougher; the share is that whose subtraction leaves it smoothest (least squares on
+    fourth differences): 0 where the clock is regular and only stamps jitter, 1 where stamps are exact.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The channels of one log on their grid: holes filled where that is sound, everything else flagged and noted."""
+"""The channels of one log on their grid: short holes interpolated, everything else flagged and noted."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from numpy.typing import NDArray
 from drillid.arrays import Array, Booleans, Floats
 from drillid.config.settings import RecordsSettings
 from drillid.datasets.codes import RecordFlag
-from drillid.records.grid import LOOK, Grid, Note
+from drillid.records.grid import CHECK_RECORDER, Grid, Note
 from drillid.records.quality import runs, spikes, stuck
 
 FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
-"""Channels the dynamics are read from; the others are slow and only tell the rig's state."""
+"""Channels that carry the dynamics; the others are slow and only determine the rig's state."""
 _SPLINE_BLOCK = 100_000
-"""Knots of a spline worked on at once."""
+"""Knots of a spline processed at once."""
 _SPLINE_REACH = 50
-"""Knots beyond which a cubic spline feels nothing of a knot: its pull falls by 3.7 from each to the next."""
+"""Knots beyond which a knot has no effect on a cubic spline: it falls by a factor 3.7 from each to the next."""
 _SLOW_HOLD = 5.0
 """A slow channel is interpolated over up to this many of its own intervals."""
 
 
 class Repair:
-    """Works on one channel after the other and gathers flags, shape (time,), and notes on the way."""
+    """Repairs one channel after the other and collects flags, shape (time,), and notes."""
 
     def __init__(self, grid: Grid, rate: float, settings: RecordsSettings) -> None:
         self.grid, self.rate, self.settings = grid, rate, settings
@@ -30,7 +30,7 @@ class Repair:
         self.notes: list[Note] = []
 
     def channel(self, name: str, rows: Array) -> NDArray[np.float32]:
-        """One channel's rows, shape (row,), as its samples, shape (time,); NaN where it cannot be known."""
+        """One channel's rows, shape (row,), as its samples, shape (time,); NaN where they are unknown."""
         samples = np.full(self.grid.size, np.nan, rows.dtype)
         samples[self.grid.position[self.grid.first]] = rows[self.grid.first]
         filled = self._fast(name, samples) if name in FAST_CHANNELS else self._slow(samples)
@@ -50,10 +50,10 @@ class Repair:
         self._flag(holes & ~short, RecordFlag.GAP)
         if np.any(spiky):
             first = self.grid.at(int(np.flatnonzero(spiky)[0]))
-            self._note(f"{int(np.sum(spiky))} spikes in {name} replaced, the first at {first}", LOOK)
+            self._note(f"{int(np.sum(spiky))} spikes in {name} replaced, the first at {first}", CHECK_RECORDER)
         cells = int(np.sum(missing[self.grid.position[self.grid.first]]))
         if cells:
-            self._note(f"{cells} rows hold no {name}", LOOK)
+            self._note(f"{cells} rows hold no {name}", CHECK_RECORDER)
         return samples
 
     def _slow(self, samples: Array) -> Array:
@@ -74,25 +74,25 @@ class Repair:
         moves = {name: np.concatenate([[False], np.abs(np.diff(channels[name])) > 0]) for name in known}
         for name in known:
             others = np.any([moves[other] for other in known if other != name], axis=0)
-            found = stuck(channels[name], others, self.rate, self.settings.stuck_s)
-            self._flag(found, RecordFlag.STUCK)
-            for first, stop in runs(found):
+            unchanged = stuck(channels[name], others, self.rate, self.settings.stuck_s)
+            self._flag(unchanged, RecordFlag.STUCK)
+            for first, stop in runs(unchanged):
                 what = f"{name} does not change for {(stop - first) / self.rate:.1f} s from {self.grid.at(int(first))}"
-                self._note(what, "These samples are flagged and make no window; look at the sensor")
+                self._note(what, "These samples are flagged and left out of the windows; check the sensor")
 
     def note_holes(self) -> None:
-        """Count the rows that were missing, and name each gap."""
+        """Note the number of missing rows, and each gap."""
         empty = np.ones(self.grid.size, dtype=bool)
         empty[self.grid.position] = False
         filled = int(np.sum(empty & ((self.flags & np.uint8(RecordFlag.INTERPOLATED)) > 0)))
         if filled:
-            self._note(f"{filled} rows missing, filled by interpolation", LOOK)
+            self._note(f"{filled} rows missing, filled by interpolation", CHECK_RECORDER)
         for first, stop in runs((self.flags & np.uint8(RecordFlag.GAP)) > 0):
             what = f"gap of {(stop - first) / self.rate:.1f} s at {self.grid.at(int(first))}"
-            self._note(what, "It is left open and no window reaches over it; look at the recorder if this recurs")
-        for position, seconds in self.grid.left_out:
+            self._note(what, "It is not filled and no window contains it; check the recorder if this recurs")
+        for position, seconds in self.grid.omitted_gaps:
             what = f"gap of {seconds:.1f} s after {self.grid.at(position)}"
-            self._note(what, "No samples are stored there; look at the recorder if this recurs")
+            self._note(what, "No samples are stored there; check the recorder if this recurs")
 
     def _flag(self, where: Booleans, flag: RecordFlag) -> None:
         self.flags[where] |= np.uint8(flag)
@@ -104,8 +104,8 @@ class Repair:
 def spline(known: Array, values: Array, wanted: Array) -> Floats:
     """Cubic spline through `values` at `known`, shape (knot,), at `wanted`, shape (place,); both ascend.
 
-    It is made block by block, each with so many knots on either side that it is the whole spline
-    to rounding, because the whole one takes a hundred bytes a knot.
+    It is computed block by block, each with enough knots on either side to equal the whole spline
+    to rounding, because the whole one takes a hundred bytes per knot.
     """
     from scipy.interpolate import CubicSpline
 

@@ -60,7 +60,7 @@ def test_real_jitter_of_the_samples_is_interpolated(tmp_path: Path) -> None:
     taken = sweep_at(at) / 1e3
     log = LOG.assign(Time=START + pd.to_timedelta(np.round(at * 1e9), unit="ns"), SWEEP=taken, TQ=7.0 + taken)
     samples, notes = record(log, tmp_path)
-    assert notes == ["samples were taken off the regular clock (2.31 ms rms); interpolated to it"]
+    assert notes == ["the sampling times deviate from the regular clock (2.31 ms rms); interpolated to it"]
     ends = slice(5, -5)
     off = samples["torque_sweep"].values - sweep_at(np.arange(len(LOG)) / RATE)
     assert np.std(off[ends]) < 0.1 * np.std(log["SWEEP"] * 1e3 - sweep_at(np.arange(len(LOG)) / RATE))
@@ -112,7 +112,7 @@ def test_two_values_at_one_time_keep_the_first(tmp_path: Path) -> None:
 def test_rows_out_of_order_are_sorted(tmp_path: Path) -> None:
     order = np.r_[0:500, 550:600, 500:550, 600 : len(LOG)]
     samples, notes = record(LOG.take(order), tmp_path)
-    assert notes == ["100 rows stood out of order and were sorted by time"]
+    assert notes == ["100 rows were out of order and were sorted by time"]
     np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
 
@@ -124,7 +124,7 @@ def test_a_clock_that_was_set_while_signals_run_on(seconds: float, tmp_path: Pat
     assert len(notes) == 1
     assert "the clock was set by " in notes[0]
     assert float(notes[0].split("set by ")[1].split(" s")[0]) == pytest.approx(seconds, abs=0.005)
-    assert "run on" in notes[0]
+    assert "signals are continuous" in notes[0]
     assert flagged(samples, RecordFlag.CLOCK_STEP) == [1612]
     np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
 
@@ -193,11 +193,11 @@ def test_a_needed_column_without_values_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_stated_rate_is_checked(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="stamps tell 50 samples per second, the rig description 100"):
+    with pytest.raises(LogError, match="stamps give 50 samples per second, the rig description 100"):
         record(LOG, tmp_path, sample_rate=100.0)
     slow = LOG.assign(Time=START + (LOG["Time"] - START) * 1.001)
     samples, notes = record(slow, tmp_path, sample_rate=50.0)
-    assert ["-999 parts in a million" in note for note in notes] == [True]
+    assert ["-999 parts per million" in note for note in notes] == [True]
     assert samples.sizes["time"] == len(LOG)
 
 

@@ -85,14 +85,14 @@ def test_without_any_usable_log_every_reason_stays_and_there_is_no_store(tmp_pat
     problems = process(well(*logs), folders, SETTINGS)
     assert [(Path(row.where).name, row.what) for row in problems] == [
         ("gone.csv", "does not exist"),
-        ("wrong.csv, column 'RPM', row 42", "'n/a!' is no number"),
+        ("wrong.csv, column 'RPM', row 42", "'n/a!' is not a number"),
     ]
     assert all(row.remedy for row in problems)
     assert not folders.has("records", "records")
 
 
 def drifting(seconds: float, parts: float, start: pd.Timestamp = START, phase: float = 0.0) -> pd.DataFrame:
-    """Drilling whose stamps, to the millisecond, drift by so many parts in a million and begin `phase` s later."""
+    """Drilling whose stamps, to the millisecond, drift by so many parts per million and begin `phase` s later."""
     log, jitter = drilling(seconds, start=start), np.random.default_rng(8).normal(0, 5e-4, round(seconds * RATE))
     at = np.arange(len(log)) / RATE * (1 + parts * 1e-6) + phase + jitter
     return log.assign(Time=start + pd.to_timedelta(np.round(at * 1e3), unit="ms"))
@@ -125,7 +125,7 @@ def test_a_large_drift_is_told_and_hides_no_pause(drift: float, tmp_path: Path) 
     second["Time"] += pd.Timedelta(seconds=4)
     records, problems = run(tmp_path, save(first, tmp_path / "a.parquet"), save(second, tmp_path / "b.parquet"))
     assert len(problems) == 2
-    assert all(f"{-drift:+.0f} parts in a million off the rate of 50 Hz" in row.what for row in problems), problems
+    assert all(f"{-drift:+.0f} parts per million off the rate of 50 Hz" in row.what for row in problems), problems
     assert np.max(np.diff(records["time"].values)) == np.timedelta64(4020, "ms")
     assert records.sizes["time"] == len(first) + len(second)
 
@@ -156,5 +156,5 @@ def test_a_bad_stamp_far_down_a_log_is_told_once_with_its_row(tmp_path: Path) ->
     log.to_csv(tmp_path / "log.csv", index=False)
     problems = process(well(tmp_path / "log.csv"), WellFolders(tmp_path / "results", "W1"), SETTINGS)
     assert [(Path(row.where).name, row.what) for row in problems] == [
-        ("log.csv, column 'Time', row 2501", "'noon' is no time")
+        ("log.csv, column 'Time', row 2501", "'noon' is not a time")
     ]
