@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 _SWEEP_FLOOR = 1e-2
 """Sweep power below this share of its median counts as outside of the sweep.
 
-Where the sweeps begin anew their slope jumps, so that a recorded sweep holds mirrored frequencies, at 50 Hz about
-10⁻⁷ of its median power: 0.3 % of the amplitude at this floor, 0.03 % within the sweep's band."""
+At each restart the sweep's slope jumps, so that a recorded sweep contains aliased frequencies, at 50 Hz about 10⁻⁷ of
+its median power: 0.3 % of the amplitude at this floor, 0.03 % within the sweep's band."""
 
 
 def gated_mobility(spectra: xr.Dataset, settings: MobilitySettings) -> xr.Dataset:
-    """Command mobility (window, frequency) with the limits of its coherence and which frequencies pass."""
+    """Command mobility (window, frequency) with the limits of its coherence, and the gate."""
     mobility = command_mobility(spectra)
     return mobility.merge(gate(spectra, mobility["coherence"], settings))
 
 
 def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySettings) -> xr.Dataset:
-    """Least and largest coherence that a frequency may have, and which frequencies pass.
+    """Least and largest admissible coherence of each frequency, and which frequencies pass.
 
-    Coherence γ² of n averages is the share of a signal-to-noise ratio F = (n − 1) γ²/(1 − γ²).
+    Coherence γ² of n averages corresponds to a signal-to-noise ratio F = (n − 1) γ²/(1 − γ²).
     Without response the mean of F over a band follows Fisher's F, whose upper quantile at the
     error rate gives the least coherence: a band passes or fails as a whole, so that no
-    frequency is favoured for a lucky error. With response F follows the non-central F; the
-    best three neighbours of a band, each per its sweep power, set its centre, and its upper
-    quantile, at the error rate shared among the band's frequencies, gives the largest
-    coherence: what is above has a noise too small to be believed.
+    frequency is selected for its random error. With response F follows the non-central F; the
+    best three neighbours of a band, each divided by its sweep power, determine its
+    non-centrality, and its upper quantile, at the error rate shared among the band's
+    frequencies, gives the largest coherence: above it the noise is implausibly small.
     """
     from scipy.special import fdtri
 

@@ -12,8 +12,8 @@ from drillid.spectra.cross_spectra import Spectra
 def command_mobility(spectra: xr.Dataset) -> xr.Dataset:
     """Command mobility with the injected sweep as instrument, its variance and coherence.
 
-    The sweep is known without noise and the noise is independent of it, so that the ratio is
-    without bias in closed loop too. The variance is that of the complex value.
+    The sweep is known without error and the noise is independent of it, so that the ratio is
+    unbiased in closed loop too. The variance is that of the complex value.
     """
     power = spectra["sweep_power"]
     return xr.Dataset(
@@ -31,16 +31,16 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
     """Responses inside the control loop, where the torque command is logged; NaN where it is not.
 
     Joint input–output method with the sweep as instrument (Söderström and Stoica 1989, System
-    Identification, chapter 10): both responses to the sweep are divided, so that noise that goes
-    round the loop biases neither.
+    Identification, chapter 10): the two responses to the sweep are divided, so that noise that
+    circulates in the loop biases neither.
 
     - torque mobility ω/T_com = D e^(−sT_d)/(J_td s + Y_in), free of the controller;
     - control response −(T_com − T_sweep)/ω = A H, controller and filters alone.
 
     To first order the error of a ratio Q = X/Z is (x − Q z)/Z, with x and z the noise of both; its
-    variance is theirs with their covariance. In a clean log the command's noise is the speed's
-    through A H, so that the control response is exact and its variance is what the log adds; the
-    steps of the recorded sweep, which repeat with it, add the same error in every window.
+    variance is theirs with their covariance. In an ideal log the command's noise is the speed's
+    through A H, so that the control response is exact and its variance is that of the recording;
+    the quantisation of the sweep, which repeats with it, causes the same error in every window.
     """
     power, averages = spectra["sweep_power"], spectra["averages"]
     speed, command = spectra["cross_speed"], spectra["cross_command"]
@@ -66,8 +66,8 @@ def closed_loop_responses(spectra: xr.Dataset) -> xr.Dataset:
 def channel_offsets(spectra: xr.Dataset) -> xr.Dataset:
     """Clock offset of the torque command's record in each window, with its standard error; NaN without a command."""
     frequencies = spectra["frequency"].values
-    found = np.full((2, spectra.sizes["window"]), np.nan)
+    offsets = np.full((2, spectra.sizes["window"]), np.nan)
     for row in np.flatnonzero(spectra["cross_command"].notnull().all("frequency").values).tolist():
         estimate = channel_offset(Spectra.of_row(spectra, row), frequencies)
-        found[:, row] = estimate.offset, estimate.standard_error
-    return xr.Dataset({"channel_offset": ("window", found[0]), "channel_offset_error": ("window", found[1])})
+        offsets[:, row] = estimate.offset, estimate.standard_error
+    return xr.Dataset({"channel_offset": ("window", offsets[0]), "channel_offset_error": ("window", offsets[1])})

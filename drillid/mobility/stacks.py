@@ -20,8 +20,8 @@ def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.
     """Stacks of successive windows that share no sample, each weighted by its variance.
 
     A stack grows window by window as long as all of its windows agree within their variances and
-    the depth changes little; where the next one does not agree, the stack ends with a row that
-    says so. The error rate is shared among the tests that one stack can see.
+    the depth changes little; where the next one disagrees, the stack ends and a problem is
+    recorded. The error rate is shared among the possible tests of one stack.
     """
     stacks: list[xr.Dataset] = []
     problems: list[Problem] = []
@@ -47,7 +47,7 @@ def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.
 
 
 def _without_overlap(mobility: xr.Dataset) -> list[int]:
-    """Rows of windows that begin after the one before has ended."""
+    """Rows of windows that begin after the previous one has ended."""
     chosen: list[int] = []
     for row, start in enumerate(mobility["start"].values):
         if not chosen or start >= mobility["end"].values[chosen[-1]]:
@@ -56,7 +56,7 @@ def _without_overlap(mobility: xr.Dataset) -> list[int]:
 
 
 def agreement_p_value(windows: xr.Dataset) -> float:
-    """Chance of so much disagreement between windows (window, frequency) with one common mobility.
+    """p-value of the disagreement between windows (window, frequency) under one common mobility.
 
     Welch's test of equal means with estimated variances (1951) at each frequency, summed over them.
     """
@@ -80,20 +80,20 @@ def agreement_p_value(windows: xr.Dataset) -> float:
 
 
 def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
-    """How many frequencies one noise line serves: ν of its estimate against the n − 1 lines each frequency brings."""
+    """Number of frequencies that share a noise line: ν of the estimate over the n − 1 lines of each frequency."""
     return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 
 def _stack(windows: xr.Dataset, number: int, p_value: float) -> xr.Dataset:
-    """Mean weighted by the estimated variances, whose own errors its variance counts (Meier 1953)."""
+    """Mean weighted by the estimated variances, whose errors are part of its variance (Meier 1953)."""
     used = windows["gate"] == Gate.USED
     weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
     total = weight.sum("window")
-    some = total > 0
-    share = weight / total.where(some)
-    mobility = (share * windows["command_mobility"]).sum("window").where(some)
+    any_used = total > 0
+    share = weight / total.where(any_used)
+    mobility = (share * windows["command_mobility"]).sum("window").where(any_used)
     inflation = 1 + (2 * share * (1 - share) / windows["degrees_of_freedom"]).sum("window")
-    variance = inflation / total.where(some)
+    variance = inflation / total.where(any_used)
     averages = xr.where(used, windows["averages"], 0.0).sum("window")
     signal = np.abs(mobility) ** 2 / variance
     stack = xr.Dataset(
@@ -102,10 +102,10 @@ def _stack(windows: xr.Dataset, number: int, p_value: float) -> xr.Dataset:
             "command_mobility_variance": variance,
             "averages": xr.where(used, windows["averages"] - 1, 0.0).sum("window") + 1,
             "degrees_of_freedom": xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window"),
-            "coherence": (signal / (signal + averages - 1)).where(some, 0.0),
+            "coherence": (signal / (signal + averages - 1)).where(any_used, 0.0),
             "coherence_minimum": windows["coherence_minimum"].mean("window"),
             "coherence_maximum": windows["coherence_maximum"].mean("window"),
-            "gate": xr.where(some, np.int8(Gate.USED), windows["gate"].max("window")),
+            "gate": xr.where(any_used, np.int8(Gate.USED), windows["gate"].max("window")),
             "agreement_p_value": p_value,
             "windows": windows.sizes["window"],
         }

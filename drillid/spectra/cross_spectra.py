@@ -1,4 +1,4 @@
-"""Cross spectra of one window: what all estimators of them return, and Welch's classical averages."""
+"""Cross spectra of one window: the result of all estimators, and Welch's averaged periodograms."""
 
 from __future__ import annotations
 
@@ -30,27 +30,27 @@ class Spectra:
     sweep_rounding: Floats
 
     @staticmethod
-    def of_nothing(size: int) -> Spectra:
-        """Spectra of a window from which none can be made."""
+    def missing(size: int) -> Spectra:
+        """Spectra of a window from which none can be estimated."""
         nothing, count = np.full(size, np.nan), np.full(size, 2.0)
         unknown = nothing + 0j
         return Spectra(nothing, nothing, nothing, nothing, unknown, unknown, unknown, count, count - 1, nothing)
 
     @staticmethod
     def joined(parts: Sequence[Spectra]) -> Spectra:
-        """Spectra of one window from those of successive frequencies."""
+        """Spectra of one window from those of successive bands."""
         return Spectra(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Spectra)))
 
     @staticmethod
     def of_row(spectra: xr.Dataset, row: int) -> Spectra:
-        """Spectra of the window in a row of what `stacked` made."""
+        """Spectra of the window in a row of the dataset of `stacked`."""
         return Spectra(*(spectra[field.name].values[row] for field in fields(Spectra)))
 
 
 def stacked(windows: Sequence[Spectra], frequencies: Floats) -> xr.Dataset:
     """Spectra of one or more windows on the same `frequencies` (Hz) as a dataset (window, frequency)."""
     columns = {
-        field.name: (WINDOW_FREQUENCY, np.stack([getattr(one, field.name) for one in windows]))
+        field.name: (WINDOW_FREQUENCY, np.stack([getattr(window, field.name) for window in windows]))
         for field in fields(Spectra)
     }
     return xr.Dataset(columns, {"frequency": frequencies})
@@ -61,8 +61,8 @@ def welch_spectra(
 ) -> Spectra:
     """Spectra by averaging half-overlapping Hann segments of `segment` s (Welch 1967).
 
-    Frequencies lie two lines of a segment apart, so that neighbours are nearly independent. Samples
-    are rounded to single precision, 1e-7 of the channels' swing, which halves the time.
+    Frequencies are two lines of a segment apart, so that neighbours are nearly independent. Samples
+    are rounded to single precision, 1e-7 of the channels' range, which halves the time.
     """
     samples = round(segment * rate)
     taper = np.hanning(samples + 1)[:-1]

@@ -1,4 +1,4 @@
-"""Even and odd distortion of a repeating exponential sweep, from its early arrival in the impulse response."""
+"""Even and odd distortion of a periodic exponential sweep, from its early arrival in the impulse response."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from drillid.spectra.cross_spectra import Spectra
 _EXPONENTIAL = 0.8
 """Alignment of group delay with the logarithm of frequency below which a sweep is not exponential."""
 _RATES = np.arange(0.05, 4.0, 0.002)
-"""Searched rates, periods of the sweep per factor e of frequency."""
+"""Grid of rates, periods of the sweep per factor e of frequency."""
 _LEAST_LINES = 40
-"""Lines of a band below which its impulse response is too blurred in time to tell arrivals apart."""
+"""Lines of a band below which the time resolution of its impulse response does not separate arrivals."""
 _WIDTH = 0.06
 """Share of the period after the arrival of a distortion over which its power is summed."""
 
@@ -32,7 +32,7 @@ class DistortionLevels:
     noise: Floats
     """Of the mean of all periods."""
     even: Floats
-    """Beyond the noise, of even order; 0 where there is none beyond it, NaN in bands of too few lines."""
+    """Of even order, in excess of the noise; 0 where there is no excess, NaN in bands of too few lines."""
     odd: Floats
     even_detected: Booleans
     """At the error rate, shared among bands and orders."""
@@ -40,7 +40,7 @@ class DistortionLevels:
 
 
 def sweep_rate(cross_phase: Complex, frequencies: Floats, period: float) -> float:
-    """Seconds in which a repeating exponential sweep passes a factor e of frequency.
+    """Time in which a periodic exponential sweep passes a factor e of frequency, s.
 
     Parameters
     ----------
@@ -70,14 +70,14 @@ def distortion_levels(
     """Levels of even and odd distortion and noise, with detection at a stated error rate.
 
     Order n of an exponential sweep is the sweep itself, earlier by `rate` ln n, so that in the
-    impulse response of each band it stands ahead of the linear part (Farina 2000). Power there is
-    compared with what the noise's variance explains (F-test); bands of fewer than 40 lines blur it
-    too much. Order two is taken for even, three
-    for odd. The linear response must have died away before the arrivals, seen modulo the period.
+    impulse response of each band it precedes the linear part (Farina 2000). The power there is
+    compared with the noise's variance (F-test); bands of fewer than 40 lines have too little time
+    resolution. Order two stands for even, three for odd. The linear response must have decayed
+    before the arrivals, modulo the period.
 
     Parameters
     ----------
-    spectra : of a repeating sweep, (frequency,)
+    spectra : of a periodic sweep, (frequency,)
     frequencies : (frequency,) Hz, successive harmonics
     period : s
     rate : s, of `sweep_rate`
@@ -91,8 +91,8 @@ def distortion_levels(
     p_value = error_rate / detected.size
     for number, band in enumerate(bands):
         for order in (2, 3):
-            excess, found = _arrival(spectra, frequencies, band, period, rate * np.log(order), p_value)
-            powers[order - 2, number], detected[order - 2, number] = excess * noise[number], found
+            excess, significant = _arrival(spectra, frequencies, band, period, rate * np.log(order), p_value)
+            powers[order - 2, number], detected[order - 2, number] = excess * noise[number], significant
     levels = np.sqrt(np.maximum(powers, 0))
     return DistortionLevels(edges, response, np.sqrt(noise), levels[0], levels[1], detected[0], detected[1])
 
@@ -100,7 +100,7 @@ def distortion_levels(
 def _arrival(
     spectra: Spectra, frequencies: Floats, band: Booleans, period: float, early: float, p_value: float
 ) -> tuple[float, bool]:
-    """Power that arrives so much early (s) over the band's whole noise, less what noise itself brings; if detected."""
+    """Power that arrives earlier by `early` (s), in excess of the noise, per the band's noise; and whether detected."""
     from scipy.special import fdtri
 
     count = np.count_nonzero(band)
@@ -108,7 +108,7 @@ def _arrival(
         return np.nan, False
     lines = np.rint(frequencies * period).astype(int)
     spectrum = np.zeros(2 * int(lines[-1]) + 1, dtype=complex)
-    # tapered, and not weighted by the sweep's ragged power, so that the strong linear part stays where it is in time
+    # tapered, and not weighted by the sweep's uneven power, so that the strong linear part does not spread in time
     taper = np.hanning(count + 2)[1:-1]
     spectrum[lines[band]] = taper * (spectra.cross_speed / spectra.sweep_power)[band]
     noise = taper**2 * (spectra.speed_noise / spectra.averages / spectra.sweep_power)[band]
@@ -117,8 +117,8 @@ def _arrival(
     inside = np.mod(np.arange(samples) / samples * period + early, period) < _WIDTH * period
     ratio = float(power[inside].mean())
     freedom = 2 * _WIDTH * np.sum(noise) ** 2 / np.sum(noise**2)
-    known = spectra.degrees_of_freedom / np.maximum(spectra.averages - 1, 1)
-    noise_freedom = 2 * count / float(np.mean(known)) * float(np.mean(spectra.degrees_of_freedom))
+    shared = spectra.degrees_of_freedom / np.maximum(spectra.averages - 1, 1)
+    noise_freedom = 2 * count / float(np.mean(shared)) * float(np.mean(spectra.degrees_of_freedom))
     return (ratio - 1) * _WIDTH, bool(ratio > fdtri(freedom, noise_freedom, 1 - p_value))
 
 

@@ -2,7 +2,7 @@
 
 Over a few neighbouring lines the spectrum of the speed is G(f) times that of the sweep, plus the
 transient T(f) of a window that neither begins nor ends at rest, plus noise. G and T are smooth, so
-both are polynomials there, and what is left is noise (Schoukens, Vandersteen, Barbé and Pintelon
+both are polynomials there, and the residual is noise (Schoukens, Vandersteen, Barbé and Pintelon
 2009, Automatica 45; Pintelon and Schoukens 2012, System Identification, chapter 7). Beside a sharp
 resonance G and T share a denominator: the local rational method (McKelvey and Guérin 2012).
 """
@@ -24,14 +24,14 @@ _ORDER = 2
 _DENOMINATOR = 2
 """Order of the denominator of the local rational method."""
 _ITERATIONS = 4
-"""Of the rational method, each with the output that the last one fitted."""
+"""Of the rational method, each with the output fitted by the previous one."""
 _RATIONAL_RATE = 0.01
-"""Share of frequencies without resonance at which the rational method may be taken."""
+"""Share of frequencies without resonance at which the rational method may be chosen."""
 _RIDGE = 1e-13
 _BEYOND = 1.25
-"""Highest line that describes the noise, over the highest one used."""
+"""Highest line from which the noise is modelled, per highest line used."""
 LEAST_LINES = 4
-"""Lines that each frequency needs for itself: half a window's length per frequency spacing and more."""
+"""Lines that each frequency needs for itself: at least half a window's length per frequency spacing."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class _Local:
     place: Floats
     """(line,) −1 to 1."""
     own: Booleans
-    """(line,) nearest to this frequency and to no other."""
+    """(line,) nearer to this frequency than to any other."""
     sweep: Complex
     factor: Complex | None = None
     """(line, line) Cholesky factor of the covariance of the lines' noise; None where they are independent."""
@@ -60,12 +60,12 @@ class _Local:
         return columns if self.factor is None else np.asarray(np.linalg.inv(self.factor) @ columns)
 
     def unwhitened(self, rows: Complex) -> Complex:
-        """Rows (frequency, line) whose noise is as measured again."""
+        """Rows (frequency, line) with the noise as measured."""
         return rows if self.factor is None else np.asarray(rows @ self.factor.T)
 
     @property
     def own_weights(self) -> Complex:
-        """(frequency, line) of a whitened output in the response of the own lines alone."""
+        """(frequency, line) weights of a whitened output in the response of the own lines alone."""
         sweep = np.where(self.own, self.sweep, 0)
         weights = np.conj(sweep)
         if self.factor is not None:
@@ -77,13 +77,13 @@ class _Local:
 
 @dataclass(frozen=True)
 class _Estimate:
-    """Response at each frequency and what the local model leaves over."""
+    """Response at each frequency and the residual of the local model."""
 
     response: Complex
     """(frequency,)."""
     residual: Complex
     """(frequency, line), whitened."""
-    gain: Floats
+    noise_gain: Floats
     """(frequency,) variance of the response per variance of a whitened line."""
     freedom: Integers
     """(frequency,) complex degrees of freedom of the residual."""
@@ -101,15 +101,15 @@ class _Estimate:
 def local_spectra(
     sweep: Floats, speed: Floats, command: Floats, rate: float, frequencies: Floats, noise_lines: int
 ) -> Spectra:
-    """Spectra of a window whose sweep need not repeat.
+    """Spectra of a window whose sweep need not be periodic.
 
-    Over `noise_lines` lines about each frequency the local model is fitted by least squares. The
-    response is then that of the lines between the midpoints to its neighbours, freed of transient
-    and curvature as fitted over all of them: so neighbouring frequencies have hardly any error in
-    common, and together use each line once. `averages` counts these lines. The variance is that of
-    the residual with its degrees of freedom, the lines less the parameters of the local model. Where
-    the rational model leaves significantly less (F-test), it is taken. Where bursts make the noise
-    uneven in time, least squares are weighted with the covariance that this gives the lines.
+    Over `noise_lines` lines around each frequency the local model is fitted by least squares. The
+    response is then that of the lines between the midpoints to its neighbours, less transient and
+    curvature as fitted over all lines: so neighbouring frequencies have nearly independent errors,
+    and together use each line once. `averages` counts these lines. The variance is that of the
+    residual with its degrees of freedom, the lines less the parameters of the local model. Where
+    the residual of the rational model is significantly smaller (F-test), that model is used. Where
+    bursts make the noise non-stationary, least squares are weighted with the lines' covariance.
 
     Parameters
     ----------
@@ -127,35 +127,37 @@ def local_spectra(
     spectra = [rfft(channel - channel.mean()) * (2 / samples) for channel in (sweep, speed, command)]
     local = _Local(offsets / reach, own, _lines(spectra[0], around))
     outputs = [_lines(spectrum, around) for spectrum in spectra[1:]]
-    found, answer = estimates = _estimates(local, outputs)
-    for chosen, factor in _bursts(found.residual, own, around, samples / rate):
+    speed_estimate, command_estimate = estimates = _estimates(local, outputs)
+    for chosen, factor in _bursts(speed_estimate.residual, own, around, samples / rate):
         for estimate, better in zip(
             estimates, _estimates(local.of(chosen, factor), [output[chosen] for output in outputs]), strict=True
         ):
             estimate.replace(chosen, better)
     power = np.mean(np.abs(local.sweep[:, own]) ** 2, axis=1)
-    # so that the noise over the averages is the variance, as in the other estimators
-    per_average = found.gain * power * spacing
-    noise = np.sum(np.abs(found.residual) ** 2, axis=1) / found.freedom * per_average
-    both = np.sum(found.residual * np.conj(answer.residual), axis=1) / np.minimum(found.freedom, answer.freedom)
+    # such that noise over averages is the variance, as in the other estimators
+    per_average = speed_estimate.noise_gain * power * spacing
+    noise = np.sum(np.abs(speed_estimate.residual) ** 2, axis=1) / speed_estimate.freedom * per_average
+    both = np.sum(speed_estimate.residual * np.conj(command_estimate.residual), axis=1) / np.minimum(
+        speed_estimate.freedom, command_estimate.freedom
+    )
     return Spectra(
         sweep_power=power,
-        speed_power=np.abs(found.response) ** 2 * power + noise * (spacing - 1) / spacing,
+        speed_power=np.abs(speed_estimate.response) ** 2 * power + noise * (spacing - 1) / spacing,
         speed_noise=noise,
-        command_noise=np.sum(np.abs(answer.residual) ** 2, axis=1) / answer.freedom * per_average,
-        cross_speed=found.response * power,
-        cross_command=answer.response * power,
+        command_noise=np.sum(np.abs(command_estimate.residual) ** 2, axis=1) / command_estimate.freedom * per_average,
+        cross_speed=speed_estimate.response * power,
+        cross_command=command_estimate.response * power,
         cross_noise=both * per_average,
         averages=np.full(frequencies.size, float(spacing)),
-        degrees_of_freedom=found.freedom.astype(float),
+        degrees_of_freedom=speed_estimate.freedom.astype(float),
         sweep_rounding=np.zeros(frequencies.size),
     )
 
 
 def _bursts(residual: Complex, own: Booleans, around: Integers, seconds: float) -> Iterator[tuple[Indices, Complex]]:
-    """Frequencies of each band with bursts, and the factor of their lines' covariance.
+    """Frequencies of each band with bursts, and the Cholesky factor of their lines' covariance.
 
-    Noise of power p(t) has between lines k and l the covariance Σ p(t) exp(−2πi (k − l) t/T).
+    Noise of power p(t) gives lines k and l the covariance Σ p(t) exp(−2πi (k − l) t/T).
     """
     from scipy.linalg import toeplitz
 
@@ -172,34 +174,34 @@ def _bursts(residual: Complex, own: Booleans, around: Integers, seconds: float) 
 
 
 def _lines(spectrum: Complex, around: Integers) -> Complex:
-    """Lines of a real signal's spectrum, those below zero from their mirror."""
+    """Lines of a real signal's spectrum, those of negative frequency as complex conjugates."""
     return np.asarray(np.where(around < 0, np.conj(spectrum[np.abs(around)]), spectrum[np.abs(around)]))
 
 
 def _estimates(local: _Local, outputs: list[Complex]) -> list[_Estimate]:
-    """For each output the polynomial model, and the rational one where it leaves significantly less."""
+    """For each output the polynomial model, or the rational one where its residual is significantly smaller."""
     powers = local.place[:, None] ** np.arange(_ORDER + 1)
     excited = (local.sweep / local.scale[:, None])[:, :, None] * powers
     columns = local.whitened(np.concatenate([excited, np.broadcast_to(powers, excited.shape)], axis=2))
     least_squares = _LeastSquares(local, columns)
-    found = []
+    estimates = []
     for output in outputs:
         white = local.whitened(output[:, :, None])[:, :, 0]
         plain = least_squares.estimate(white)
         feedback = _feedback(local, powers, output, plain)
-        chosen = np.flatnonzero(_resonant(plain, least_squares.left(feedback)))
+        chosen = np.flatnonzero(_resonant(plain, least_squares.residual(feedback)))
         part, rational = local.of(chosen), plain.of(chosen)
         for _ in range(_ITERATIONS):
             wider = np.concatenate([columns[chosen], _feedback(part, powers, output[chosen], rational)], axis=2)
             rational = _LeastSquares(part, wider).estimate(white[chosen])
         plain.replace(chosen, rational)
-        found.append(plain)
-    return found
+        estimates.append(plain)
+    return estimates
 
 
-def _feedback(local: _Local, powers: Floats, output: Complex, found: _Estimate) -> Complex:
-    """Columns of the denominator: what is fitted to the output, as its own noise would explain itself."""
-    fitted = output - local.unwhitened(found.residual)
+def _feedback(local: _Local, powers: Floats, output: Complex, estimate: _Estimate) -> Complex:
+    """Columns of the denominator, from the fitted output: the measured one would fit its own noise."""
+    fitted = output - local.unwhitened(estimate.residual)
     return local.whitened(_unit(fitted)[:, :, None] * powers[:, 1 : _DENOMINATOR + 1])
 
 
@@ -209,7 +211,7 @@ def _unit(output: Complex) -> Complex:
 
 
 def _resonant(plain: _Estimate, feedback: Complex) -> Booleans:
-    """Where the output itself, times powers of frequency, explains what the polynomials leave (F-test)."""
+    """Where the output times powers of frequency explains the residual of the polynomials (F-test)."""
     from scipy.special import fdtri
 
     conjugate = np.conj(np.swapaxes(feedback, 1, 2))
@@ -217,11 +219,11 @@ def _resonant(plain: _Estimate, feedback: Complex) -> Booleans:
     normal = conjugate @ feedback
     size = np.trace(normal, axis1=1, axis2=2).real[:, None, None]
     normal += (_RIDGE * size + np.finfo(float).tiny) * np.eye(_DENOMINATOR)
-    less = np.vecdot(cross, np.linalg.solve(normal, cross[:, :, None])[:, :, 0]).real
+    explained = np.vecdot(cross, np.linalg.solve(normal, cross[:, :, None])[:, :, 0]).real
     total = np.sum(np.abs(plain.residual) ** 2, axis=1)
     freedom = plain.freedom - _DENOMINATOR
     bound = fdtri(2 * _DENOMINATOR, 2 * freedom, 1 - _RATIONAL_RATE)
-    return np.asarray(less * freedom > bound * _DENOMINATOR * (total - less))
+    return np.asarray(explained * freedom > bound * _DENOMINATOR * (total - explained))
 
 
 class _LeastSquares:
@@ -235,21 +237,21 @@ class _LeastSquares:
         normal[:, range(count), range(count)] += _RIDGE * size[:, None] + np.finfo(float).tiny
         self.inverse = np.linalg.inv(normal)
         own = local.own_weights
-        aim = -np.matvec(np.swapaxes(columns, 1, 2), own)
-        aim[:, 0] += 1 / local.scale
-        self.weights = own + np.conj(np.matvec(columns, np.matvec(self.inverse, np.conj(aim))))
+        target = -np.matvec(np.swapaxes(columns, 1, 2), own)
+        target[:, 0] += 1 / local.scale
+        self.weights = own + np.conj(np.matvec(columns, np.matvec(self.inverse, np.conj(target))))
         """(frequency, line) of the output in the response: the coefficient of column 0, plus the mean
-        of what the fit leaves on the frequency's own lines."""
+        residual of the frequency's own lines."""
 
-    def left(self, targets: Complex) -> Complex:
-        """What the columns leave of targets (frequency, line, target)."""
+    def residual(self, targets: Complex) -> Complex:
+        """Residual of targets (frequency, line, target) after their fit by the columns."""
         return np.asarray(targets - self.columns @ (self.inverse @ (self.conjugate @ targets)))
 
     def estimate(self, output: Complex) -> _Estimate:
         """Response of an output (frequency, line)."""
         return _Estimate(
             np.sum(self.weights * output, axis=1),
-            self.left(output[:, :, None])[:, :, 0],
+            self.residual(output[:, :, None])[:, :, 0],
             np.sum(np.abs(self.weights) ** 2, axis=1),
             np.full(output.shape[0], output.shape[1] - self.columns.shape[2]),
         )

@@ -1,4 +1,4 @@
-"""Noise of a window: its course over frequency, and bursts in time."""
+"""Noise of a window: its spectrum, and bursts in time."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from scipy.fft import irfft, rfft
 from drillid.arrays import Booleans, Complex, Floats
 
 _CORNERS = (0.0, 1.0, 4.0)
-"""Corners of the high pass that is tried, as multiples of the lowest frequency of interest."""
+"""Candidate corners of the high pass, as multiples of the lowest frequency of interest."""
 _ORDER = 40
-"""Of the autoregressive model: at 2.5 times the highest frequency as sample rate, some oscillations of each mode."""
+"""Order of the autoregressive model: at a sample rate of 2.5 times the highest frequency, a few cycles of each mode."""
 _BAND_RATIO = 4.0
-"""Upper over lower edge of the bands in which bursts are looked for: two octaves, as of one sweep."""
+"""Upper over lower edge of the bands in which bursts are sought: two octaves, as of one sweep."""
 _LEAST_S = 5.0
-"""Shortest time over which power is judged, s."""
+"""Shortest time over which power is averaged, s."""
 _CYCLES = 4.0
-"""Product of time and bandwidth over which power is judged at least: eight degrees of freedom."""
+"""Least product of time and bandwidth over which power is averaged: eight degrees of freedom."""
 _ERROR_RATE = 0.01
-"""Chance for each band that a window of stationary Gaussian noise shows a burst."""
+"""Probability, for each band, of a burst being detected in a window of stationary Gaussian noise."""
 
 
 def autoregressive_level(power: Floats) -> Floats:
@@ -41,17 +41,17 @@ def autoregressive_level(power: Floats) -> Floats:
     return np.asarray(1 / np.abs(rfft(np.concatenate([[1.0], -prediction]), 2 * last)) ** 2, dtype=float)
 
 
-def high_pass(power: Floats, between: Booleans, lowest: int) -> Floats:
-    """Fall of the noise towards zero frequency (lines,): the high pass of first order that is most likely.
+def high_pass(power: Floats, unexcited: Booleans, lowest: int) -> Floats:
+    """Fall of the noise towards zero frequency (lines,): the most likely high pass of first order.
 
-    Speed control with integral action lets no slow noise through, which an autoregressive model of a record
-    much shorter than one oscillation of that kind cannot show. The corner is the most likely of a few by
-    Whittle's likelihood of the lines between (1953), where the autoregressive model describes the rest.
+    Speed control with integral action suppresses slow noise, which an autoregressive model with a memory much
+    shorter than such an oscillation cannot represent. The corner is the most likely of a few by Whittle's likelihood
+    (1953) of the unexcited lines, where the autoregressive model describes the rest.
 
     Parameters
     ----------
-    power : (lines,) squares of the lines, 0 where they hold more than noise
-    between : (lines,) those that hold noise alone
+    power : (lines,) squares of the lines, 0 where they contain more than noise
+    unexcited : (lines,) those that contain noise alone
     lowest : lowest line of interest
     """
     squares = np.arange(power.size) ** 2.0
@@ -59,8 +59,8 @@ def high_pass(power: Floats, between: Booleans, lowest: int) -> Floats:
     best, chosen = np.inf, np.ones(power.size)
     for corner in _CORNERS:
         fall = squares / (squares + (corner * lowest) ** 2)
-        level = (fall * autoregressive_level(power / fall))[between]
-        misfit = float(np.log(np.mean(power[between] / level)) + np.mean(np.log(level)))
+        level = (fall * autoregressive_level(power / fall))[unexcited]
+        misfit = float(np.log(np.mean(power[unexcited] / level)) + np.mean(np.log(level)))
         if misfit < best:
             best, chosen = misfit, fall
     return chosen
@@ -68,14 +68,14 @@ def high_pass(power: Floats, between: Booleans, lowest: int) -> Floats:
 
 @dataclass(frozen=True)
 class Weights:
-    """Weight of each sample of each period and its noise power as a multiple of the usual, (period, sample)."""
+    """Weight and relative noise power of each sample of each period, (period, sample)."""
 
     weight: Floats
     power: Floats
 
     @property
     def averages(self) -> float:
-        """Equal periods of usual noise whose mean is as certain as the weighted mean."""
+        """Number of periods of usual noise whose plain mean has the variance of the weighted mean."""
         share = self.weight / self.weight.sum(axis=0)
         return float(1 / np.mean(np.sum(share**2 * self.power, axis=0)))
 
@@ -88,12 +88,12 @@ class Weights:
 
     @property
     def residual(self) -> float:
-        """Power left in the deviations; one less than the number of periods where all weigh the same."""
+        """Power of the deviations; one less than the number of periods where all weights are equal."""
         return float(np.mean(self.weighted_power.sum(axis=0)))
 
     @property
     def efficiency(self) -> float:
-        """Share of the degrees of freedom that uneven power of the deviations leaves."""
+        """Share of the degrees of freedom that remains where the deviations' power is uneven."""
         power = self.weighted_power
         return float(np.mean(power) ** 2 / np.mean(power**2))
 
@@ -113,15 +113,15 @@ def bands(first: int, last: int) -> list[tuple[int, int]]:
 def burst_weights(deviation: Complex, level: Floats, band: tuple[int, int], periods: int, seconds: float) -> Weights:
     """Weights that bound the influence of bursts in one band.
 
-    The deviations from the mean period are whitened, and their power over a few seconds compared
-    with its median over the window. Where it exceeds what Gaussian noise reaches at the error rate,
-    the weight falls as one over the power (Huber's bounded influence on the scale of time); elsewhere
+    The deviations from the mean period are whitened, and their power over a few seconds is compared
+    with its median over the window. Where it exceeds the quantile of Gaussian noise at the error rate,
+    the weight is inversely proportional to the power (Huber's bounded influence, over time); elsewhere
     it is one, so that a window without bursts loses nothing.
 
     Parameters
     ----------
     deviation : (lines,) spectrum of the whole record less its mean period
-    level : (lines,) course of the noise
+    level : (lines,) spectrum of the noise, up to a factor
     band : first and last-plus-one line
     periods, seconds : number of periods, and length of the record in s
     """
@@ -134,7 +134,7 @@ def burst_weights(deviation: Complex, level: Floats, band: tuple[int, int], peri
     bandwidth = (band[1] - band[0]) / seconds
     span = min(max(_LEAST_S, _CYCLES / bandwidth), seconds / periods / 2)
     squares = irfft(white, samples).reshape(periods, -1) ** 2
-    # the jump from the record's end to its beginning, which the mean period spreads to all, is no burst
+    # the jump from the record's end to its beginning, which the mean period spreads to all, is not a burst
     edge = min(_ORDER, squares.shape[1] // 4)
     squares[:, np.arange(-edge // 2, edge)] = np.median(squares) / chdtri(1, 0.5)
     power = uniform_filter1d(squares.ravel(), max(1, round(span / seconds * samples)), mode="wrap")

@@ -1,4 +1,4 @@
-"""Modes of the string from the speed alone, where no sweep runs and the bit's own noise excites it."""
+"""Modes of the string from the speed alone, excited by the bit's own noise without any sweep."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from drillid.errors import EstimationError
 from drillid.spectra.noise import autoregressive_level
 
 _TAPERED = 0.2
-"""Share of the record over which its ends are tapered, so that strong modes do not leak into weak ones."""
+"""Share of the record that is tapered at its ends, so that strong modes do not leak into weak ones."""
 _BEYOND = 1.25
-"""Highest line that describes the spectrum's course, over the highest one used."""
+"""Highest line from which the spectrum is modelled, per highest line used."""
 _PEAK = 1.3
-"""Power of a mode's peak over that of the dips beside it, at least."""
+"""Least power of a mode's peak per that of the dips beside it."""
 _LEAST_LINES = 12
 _BACKGROUND = 3
-"""Degree of the polynomial of the smooth course."""
+"""Degree of the polynomial of the smooth background."""
 _STEPS = 60
 _LONGEST_STEP = 0.3
 
@@ -39,14 +39,14 @@ class PassiveModes:
 def passive_modes(speed: Floats, rate: float, band: tuple[float, float]) -> PassiveModes:
     """Frequencies and damping ratios of the controlled string from the spectrum of the top-drive speed.
 
-    Without a sweep nothing known excites the string, so that no response can be had: the torque
-    command over the speed gives the controller alone, −A H, and the size of the bit's noise cannot be
-    told from the string's mobility. What is left are the poles, which the speed's spectrum shows as
-    peaks. Between bit and top a string has no zeros, so the spectrum is that of all poles together,
-    Π 1/|f_k² − f² + 2iζ_k f_k f|², times a smooth course (the logarithm a cubic of frequency) that
-    stands for the bit's noise and the poles beyond. It is fitted with Whittle's likelihood (1953), and
-    standard errors come from its information. They are those of chance alone: a mode that the
-    controller damps away shows no peak, is not found, and leaves its neighbours biased. On simulated
+    Without a sweep the excitation is unknown, so that no response can be estimated: the torque
+    command over the speed is that of the controller alone, −A H, and the level of the bit's noise is
+    not identifiable separately from the string's mobility. Only the poles are, which the speed's
+    spectrum shows as peaks. From bit to top a string has no zeros, so the spectrum is that of all
+    poles together, Π 1/|f_k² − f² + 2iζ_k f_k f|², times a smooth background (its logarithm a cubic of
+    frequency) for the bit's noise and the poles beyond. It is fitted with Whittle's likelihood (1953),
+    and standard errors come from its information. They are those of random error alone: a mode that
+    the controller damps strongly has no peak, is not found, and biases its neighbours. On simulated
     rigs of 20 minutes frequencies were right within 1 % (beside such a mode 5 %), damping ratios
     within a quarter.
 
@@ -54,12 +54,12 @@ def passive_modes(speed: Floats, rate: float, band: tuple[float, float]) -> Pass
     ----------
     speed : (samples,) rad/s, steady drilling
     rate : Hz
-    band : Hz, lowest and highest frequency at which modes are looked for
+    band : Hz, lowest and highest frequency of the modes
 
     Raises
     ------
     EstimationError
-        If the record is too short for the lowest frequency, or the fit does not settle.
+        If the record is too short for the lowest frequency, or the fit does not converge.
     """
     samples = speed.size
     seconds = samples / rate
@@ -89,11 +89,11 @@ def _peaks(level: Floats, frequency: Floats, band: tuple[float, float]) -> list[
     from scipy.signal import find_peaks
 
     inside = np.flatnonzero((frequency >= band[0]) & (frequency <= band[1]))
-    course = np.log(level[inside])
-    tops = find_peaks(course, prominence=np.log(_PEAK))[0]
+    log_level = np.log(level[inside])
+    tops = find_peaks(log_level, prominence=np.log(_PEAK))[0]
     dips = [
-        int(np.argmin(course[first:stop])) + first
-        for first, stop in zip([0, *tops.tolist()], [*tops.tolist(), course.size], strict=True)
+        int(np.argmin(log_level[first:stop])) + first
+        for first, stop in zip([0, *tops.tolist()], [*tops.tolist(), log_level.size], strict=True)
     ]
     return [
         (int(inside[dips[number]]), int(inside[top]), int(inside[dips[number + 1]]))
@@ -112,19 +112,19 @@ def _fitted(frequency: Floats, power: Floats, starts: Floats) -> tuple[Floats, F
     value = np.concatenate([np.log(starts[:, 0]), np.log(starts[:, 1] / starts[:, 0]), np.zeros(_BACKGROUND + 1)])
     for _ in range(_STEPS):
         natural, ratio = np.exp(2 * value[: 2 * count]).reshape(2, count, 1)
-        away = natural - frequency**2
+        detuning = natural - frequency**2
         damped = 4 * ratio * natural * frequency**2
-        denominator = away**2 + damped
+        denominator = detuning**2 + damped
         slopes = np.concatenate(
-            [-(4 * natural * away + 2 * damped) / denominator, -2 * damped / denominator, background]
+            [-(4 * natural * detuning + 2 * damped) / denominator, -2 * damped / denominator, background]
         )
-        course = value[2 * count :] @ background - np.sum(np.log(denominator), axis=0)
-        level = np.log(np.mean(power * np.exp(-course)))
+        log_model = value[2 * count :] @ background - np.sum(np.log(denominator), axis=0)
+        level = np.log(np.mean(power * np.exp(-log_model)))
         value[2 * count] += level
         information = slopes @ slopes.T
-        step = np.linalg.solve(information, slopes @ (power * np.exp(-course - level) - 1))
+        step = np.linalg.solve(information, slopes @ (power * np.exp(-log_model - level) - 1))
         value += step * min(1.0, _LONGEST_STEP / np.max(np.abs(step)))
         if np.max(np.abs(step)) < 1e-6:
             error = np.sqrt(np.diag(np.linalg.inv(information)))
             return value[: 2 * count].reshape(2, count), error[: 2 * count].reshape(2, count)
-    raise EstimationError("passive modes", "their fit to the spectrum does not settle", "Take a longer record")
+    raise EstimationError("passive modes", "their fit to the spectrum does not converge", "Take a longer record")

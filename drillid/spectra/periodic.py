@@ -1,4 +1,4 @@
-"""Spectra of a window whose sweep repeats: the response from the lines with sweep, the noise from those between."""
+"""Spectra of a window with a periodic sweep: the response from the excited lines, the noise from those between."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _NOT_REPEATING = 0.01
 _SHORTEST_PERIOD = 1.0
 """Periods of the lowest frequency that the sweep's own period must hold at least."""
 _ORDER = 1
-"""Of the local polynomial of the transient: order two removes no more here and adds 3 % to the variance."""
+"""Order of the local polynomial of the transient: order two removes no more and adds 3 % to the variance."""
 _BEYOND = 1.25
-"""Highest line that describes the noise, over the highest one used."""
+"""Highest line from which the noise is modelled, per highest line used."""
 _LEAST_FREEDOM = 6
-"""Degrees of freedom that a variance needs at least, even where drift adds to it."""
+"""Least degrees of freedom of a variance, even where drift adds to it."""
 _LOWER_SHARE = 0.8
-"""Farthest line that describes the noise of a line, as a share of its own number: below is what drift leaves."""
+"""Farthest line from which the noise of a line is estimated, per its own number: below, drift remains."""
 _ROUNDS = 3
-"""Rounds of weighting bursts, each with the noise that the last one left."""
+"""Iterations of the burst weights, each with the noise of the previous one."""
 
 
 def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
-    """Period (s) at which a sweep repeats itself; 0 where it does not within half of the window.
+    """Period (s) of a sweep; 0 where it does not repeat within half of the window.
 
     The shortest lag at which the sweep, less its mean, differs from itself by less than 1 % of its power.
     """
@@ -45,33 +45,33 @@ def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
     shortest = int(_SHORTEST_PERIOD * rate / lowest_frequency)
     inner = difference[1:-1]
     lowest_point = (inner <= difference[:-2]) & (inner <= difference[2:]) & (inner < _NOT_REPEATING)
-    found = np.flatnonzero(lowest_point) + 1
-    found = found[found >= shortest]
-    return float(found[0] / rate) if found.size else 0.0
+    periods = np.flatnonzero(lowest_point) + 1
+    periods = periods[periods >= shortest]
+    return float(periods[0] / rate) if periods.size else 0.0
 
 
 @dataclass(frozen=True)
 class _Lines:
-    """Where the lines of a record of whole periods are."""
+    """The lines of a record of whole periods."""
 
     periods: int
     seconds: float
     harmonics: Integers
-    """(frequency,) lines with sweep."""
+    """(frequency,) excited lines."""
     offsets: Integers
-    """(line,) of the lines between, from their harmonic."""
+    """(line,) of the unexcited lines, relative to their harmonic."""
     last: int
-    """Highest line that is looked at, a whole number of harmonics."""
+    """Highest line that is used, a whole number of harmonics."""
     rounding: float
-    """Mean squared amplitude of what the steps of the recorded sweep add to each of its lines."""
+    """Mean squared amplitude of the sweep's quantisation error in each of its lines."""
 
     def near(self, harmonic: int) -> Integers:
-        """Offsets of the lines that tell the noise of a harmonic and of all above it."""
+        """Offsets of the lines from which the noise of a harmonic and of all above it is estimated."""
         near = self.offsets[np.abs(self.offsets) <= _LOWER_SHARE * harmonic]
         return near if near.size > _ORDER + _LEAST_FREEDOM else self.offsets
 
     @property
-    def between(self) -> Booleans:
+    def unexcited(self) -> Booleans:
         """(last + 1,) lines without sweep."""
         return np.asarray(np.arange(self.last + 1) % self.periods != 0)
 
@@ -79,26 +79,26 @@ class _Lines:
 def line_spectra(
     sweep: Floats, speed: Floats, command: Floats, rate: float, period: float, frequencies: Floats, noise_lines: int
 ) -> Spectra:
-    """Spectra at the harmonics of a repeating sweep, from the whole periods in the window.
+    """Spectra at the harmonics of a periodic sweep, from the whole periods in the window.
 
-    In n periods every n-th line holds the sweep's response, and the n − 1 lines between it and the
-    next are the spread between periods. Three things are taken off: what drifts as a parabola of
-    time, by weighted least squares over all lines between; the transient and other leakage, which
-    run linearly over the nearest `noise_lines` lines between (a local polynomial estimate: Pintelon
+    In n periods every n-th line contains the sweep's response, and the n − 1 lines between it and
+    the next the spread between periods. Three disturbances are removed: drift as a parabola of
+    time, by weighted least squares over all unexcited lines; the transient and other leakage, which
+    are linear over the nearest `noise_lines` unexcited lines (a local polynomial estimate: Pintelon
     and Schoukens 2012, chapter 7); bursts of noise, by weighting each period at each time (`noise`).
-    What these lines then hold, divided by the noise's own smooth course, is the variance; its
-    degrees of freedom are theirs less two, and less again where bursts were weighted down.
+    The power that remains in these lines, divided by the smooth spectrum of the noise, gives the
+    variance; its degrees of freedom are theirs less two, and fewer where bursts are weighted down.
 
     Parameters
     ----------
     sweep, speed, command : (samples,) N m, rad/s, N m; the command may be NaN
     rate, period : Hz, s
     frequencies : (frequency,) Hz, harmonics of the period
-    noise_lines : lines without sweep beside each line with sweep
+    noise_lines : unexcited lines around each excited line
     """
     lines, (of_sweep, of_speed, of_command) = _spectra((sweep, speed, command), rate, period, frequencies, noise_lines)
-    power = np.where(lines.between, np.abs(of_speed) ** 2, 0.0)
-    fall = high_pass(power, lines.between, int(lines.harmonics[0]))
+    power = np.where(lines.unexcited, np.abs(of_speed) ** 2, 0.0)
+    fall = high_pass(power, lines.unexcited, int(lines.harmonics[0]))
     level = fall * autoregressive_level(power / fall)
     outputs = [_without_drift(lines, channel, level) for channel in (of_speed, of_command)]
     parts = []
@@ -124,23 +124,23 @@ def _spectra(
     last = min(next_fast_len(-(-needed // periods), real=True), (samples - 1) // (2 * periods)) * periods
     spectra = [rfft(channel[:samples] - channel[:samples].mean())[: last + 1] * (2 / samples) for channel in channels]
     step = quantisation_step(channels[0][:samples]) or 0.0
-    # of each period alike, so that it neither falls with their number nor shows between them
+    # the same in each period, so that it neither falls with their number nor appears between harmonics
     rounding = 4 * periods / samples * step**2 / 12
     return _Lines(periods, samples / rate, harmonics, offsets, last, rounding), spectra
 
 
 def _noise_offsets(periods: int, noise_lines: int) -> Integers:
     reach = np.arange(1, noise_lines * 2 + 1)
-    between = reach[reach % periods != 0][: (noise_lines + 1) // 2]
-    return np.concatenate([-between[::-1], between])
+    unexcited = reach[reach % periods != 0][: (noise_lines + 1) // 2]
+    return np.concatenate([-unexcited[::-1], unexcited])
 
 
 def _without_drift(lines: _Lines, channel: Complex, level: Floats) -> Complex:
-    """Lines less those of the parabola of time that the lines between show."""
+    """Lines less those of the parabola of time fitted to the unexcited lines."""
     number = np.arange(1, lines.last + 1)
     # lines of a ramp and a parabola over the window, whose ends do not meet
     shapes = np.stack([1j / number, 1 / number**2 + 0j])
-    used = lines.between[1:]
+    used = lines.unexcited[1:]
     weighted = shapes[:, used] / level[1:][used]
     normal = (weighted @ np.conj(shapes[:, used]).T).real
     size = np.linalg.solve(normal, (weighted @ np.conj(channel[1:][used])).real)
@@ -148,23 +148,23 @@ def _without_drift(lines: _Lines, channel: Complex, level: Floats) -> Complex:
 
 
 def _weights(lines: _Lines, speed: Complex, band: tuple[int, int], fall: Floats) -> tuple[Weights | None, Floats]:
-    """Weights against bursts in a band, None where there are none, and the course of the noise."""
-    deviation = np.where(lines.between, speed, 0.0)
+    """Weights against bursts in a band, None without bursts, and the spectrum of the noise."""
+    deviation = np.where(lines.unexcited, speed, 0.0)
     level = fall * autoregressive_level(np.abs(deviation) ** 2 / fall)
     weights = None
     for _ in range(_ROUNDS):
-        found = burst_weights(deviation, level, band, lines.periods, lines.seconds)
-        if np.all(found.weight == 1):
+        candidate = burst_weights(deviation, level, band, lines.periods, lines.seconds)
+        if np.all(candidate.weight == 1):
             break
-        weights = found
+        weights = candidate
         bounded = _weighted(lines, weights, speed, level)
-        deviation = np.where(lines.between, speed, speed - bounded)
-        level = fall * autoregressive_level(np.where(lines.between, np.abs(bounded) ** 2, 0.0) / fall)
+        deviation = np.where(lines.unexcited, speed, speed - bounded)
+        level = fall * autoregressive_level(np.where(lines.unexcited, np.abs(bounded) ** 2, 0.0) / fall)
     return weights, level
 
 
 def _weighted(lines: _Lines, weights: Weights, channel: Complex, level: Floats) -> Complex:
-    """Lines of the weighted periods; weighted when white, as strong lines would leak into weak ones."""
+    """Lines of the weighted periods; whitened for the weighting, as strong lines would leak into weak ones."""
     deviation = np.sqrt(level)
     series = irfft(channel / deviation, 2 * lines.last).reshape(lines.periods, -1)
     return np.asarray(rfft(weights.applied(series).ravel()) * deviation)
@@ -184,17 +184,17 @@ def _at_harmonics(
     powers = (offsets / offsets[-1])[:, None] ** np.arange(_ORDER + 1)
     projector = np.linalg.pinv(powers)
     leverage = 1 + np.sum(projector[0] ** 2)
-    course = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
-    at_line, left = [], []
+    relative_level = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
+    at_line, residuals = [], []
     for channel in outputs:
         noise = channel[np.abs(around)]
         np.conj(noise, out=noise, where=around < 0)
         coefficients = noise @ projector.T
         at_line.append(channel[harmonics] - coefficients[:, 0])
-        left.append((noise - coefficients @ powers.T) * course)
+        residuals.append((noise - coefficients @ powers.T) * relative_level)
     freedom = float(offsets.size - _ORDER - 1)
     scale = leverage * periods / freedom * (1.0 if weights is None else (periods - 1) / weights.residual)
-    speed_noise, command_noise = (np.sum(np.abs(residual) ** 2, axis=1) * scale for residual in left)
+    speed_noise, command_noise = (np.sum(np.abs(residual) ** 2, axis=1) * scale for residual in residuals)
     sweep_line = sweep[harmonics]
     count = np.full(harmonics.size, averages)
     return Spectra(
@@ -204,7 +204,7 @@ def _at_harmonics(
         command_noise=command_noise,
         cross_speed=at_line[0] * np.conj(sweep_line),
         cross_command=at_line[1] * np.conj(sweep_line),
-        cross_noise=np.sum(left[0] * np.conj(left[1]), axis=1) * scale,
+        cross_noise=np.sum(residuals[0] * np.conj(residuals[1]), axis=1) * scale,
         averages=count,
         degrees_of_freedom=np.full(harmonics.size, freedom * (1.0 if weights is None else weights.efficiency)),
         sweep_rounding=np.full(harmonics.size, lines.rounding),

@@ -1,8 +1,8 @@
 """Windows → cross spectra at the sweep's frequencies, and spectrograms (paper, figure 6).
 
-Where the sweep repeats, its own lines and those between them are read (`periodic`). Where it does
-not, response and transient are local polynomials of frequency (`local_polynomial`). Welch's
-averages, the classical way, are taken where the settings ask for them (`cross_spectra`).
+Where the sweep is periodic, its own lines and those between them are used (`periodic`). Where it is
+not, response and transient are local polynomials of frequency (`local_polynomial`). Welch's classical
+averages are used where the settings choose them (`cross_spectra`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 _LEAST_SEGMENTS = 5
-"""Half segments that a window must hold for Welch's averages: four segments that overlap by half."""
+"""Half segments of the shortest window for Welch's averages: four segments that overlap by half."""
 
 
 def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Floats:
@@ -40,9 +40,9 @@ def frequency_grid(period: float, settings: SpectraSettings, rate: float) -> Flo
 
 
 def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tuple[float, Floats]:
-    """Period of most windows' sweeps, s, 0 where none repeats; and the grid, Hz, for the spectra of all of them.
+    """Usual period of the windows' sweeps, s, 0 where none is periodic; and the grid, Hz, for all of their spectra.
 
-    `periods` (window,), s, are 0 where the sweep does not repeat.
+    `periods` (window,), s, are 0 where the sweep is not periodic.
     """
     repeating = periods[periods > 0]
     usual = float(np.median(repeating)) if repeating.size else 0.0
@@ -50,7 +50,7 @@ def usual_sweep(periods: Floats, settings: SpectraSettings, rate: float) -> tupl
 
 
 def is_usual(periods: Floats, usual: float, rate: float) -> Booleans:
-    """Where the sweep repeats with the usual period, to half a sample."""
+    """Where the sweep has the usual period, to half a sample."""
     return (periods > 0) & (np.abs(periods - usual) < 0.5 / rate)
 
 
@@ -69,7 +69,7 @@ def spectrogram(channel: Floats, rate: float, segment: float, highest: float) ->
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Spectra of all windows of a well; nothing of a well without any, as the windows stage says why."""
+    """Spectra of all windows of a well; none for a well without windows, for which the windows stage has the reason."""
     records, windows = folders.read("records", "records"), folders.read("windows", "windows").load()
     if windows.sizes["window"] == 0:
         return []
@@ -83,9 +83,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     lines, others, problems = [], [], []
     for row in rows:
         sweep, speed, command = channels = window_channels(records, windows, row)
-        spectra, found = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
-        if found:
-            problems.append(Problem(window_place(windows, row), *found))
+        spectra, fault = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
+        if fault:
+            problems.append(Problem(window_place(windows, row), *fault))
         torque = command if np.isfinite(command).all() else sweep
         distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
         lines.append(spectra)
@@ -99,7 +99,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 def _estimated(
     channels: Floats, rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
 ) -> tuple[Spectra, tuple[str, str] | None]:
-    """Spectra of one window, and what is wrong with it and what to do, if anything."""
+    """Spectra of one window, and its fault with the remedy, if any."""
     sweep, speed, command = channels
     grid_period = 1 / (frequencies[1] - frequencies[0])
     welch = settings.estimator == "welch"
@@ -108,11 +108,11 @@ def _estimated(
     if repeats and not welch:
         return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines), None
     if sweep.size < needed * rate:
-        return Spectra.of_nothing(frequencies.size), _too_short(needed)
-    told = _not_repeating(period, usual) if usual and not repeats else None
+        return Spectra.missing(frequencies.size), _too_short(needed)
+    fault = _not_periodic(period, usual) if usual and not repeats else None
     if welch:
-        return welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies), told
-    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4), told
+        return welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies), fault
+    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4), fault
 
 
 def _sweep_rate(
@@ -123,7 +123,7 @@ def _sweep_rate(
     period: float,
     frequencies: Floats,
 ) -> float:
-    """Seconds in which the first sweep that repeats passes a factor e; NaN where it is not exponential."""
+    """Time in which the first periodic sweep passes a factor e, s; NaN where it is not exponential."""
     if period == 0 or not repeating.any():
         return np.nan
     [sweep] = window_channels(records, windows, int(np.argmax(repeating)), ("torque_sweep",))
@@ -135,7 +135,7 @@ def _sweep_rate(
 
 
 def _distortion(spectra: Spectra, frequencies: Floats, period: float, factor: float) -> xr.Dataset:
-    """Levels by bands of one window, NaN where its sweep is not exponential or does not repeat."""
+    """Levels by bands of one window, NaN where its sweep is not exponential or not periodic."""
     edges = two_octave_bands(frequencies)
     if np.isnan(factor):
         nothing = np.full(edges.size - 1, np.nan)
@@ -147,14 +147,14 @@ def _distortion(spectra: Spectra, frequencies: Floats, period: float, factor: fl
     return xr.Dataset(columns | detected, {"band": edges[:-1], "band_end": ("band", edges[1:])})
 
 
-def _not_repeating(period: float, usual: float) -> tuple[str, str]:
-    found = (
+def _not_periodic(period: float, usual: float) -> tuple[str, str]:
+    period_words = (
         f"repeats every {period:.2f} s, not every {usual:.2f} s as in the other windows"
         if period
         else "does not repeat"
     )
     return (
-        f"the sweep {found}; its spectra are estimated without that, with larger variance",
+        f"the sweep {period_words}; its spectra are estimated as if it were not periodic, with larger variance",
         "Keep one periodic sweep through a window",
     )
 

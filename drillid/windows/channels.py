@@ -1,4 +1,4 @@
-"""The samples of one window, and of one log, out of a well's records."""
+"""The samples of one window, and the bounds of each log, in a well's records."""
 
 from __future__ import annotations
 

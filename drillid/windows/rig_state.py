@@ -1,4 +1,4 @@
-"""What the rig does at each sample, from whichever channels it logs."""
+"""State of the rig at each sample, from the channels that are logged."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from drillid.records.quality import runs
 NEEDED = ("speed", "torque_sweep", "hole_depth")
 """Channels without which the state is unknown."""
 _SMOOTHING_S = 2.0
-"""Running medians over this time; they leave a change of state where it is."""
+"""Running medians over this time; they do not shift a change of state."""
 _SWEEP_S = 5.0
-"""A sweep shows in any segment of this length, s."""
+"""A sweep is visible in any interval of this length, s."""
 _SWEEP_SHARE = 0.05
 """Share of the sweep's usual range below which it counts as off."""
 _MOVING = 0.02
-"""Bit speed along the hole from which the bit moves, m/s."""
+"""Axial speed above which the bit counts as moving, m/s."""
 _DEEPENING_S = 60.0
-"""Where neither bit depth nor weight is logged, a hole that deepens over this time on either side is drilled, s."""
+"""Where neither bit depth nor weight is logged, the hole's deepening over this time on either side decides, s."""
 _FLOW_SHARE = 0.1
 """Share of the usual flow below which the pumps are off."""
 _WEIGHT_SHARE = 0.1
-"""Share of the usual weight on bit below which the bit is off bottom; only used without bit depth."""
+"""Share of the usual weight on bit below which the bit is off bottom; used without bit depth only."""
 
 
 def rig_states(
@@ -68,13 +68,13 @@ def rig_states(
 
 
 def without_holes(values: Array) -> Array:
-    """A channel with its missing samples interpolated linearly, shape (time,); it must hold one value at least."""
+    """A channel with its missing samples interpolated linearly, shape (time,); it must hold at least one value."""
     missing = ~np.isfinite(values)
     if not np.any(missing):
         return values
-    whole, known = values.copy(), np.flatnonzero(~missing)
-    whole[missing] = np.interp(np.flatnonzero(missing), known, values[known])
-    return whole
+    filled, present = values.copy(), np.flatnonzero(~missing)
+    filled[missing] = np.interp(np.flatnonzero(missing), present, values[present])
+    return filled
 
 
 def _span(seconds: float, rate: float) -> int:
@@ -86,7 +86,7 @@ def _smooth(values: Array, rate: float) -> Array:
 
 
 def _on_bottom(filled: dict[str, Array], rate: float, settings: WindowsSettings) -> Booleans:
-    """By the bit's distance from the bottom; without bit depth by weight; without both by the hole's deepening."""
+    """From the bit's distance to the bottom; without bit depth from weight; without both from the hole's deepening."""
     if "bit_depth" in filled:
         return _smooth(filled["hole_depth"] - filled["bit_depth"], rate) < settings.on_bottom_m
     if "weight_on_bit" in filled:
@@ -103,12 +103,12 @@ def _above_share(values: Array, share: float, rate: float) -> Booleans:
 
 
 def _sweep_on(sweep: Array, unknown: Booleans, rate: float) -> Booleans:
-    """Where the sweep's range over a few seconds is a fair share of its usual one, to the sample.
+    """Where the range of the sweep over a few seconds exceeds a share of its usual one, exact to the sample.
 
-    The range already counts what lies half of those seconds ahead or behind; the running
-    minimum takes that back, but for the samples at either end of a sweep that are near its
-    resting value. Those are told by their difference from it; and as a sweep starts at its
-    resting value, one sample more counts as on at its start.
+    The running range extends each sweep by half of those seconds at both ends; the running
+    minimum reverses that, except for the samples at either end of a sweep that are close to its
+    resting value. Those are recognised by their difference from it; and as a sweep starts at its
+    resting value, one more sample counts as on at its start.
     """
     span = _span(_SWEEP_S, rate)
     swing = maximum_filter1d(sweep, span, mode="nearest") - minimum_filter1d(sweep, span, mode="nearest")

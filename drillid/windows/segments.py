@@ -1,4 +1,4 @@
-"""Segments of one rig state, cut and joined, each with the reason why it makes no window."""
+"""Segments of one rig state, cut and joined, each with the reason why it holds no window."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEGMENT_COLUMNS = ("well", "state", "start", "end", "from_m", "to_m", "duration_
 """Columns of segments.csv: one row for every segment of the recorded time."""
 
 _REGULAR = 1.1
-"""Intervals between samples above which time is missing."""
+"""Spacing of samples, in intervals, above which time is missing."""
 _REASONS = {
     RigState.CONNECTION: "connection",
     RigState.OFF_BOTTOM: "off bottom",
@@ -54,7 +54,7 @@ class Segment:
 
 
 def segments(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: int) -> list[Segment]:
-    """Cut one log where state, time or the flags of stuck sensors break.
+    """Cut one log where the state, the time or the flag of a stuck sensor changes.
 
     Parameters
     ----------
@@ -86,10 +86,10 @@ def segments(part: xr.Dataset, states: NDArray[np.int8], rate: float, offset: in
     ]
 
 
-def joined(found: list[Segment], rate: float) -> list[Segment]:
-    """Segments of one kind made one where no time is missing between them, as where a log goes on in the next."""
+def joined(parts: list[Segment], rate: float) -> list[Segment]:
+    """Segments of one kind joined where no time is missing between them, as where a log continues in the next."""
     result: list[Segment] = []
-    for segment in found:
+    for segment in parts:
         last = result[-1] if result else None
         same = last is not None and (last.state, last.stuck, last.gap) == (segment.state, segment.stuck, segment.gap)
         if last is not None and same and abs(segment.start - last.end) * 1e-9 * rate < _REGULAR - 1:
@@ -100,7 +100,7 @@ def joined(found: list[Segment], rate: float) -> list[Segment]:
 
 
 def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
-    """Cut a segment so that the set point varies by no more than `largest` in each part; bounds of the parts."""
+    """Bounds of the parts of a segment in each of which the set point varies by no more than `largest`."""
     parts, first = [], 0
     while first < set_point.size:
         rest = set_point[first:]
@@ -114,7 +114,7 @@ def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
 def window_starts(samples: int, length: int, overlap: float) -> Integers:
     """First samples of as many windows as fit.
 
-    The last window ends with the segment; what is left over lies at its start, where the rotation settles.
+    The last window ends with the segment; the remainder lies at its start, where the rotation settles.
     """
     if samples < length:
         return np.zeros(0, dtype=np.int64)
@@ -140,7 +140,7 @@ def cut(segment: Segment, part: xr.Dataset, first: int, stop: int, rate: float, 
 
 
 def reason_of(segment: Segment) -> str:
-    """Why a segment that holds no window holds none."""
+    """Why a segment without windows has none."""
     if segment.state is RigState.DRILLING:
         return "a sensor is stuck"
     if segment.state is RigState.UNKNOWN:
