@@ -86,5 +86,7 @@ def at_random(case: Case) -> Answer:
     family = CATALOGUE[name].family if name in CATALOGUE else ""
     probability = float(generator.random())
     low = float(generator.uniform(-1, 1))
-    verdict = Verdict(name, family, probability, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1)
+    verdict = Verdict(
+        name, family, probability, min(depths), max(depths), cause=name, size_low=low, size_high=low + 0.1
+    )
     return Answer((verdict,), float("nan"))

@@ -15,7 +15,7 @@ from benchmarks.blind.generator.effects_string import zone_middle
 from benchmarks.blind.ideal.alike import UNTOLD, imitated, same, stands_in
 from benchmarks.blind.ideal.ideal import Ideal, threshold
 from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.rules import RESPONSES_SHARE, SAME
+from drillid.discrepancy.rules import DISTINCT, RESPONSES_SHARE
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, kind
 from drillid.fleet.provenance import digest, source_hash
 
@@ -104,7 +104,10 @@ def kept_ideals(case: Case, named: frozenset[str] = frozenset()) -> Ideals:
     """
     kept = _kept([str(case)], lambda: asdict(ideals(case)))
     alike = tuple(
-        (*same, *(name for name in sorted(named - {*same}) if _kept_stands_in(case, one, name, SAME)))
+        (
+            *same,
+            *(name for name in sorted(named - {*same}) if _kept_stands_in(case, one, name, DISTINCT)),
+        )
         for same, one in zip(kept["same"], case.hidden, strict=True)
     )
     if case.removed and not kept["imitated"]:

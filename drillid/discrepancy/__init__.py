@@ -1,4 +1,4 @@
-"""The discovery engine: what the model leaves unexplained, its cause, the extended model, the gain."""
+"""The discovery engine: tests of the model, causes of its misfit, the extended model and its predictive gain."""
 
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection

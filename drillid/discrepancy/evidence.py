@@ -1,4 +1,4 @@
-"""What the engine looks at: mobilities of a set of windows with their noise, and what is known about the rig."""
+"""The engine's input: mobilities of a set of windows with their noise, and the rig's data sheet."""
 
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +10,7 @@ from drillid.fits.datasheet import DataSheet
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoints:
-    """How each window was drilled, arrays of shape (window,)."""
+    """Operating points of the windows, arrays of shape (window,)."""
 
     hole_depth: Floats
     """m."""
@@ -31,11 +31,11 @@ class Evidence:
     Raises
     ------
     EstimationError
-        If an array has another shape than (window, frequency), or nothing is used.
+        If an array has another shape than (window, frequency), or no frequency is used.
     """
 
     frequency: Floats
-    """(F,) Hz, rising."""
+    """(F,) Hz, ascending."""
     mobility: Complex
     """(W, F) command mobility, rad/(N m s)."""
     variance: Floats
@@ -43,19 +43,19 @@ class Evidence:
     degrees_of_freedom: Floats
     """(W, F) complex degrees of freedom of the variance."""
     used: Booleans
-    """(W, F) what passed the coherence gate."""
+    """(W, F) whether the coherence gate was passed."""
     operating_points: OperatingPoints
     data_sheet: DataSheet
     fitted: Floats
-    """(W, 8) a fit of the eight parameters to each window on its own, in the order of the schema."""
+    """(W, 8) the eight parameters fitted to each window separately, in the order of the schema."""
     control: Complex | None = None
-    """(W, F) what the control takes back, −(command − sweep)/recorded speed, N m s/rad; NaN where not logged."""
+    """(W, F) response of the control, −(command − sweep)/recorded speed, N m s/rad; NaN where not logged."""
     control_variance: Floats | None = None
     """(W, F) of the complex value, independent in every window."""
     control_rounding: Floats | None = None
-    """(W, F) the same of an error that is one in all windows, by the steps of the recorded sweep."""
+    """(W, F) the same of an error common to all windows, from quantisation of the recorded sweep."""
     detections: tuple[Detection, ...] = field(default=())
-    """Detections in the windows' records, at most one a cause and window."""
+    """Detections in the windows' records, at most one for each cause and window."""
 
     def __post_init__(self) -> None:
         shape = (self.operating_points.bit_depth.size, self.frequency.size)
@@ -64,7 +64,7 @@ class Evidence:
                 raise EstimationError(
                     f"evidence, {name}",
                     f"its shape is {getattr(self, name).shape}, not {shape}",
-                    "Give one row a window and one column a frequency",
+                    "Give one row for each window and one column for each frequency",
                 )
         if not self.used.any():
             raise EstimationError("evidence", "no frequency of any window is used", "Check the coherence gate")
@@ -75,7 +75,7 @@ class Evidence:
         return int(self.mobility.shape[0])
 
     def subset(self, rows: Indices) -> "Evidence":
-        """Some of the windows, with their detections renumbered."""
+        """A selection of the windows, with their detections renumbered."""
         places = {int(row): place for place, row in enumerate(rows)}
         operating_points = OperatingPoints(*(values[rows] for values in vars(self.operating_points).values()))
         detections = tuple(

@@ -1,4 +1,4 @@
-"""Evidence about a set of windows, from what the stages have made of a well and its rig's data sheets."""
+"""Evidence about a set of windows, from the datasets of the stages and the rig's data sheet."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 def gather_well(
     rig: Rig, records: xr.Dataset, windows: xr.Dataset, spectra: xr.Dataset, mobility: xr.Dataset, fits: xr.Dataset
 ) -> Evidence:
-    """Evidence from the datasets of a well's stages; every dataset holds the same windows.
+    """Evidence from the datasets of a well's stages, which hold the same windows.
 
-    Detections are read where a window has a fit. The windows must share one bottom-hole assembly.
+    Windows with a fit have detections. All windows must share one bottom-hole assembly.
     """
     depth = windows["bit_depth"].values
     controller = speed_controller(rig, spectra)
@@ -60,9 +60,9 @@ def gather_well(
 
 
 def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:
-    """Detections of all windows that have a fit; None stands for one without."""
-    read = (detect(record, window) for window, record in enumerate(records) if record is not None)
-    return tuple(detection for detections in read for detection in detections)
+    """Detections of all windows that have a fit; None stands for a window without one."""
+    by_window = (detect(record, window) for window, record in enumerate(records) if record is not None)
+    return tuple(detection for detections in by_window for detection in detections)
 
 
 def assembled(
@@ -100,7 +100,7 @@ class Series:
     speed: Floats
     """rad/s."""
     command: Floats
-    """N m, sweep included; NaN where it is not logged."""
+    """N m, including the sweep; NaN where it is not logged."""
 
 
 def gather(
@@ -111,21 +111,21 @@ def gather(
     Parameters
     ----------
     rate : Hz
-    operating_points : how each of the windows was drilled
+    operating_points : of each window
     settings : of spectra, mobility and fits
 
     Raises
     ------
     EstimationError
-        If there are not as many conditions as windows, or no frequency passes the gate.
+        If there are not as many operating points as windows, or no frequency passes the gate.
     """
     if len(windows) != operating_points.bit_depth.size or not windows:
         raise EstimationError(
             "evidence",
-            f"{len(windows)} windows and {operating_points.bit_depth.size} conditions",
+            f"{len(windows)} windows and {operating_points.bit_depth.size} operating points",
             "Give one for each window",
         )
-    periods = np.array([sweep_period(one.sweep, rate, settings.spectra.frequency_minimum_hz) for one in windows])
+    periods = np.array([sweep_period(window.sweep, rate, settings.spectra.frequency_minimum_hz) for window in windows])
     spectra = _spectra(windows, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
     known = sheet.equipment
@@ -137,8 +137,8 @@ def gather(
     )
     rows = zip(windows, periods, fitted, strict=True)
     records = [
-        WindowRecord(*_channels(one), rate, float(period), own, known) if np.isfinite(own).all() else None
-        for one, period, own in rows
+        WindowRecord(*_channels(window), rate, float(period), own, known) if np.isfinite(own).all() else None
+        for window, period, own in rows
     ]
     return assembled(mobility, operating_points, sheet, fitted, all_detections(records))
 
@@ -152,8 +152,8 @@ def _spectra(windows: Sequence[Series], rate: float, periods: Floats, settings: 
     usual, frequency = usual_sweep(periods, settings.spectra, rate)
     lines = settings.spectra.noise_lines
 
-    def of(window: Series, repeats: bool) -> Spectra:
-        if repeats:
+    def of(window: Series, is_periodic: bool) -> Spectra:
+        if is_periodic:
             return line_spectra(*_channels(window), rate, usual, frequency, lines)
         return local_spectra(*_channels(window), rate, frequency, lines // 4)
 

@@ -1,7 +1,7 @@
-"""The engine's statistical thresholds in one table: value, meaning, where it comes from, and what pins it.
+"""The engine's statistical thresholds in one table: value, meaning, source, and what pins it.
 
-Where a value follows from the stated error rate or from another rule, it is computed here. The others are choices: the
-proof on sealed cases (`make blind`) measures what they lead to, and its figures, such as `false_alarm`, would move.
+A value that follows from the stated error rate or from another rule is computed here. The others are choices: the
+proof on sealed cases (`make blind`) measures their effect, and its scores, such as `false_alarm`, would change.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from scipy.special import ndtri
 
 
 class Rule(float):
-    """A number with its reasons; it counts as the plain number wherever it is used.
+    """A number with its reasons; in use it behaves as the plain number.
 
     Parameters
     ----------
     value : the number, in units of log-likelihood for evidence
     meaning : what it decides
     source : derivation, reference or the consideration behind a choice
-    pinned_by : the test that fails without it (file::name), or the figures of `make blind` that measure it
+    pinned_by : the test that fails without it (file::name), or the scores of `make blind` that measure it
     """
 
     meaning: str
@@ -39,103 +39,103 @@ _ENGINE = "tests/truth/blind/test_engine.py::"
 _PRODUCTS = "tests/truth/discrepancy/test_products.py::"
 _POOLING = "tests/unit/discrepancy/test_pooling.py::"
 
-# how the stated error rate is spent
+# how the stated error rate is divided
 
 RESPONSES_SHARE = Rule(
     0.5,
     "share of the error rate given to the linear responses",
-    "half: most causes show there",
+    "half: most causes show in them",
     "make blind: false_alarm, power_ratio",
 )
 DETECTIONS_SHARE = Rule(
     0.25,
     "share of the error rate that the detections share among them (Bonferroni)",
-    "a quarter, so that a quarter is kept: p-values come from draws and estimates",
+    "a quarter, so that a quarter is reserved: p-values come from draws and estimates",
     "make blind: false_alarm",
 )
 CLOSURE_RATE = Rule(
     0.01,
-    "p-value below which an extended model has not passed the tests that the base model failed, and below which a "
-    "detected cause leaves too much of the record unexplained",
-    "a fifth of the usual error rate of 5 %: closing is asked of every name, so that it may fail in few right ones",
+    "p-value below which an extended model fails the tests that the base model failed, and below which a detected "
+    "cause leaves too much of the record unexplained",
+    "a fifth of the usual error rate of 5 %: every name must pass, so that few right ones may fail",
     "make blind: second_pass_none; " + _ENGINE + "test_a_drift_that_the_catalogue_lacks_is_no_jump",
 )
 
-# what one window's record shows
+# detections in one window's record
 
 CLEAR_DETECTION = Rule(
     4.0,
-    "score from which a cause is taken out of the record before the others are judged",
+    "score from which a cause is subtracted from the record before the others are scored",
     "standard normal: 15 candidates in 1000 windows pass it by chance once in two",
     _DETECTORS + "test_scores_are_standard_normal_without_causes",
 )
 CHANGE_FOLLOWED = Rule(
     2.0,
-    "score from which a change in time is followed along its course",
-    "5 % of windows without a change: following costs time and changes no rate",
+    "score from which the whole course of a change in time is fitted",
+    "5 % of windows without a change: the fit costs time and changes no error rate",
     _DETECTORS + "test_a_large_drift_shows_more_along_its_course_than_by_its_derivative",
 )
 TORQUE_STEP = Rule(
     5.5,
-    "standard deviations from which a step of the torque at the bit is taken out of a record",
-    "two-sided chance 4e-8 at each of some 30 000 samples: noise reaches it once in a thousand windows",
+    "standard deviations from which a step of the torque at the bit is subtracted from a record",
+    "two-sided p-value 4e-8 at each of some 30 000 samples: noise reaches it once in a thousand windows",
     _DETECTORS + "test_harder_rock_is_no_cause_and_hides_none",
 )
 LEAST_BLOCKS = Rule(
     6.0,
-    "effective number of blocks below which a column is borne by too little of the record to be judged",
+    "effective number of blocks below which a column has its energy in too little of the record to be scored",
     "Student's t with fewer degrees of freedom has tails that no score corrects for",
     _DETECTORS + "test_scores_are_standard_normal_without_causes",
 )
 LEAST_MISSING_SHARE = Rule(
     0.5,
-    "amplitude that torque left out by a limit must be able to have, 1 being all of it",
-    "what a drive leaves out it leaves out wholly: a smaller share of it is another cause's",
+    "amplitude that torque missing by a limit must be consistent with, 1 being all of it",
+    "a limit withholds all of the missing torque: a smaller share is due to another cause",
     "make blind: detections_named",
 )
 AMPLITUDE_REACH = Rule(
     3.0,
-    "standard errors within which the amplitude must be able to reach that share",
-    "0.1 % of right amplitudes lie farther off",
+    "standard errors within which the amplitude must reach that share",
+    "0.1 % of true amplitudes lie farther off",
     "make blind: detections_named",
 )
 LINE_KEPT = Rule(
     2.0,
     "log ratio above which a spectral line is kept for pooling over windows",
-    "exponential in noise: one line in e² = 7 has as much; what pooling needs, at little storage",
+    "exponential in noise: one line in e² = 7 exceeds it; enough for pooling, at little storage",
     _DETECTORS + "test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep",
 )
 TONE_WITH_SIZE = Rule(
     2.0,
-    "score from which a tone has a size, and it is asked whether it is motion of the rig",
-    "2 % of windows without a tone: the strongest line of noise is another one in every window",
+    "score from which a tone has a size, and is tested for motion of the rig",
+    "2 % of windows without a tone: the strongest line of noise differs from window to window",
     _DETECTORS + "test_a_tone_is_a_line",
 )
 RESPONSE_MISSING = Rule(
     0.5,
     "share of the control's response that may be missing for a line to be motion of the rig",
-    "half way between a tone of the record alone, which has none, and motion, which has all",
+    "half way between a tone of the recording alone, which has no response, and motion, which has all",
     _DETECTORS + "test_a_bit_that_sticks_and_slips",
 )
 ROUNDING_MATERIAL = Rule(
     1.0,
-    "noise of rounding per noise of all else from which coarse steps are named",
-    "rounding that doubles the noise; at fewer the steps cost less than half a window",
+    "rounding noise relative to all other noise from which coarse quantisation is named",
+    "rounding that doubles the noise; less of it costs less than half a window",
     _DETECTORS + "test_what_the_recorder_does",
 )
 
-# windows taken together
+# pooling over windows
 
 SCATTER_RATE = Rule(
     0.01,
-    "p-value of the scatter between windows from which their stated errors are taken for right",
-    "above it a larger error would cost power in every set, below it one set in a hundred",
+    "p-value of the scatter between windows down to which their stated errors are accepted",
+    "a higher threshold would enlarge errors, and cost power, in more than one set in a hundred",
     "make blind: coverage95",
 )
-AGAINST = Rule(
+LARGEST_COUNTEREVIDENCE = Rule(
     30.0,
-    "most that a detection may say against a cause",
-    "sizes by detections are rough: beyond e³⁰ only their errors would be tested",
+    "largest evidence that a detection can give against a cause",
+    "sizes from detections are rough: beyond e³⁰ only their errors would be tested",
     "make blind: accuracy_at_2x",
 )
 STUDENT_TAIL = Rule(
@@ -146,76 +146,76 @@ STUDENT_TAIL = Rule(
 )
 NEIGHBOURS_SHARE_VARIANCE = Rule(
     1.15,
-    "variance of sums of whitened errors per that of independent ones",
+    "variance of sums of whitened errors relative to that of independent ones",
     "neighbouring lines share estimated variances; measured on simulated noise",
     "tests/unit/discrepancy/test_predictive_gain.py::test_the_lower_end_of_a_gain_holds_in_95_percent_of_sets",
 )
 
-# screening and searching
+# screen and search
 
 TAIL = Rule(
     0.02,
-    "share of draws beyond which the tail of a drawn null distribution is carried on as an exponential",
-    "80 of 4000 draws: enough for the tail's scale to 11 %",
+    "share of draws beyond which the tail of a simulated null distribution is extrapolated as an exponential",
+    "80 of 4000 draws: they determine the tail's scale to 11 %",
     "make blind: false_alarm",
 )
-STRAIGHT = Rule(
+LINEARITY = Rule(
     0.95,
     "correlation from which a cause's response at a size is as good as linear",
-    "beyond it a second direction brings less than a tenth of the information",
+    "above it a second direction adds less than a tenth of the information",
     _ENGINE + "test_a_filter_whose_first_order_a_delay_hides_is_seen",
 )
 WIDE_PRIOR = Rule(
     5.0,
-    "factor by which sizes may exceed what is usual: half of the prior is so much wider",
-    "physical bounds lie at about five times what is usual",
+    "factor by which sizes may exceed the typical size: half of the prior is wider by it",
+    "physical bounds lie at about five times the typical size",
     "make blind: accuracy_at_2x",
 )
 BOUND_REACHED = Rule(
     0.99,
     "share of a physical bound that counts as reaching it",
-    "the fit's own convergence in a size is finer",
+    "the fit converges to a size more closely",
     "make blind: wrong_family_confident",
 )
 FOLLOWED_WITHIN = Rule(
     8.0,
     "evidence behind the best within which causes are fitted non-linearly",
-    "e⁻⁸ of the posterior is given up",
+    "e⁻⁸ of the posterior is neglected",
     "make blind: accuracy_at_2x",
 )
 OBVIOUS_MISFIT = Rule(
     15.0,
-    "linear evidence from which its order of the causes is not trusted and all are fitted",
-    "the second order of the responses counts from there",
+    "linear evidence from which its ranking of the causes is not relied on and all are fitted",
+    "the responses' second order is no longer negligible",
     _ENGINE + "test_an_obvious_cause_is_named_as_itself_or_its_exact_class",
 )
 CONTENDER = Rule(
     0.5,
     "share of the best evidence from which a cause is tried from other sizes too, where the misfit is obvious",
-    "half of it: a local optimum seldom hides more",
+    "half of it: a local optimum seldom costs more",
     "make blind: accuracy_at_2x",
 )
 OUT_OF_REACH = Rule(
     20.0,
-    "cost above the least known from which a fit is no longer followed",
-    "e⁻²⁰ of the posterior is given up",
+    "cost above the least known from which a fit is stopped",
+    "e⁻²⁰ of the posterior is neglected",
     "make blind: accuracy_at_2x",
 )
 SHAPES_WITHIN = Rule(
     2.0,
     "evidence behind the best shape of a cause within which other shapes are fitted",
-    "the linear evidence of shapes is that good",
+    "the accuracy of the linear evidence of shapes",
     _ENGINE + "test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried",
 )
 SHAPE_RESOLVED = Rule(
     1.0,
-    "evidence that a step of a continuous shape may make if it is not to be halved",
+    "change of evidence by a step of a continuous shape below which the step is not halved further",
     "a step of one unit of log-likelihood is within the shape's own error",
     _ENGINE + "test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried",
 )
-OUTLIERS_WORTH = Rule(
+OUTLIER_IMPROVEMENT = Rule(
     0.1,
-    "fall of the cost from which outlier windows are looked for once more",
+    "fall of the cost from which outlier windows are searched for once more",
     "a tenth of a unit of log-likelihood changes no decision",
     _PRODUCTS + "test_an_outlier_window_is_brought_back",
 )
@@ -230,23 +230,23 @@ EVEN_ODDS = Rule(
 )
 CLASS_MASS = Rule(
     0.9,
-    "posterior that the members of a class hold together",
-    "the class is right in nine of ten sets where its causes are alike",
+    "posterior mass of the members of a class",
+    "the class is right in nine of ten sets where its causes are indistinguishable",
     "make blind: accuracy_at_2x",
 )
-TOLD_APART = Rule(
+DISTINGUISHED_SHARE = Rule(
     0.95,
-    "share of sets in which a test between two causes must be right for them to be told apart",
+    "share of sets in which a test between two causes must be right for them to be distinguishable",
     "one less the usual error rate",
     "tests/unit/discrepancy/test_gather.py::test_two_courses_of_a_change_are_a_class_where_they_predict_nearly_the_same",
 )
-SAME = Rule(
-    2 * ndtri(TOLD_APART),
-    "standard deviations between two causes below which they count as the same",
+DISTINCT = Rule(
+    2 * ndtri(DISTINGUISHED_SHARE),
+    "standard deviations between two causes below which they count as indistinguishable",
     "at a distance d the test between them is right in a share Φ(d/2) of sets",
     "tests/unit/discrepancy/test_rules.py::test_derived_rules_follow_from_what_they_are_derived_from",
 )
-PAIR_PRICE = Rule(
+PAIR_PENALTY = Rule(
     np.log(250.0),
     "log odds against a certain second cause beside a first",
     "one set in nine has two causes, and any of 32 may be the second: 8 to 1 times 31, rounded",
@@ -255,36 +255,36 @@ PAIR_PRICE = Rule(
 PAIR_FIRST_WITHIN = Rule(
     12.0,
     "evidence behind the best within which a cause is tried as the first of two",
-    "beyond it the second would have to make up for e¹²",
+    "farther behind, the second would have to make up for e¹²",
     _ENGINE + "test_what_one_of_two_causes_explains_is_no_rival_of_the_other",
 )
 LEFT_UNEXPLAINED = Rule(
     4.0,
-    "evidence that may be left beside a cause before its name is withdrawn",
-    "e⁴ = 55 to 1, less than the price of a second cause",
+    "evidence that may remain beside a cause before its name is withdrawn",
+    "e⁴ = 55 to 1, less than the penalty of a second cause",
     _ENGINE + "test_what_the_catalogue_lacks_has_no_name_of_another",
 )
 SHADOW_OF_EVIDENCE = Rule(
     0.02,
-    "share of the evidence for a cause that may be left beside it as its shadow",
-    "models of causes are right to about 2 % of what they do",
+    "share of the evidence for a cause that may remain beside it as a residue of its own",
+    "models of causes are accurate to about 2 % of their effect",
     "make blind: second_pass_none",
 )
 SHADOW_OF_DETECTION = Rule(
     0.1,
-    "evidence for a second detection, per that of the strongest, below which it counts as its shadow",
-    "columns of detectors are first-order: right to about a third, so to a tenth in evidence",
+    "evidence for a second detection, relative to the strongest, below which it counts as a side effect of that",
+    "columns of detectors are first-order: accurate to about a third, so to a tenth in evidence",
     "make blind: detections_named",
 )
 NAMELESS_EVIDENCE = Rule(
     10.0,
     "evidence from which a detection without a name keeps the verdict that something is wrong",
-    "e¹⁰ = 22 000 to 1, whatever its gain on held-out data",
+    "e¹⁰ = 22 000 to 1, whatever its predictive gain on held-out data",
     _PRODUCTS + "test_a_misfit_without_a_sure_gain_is_unknown_and_never_none",
 )
 REJECTED_PULLS = Rule(
     50.0,
-    "pulls of the data sheets from which the base model is rejected whatever the residuals say",
+    "pulls of the data sheet from which the base model is rejected whatever its residuals",
     "ten tolerances of one parameter, beyond any mistake in stating them",
     _ENGINE + "test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals_are_noise",
 )
@@ -296,14 +296,14 @@ REJECTED_CHI2 = Rule(
 )
 LARGEST_LOG_ODDS = Rule(
     12.0,
-    "largest log odds that stated probabilities tell apart",
+    "largest log odds of a stated probability",
     "sealed cases are far fewer than e¹²",
     "tests/unit/discrepancy/test_verdict.py::test_more_sure_stays_more_sure_and_a_probability_one",
 )
 
 # places and intervals
 
-PLACED = Rule(
+PLACE_CONFIDENCE = Rule(
     0.95,
     "probability that a stated place must have to lie within 5 % of the pipe of the true one",
     "the confidence of all stated intervals",
@@ -317,26 +317,26 @@ PLACE_TOLERANCE = Rule(
 )
 PLACE_NEGLIGIBLE = Rule(
     12.0,
-    "cost above the best place's from which another place counts for nothing",
-    "e⁻¹² of the posterior over places is given up",
+    "cost above the best place's from which another place is neglected",
+    "e⁻¹² of the posterior over places is neglected",
     _PRODUCTS + "test_a_place_is_stated_where_the_noise_permits",
 )
 INTERVAL_EVIDENCE = Rule(
     3.0,
-    "evidence that a beginning and an end in depth must bring, beside the logarithm of the places tried",
-    "one more parameter with its price (Akaike 1974), and e² = 7 to 1",
+    "evidence that a beginning and an end in depth must add, beside the logarithm of the number of places tried",
+    "the penalty of one more parameter (Akaike 1974), and e² = 7 to 1",
     "make blind: second_pass_none",
 )
 DETECTABLE = Rule(
     3.0,
-    "standard deviations at which a cause counts as detectable before anything is looked for",
+    "standard deviations at which a cause counts as detectable in advance",
     "half of all sets pass an ideal test at 0.1 % there",
     _PRODUCTS + "test_every_measurement_helps_or_changes_nothing",
 )
 PART_READ = Rule(
     3.0,
-    "standard errors from which a part of a missing immittance is read out",
-    "0.1 % of parts that are not there",
+    "standard errors from which a component of a missing immittance is reported",
+    "0.1 % of components that are absent",
     _PRODUCTS + "test_nothing_is_read_where_nothing_is_missing",
 )
 
@@ -350,7 +350,7 @@ def page() -> str:
         "# Rules of the discovery engine",
         "",
         "Statistical thresholds, as `drillid/discrepancy/rules.py` has them. Evidence is in units of log-likelihood.",
-        "A rule is pinned by a test, or by the scores of the sealed proof (`make blind`) that it moves.",
+        "A rule is pinned by a test, or by the scores of the sealed proof (`make blind`) that depend on it.",
         "",
         "| rule | value | decides | source | pinned by |",
         "|---|---|---|---|---|",

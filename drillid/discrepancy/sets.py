@@ -1,4 +1,4 @@
-"""A well's windows as sets, one a bottom-hole-assembly run, and what the engine says about each."""
+"""A well's windows as sets, one for each bottom-hole-assembly run, and the engine's verdicts on each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class WellData:
-    """Datasets of one well that the engine looks at; every one but the records holds the same windows."""
+    """Datasets of one well that the engine examines; all but the records hold the same windows."""
 
     rig: Rig
     records: xr.Dataset
@@ -38,14 +38,14 @@ class WellData:
     fits: xr.Dataset
 
     def at(self, rows: Indices) -> WellData:
-        """Some of the windows."""
-        chosen = (one.isel(window=rows) for one in (self.windows, self.spectra, self.mobility, self.fits))
+        """A selection of the windows."""
+        chosen = (dataset.isel(window=rows) for dataset in (self.windows, self.spectra, self.mobility, self.fits))
         return WellData(self.rig, self.records, *chosen)
 
 
 @dataclass(frozen=True, eq=False)
 class ExaminedSet:
-    """Windows of one run with what the engine says about them."""
+    """Windows of one run with their examination."""
 
     rows: Indices
     """Their rows in the well."""
@@ -53,7 +53,7 @@ class ExaminedSet:
 
 
 def window_sets(rig: Rig, windows: xr.Dataset, fits: xr.Dataset) -> list[Indices]:
-    """Rows of the windows with a fit, a set for each run that has any."""
+    """Rows of the windows with a fit, one set for each run that has any."""
     run = runs(rig, windows["bit_depth"].values)
     fitted = np.isfinite(fits["value"].values).all(axis=1)
     return [rows for number in np.unique(run) if (rows := np.flatnonzero((run == number) & fitted)).size]
@@ -64,7 +64,7 @@ def examine_well(data: WellData, error_rate: float) -> list[ExaminedSet]:
 
     Parameters
     ----------
-    error_rate : chance that a well in which nothing is wrong gets any verdict but none; the sets share it
+    error_rate : probability that a well in which nothing is wrong gets a verdict other than none; the sets share it
     """
     sets = window_sets(data.rig, data.windows, data.fits)
     return [ExaminedSet(rows, examine(evidence_of(data.at(rows)), error_rate=error_rate / len(sets))) for rows in sets]
@@ -81,30 +81,33 @@ COLUMNS = (
     *("predictive_gain", "predictive_gain_low", "predictive_gain_high", "held_out_windows"),
     *("what_would_separate", "evidence"),
 )
-"""Of verdicts.csv. The size is that of `cause`, the most likely member of the class."""
+"""Columns of verdicts.csv. The size is that of `cause`, the most likely member of the class."""
 
 
 def verdict_table(well: str, verdicts: Sequence[Verdict]) -> pd.DataFrame:
-    """One row a verdict, in order of depth."""
+    """One row for each verdict, in order of depth."""
     import pandas as pd
 
     rows = [
-        vars(one) | {"well": well, "class": "|".join(one.members)}
-        for one in sorted(verdicts, key=lambda one: (one.from_m, one.to_m))
+        vars(verdict) | {"well": well, "class": "|".join(verdict.members)}
+        for verdict in sorted(verdicts, key=lambda verdict: (verdict.from_m, verdict.to_m))
     ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
 def all_verdicts(sets: Sequence[ExaminedSet], changes: Sequence[Verdict]) -> list[Verdict]:
-    """Verdicts of sets and on intervals; none is said only of a set in which no interval has a verdict either."""
-    said = [each for one in sets for each in one.examination.verdicts]
-    overlapped = [any(each.from_m <= change.to_m and change.from_m <= each.to_m for change in changes) for each in said]
-    kept = [each for each, over in zip(said, overlapped, strict=True) if each.verdict != NONE or not over]
-    return [*kept, *changes]
+    """Verdicts on sets and on intervals; the verdict none stays only where no interval of the set has a verdict."""
+
+    def is_contradicted(verdict: Verdict) -> bool:
+        overlaps = any(verdict.from_m <= change.to_m and change.from_m <= verdict.to_m for change in changes)
+        return verdict.verdict == NONE and overlaps
+
+    verdicts = [verdict for examined in sets for verdict in examined.examination.verdicts]
+    return [*(verdict for verdict in verdicts if not is_contradicted(verdict)), *changes]
 
 
 def read_verdicts(path: Path) -> pd.DataFrame:
-    """The table as it was written; texts that are empty stay texts."""
+    """The table as it was written; empty texts stay texts."""
     import pandas as pd
 
     texts = ("well", "verdict", "family", "class", "cause", "unit", "what_would_separate", "evidence")
@@ -121,10 +124,11 @@ def window_verdicts(
     ----------
     changes : verdicts on intervals of the well, beside those of the sets
     """
-    said = np.full(windows.sizes["window"], "", dtype=object)
+    joined = np.full(windows.sizes["window"], "", dtype=object)
     depth = windows["hole_depth"].values
-    for one in sets:
-        found = [each for each in (*one.examination.verdicts, *changes) if each.verdict != NONE]
-        for row in one.rows:
-            said[row] = " + ".join(each.verdict for each in found if each.from_m <= depth[row] <= each.to_m) or NONE
-    return said
+    for examined in sets:
+        verdicts = [verdict for verdict in (*examined.examination.verdicts, *changes) if verdict.verdict != NONE]
+        for row in examined.rows:
+            valid = (verdict.verdict for verdict in verdicts if verdict.from_m <= depth[row] <= verdict.to_m)
+            joined[row] = " + ".join(valid) or NONE
+    return joined

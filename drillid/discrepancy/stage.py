@@ -1,4 +1,4 @@
-"""What the fitted models leave unexplained, and what the engine says of it: verdicts and extended models."""
+"""Residual tests of the fitted models, and the engine's verdicts and extended models."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 _LAGS = 5
-"""Neighbouring frequencies over which residuals are tested for dependence."""
+"""Largest lag, in frequencies, over which residuals are tested for correlation."""
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
@@ -59,8 +59,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     folders.write("discrepancy", "discrepancy", dataset)
     folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
     table.to_csv(folders.stage("discrepancy") / "intervals.csv", index=False)
-    said = verdict_table(well.name, all_verdicts(sets, changes))
-    said.to_csv(folders.stage("discrepancy") / "verdicts.csv", index=False)
+    verdicts = verdict_table(well.name, all_verdicts(sets, changes))
+    verdicts.to_csv(folders.stage("discrepancy") / "verdicts.csv", index=False)
     return _failed_tests(dataset.isel(window=data.fits["accepted"].values), error_rate)
 
 
@@ -101,7 +101,7 @@ def _change(
     inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
     usual = ~flagged & np.isin(run, run[inside]) & np.isfinite(parameters["damping_bha"][0])
     tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
-    p_value = min(tested * float(np.nanmin([each[inside] for each in p_values])), 1.0)
+    p_value = min(tested * float(np.nanmin([track[inside] for track in p_values])), 1.0)
     return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])
 
 
@@ -112,7 +112,7 @@ def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
 
 
 def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
-    """A row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
+    """One row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
     names = {
         "normality_p_value": "are not Gaussian",
         "whiteness_p_value": "depend on their neighbours in frequency",
@@ -122,7 +122,7 @@ def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
         Problem(
             window_place(dataset, row),
             f"the whitened residuals {meaning} (p-value {float(dataset[name][row]):.2g})",
-            "The noise or the model is not as assumed there; read its errors with care",
+            "The noise or the model is not as assumed there; treat its stated errors with caution",
         )
         for name, meaning in names.items()
         for row in np.flatnonzero(dataset[name].values < bound).tolist()
@@ -130,7 +130,9 @@ def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
 
 
 def whitened_residuals(measured: Measured, parameters: Floats, known: KnownEquipment) -> Complex:
-    """Measured less fitted mobility over the deviation of each component, as if Gaussian; shape (frequency,)."""
+    """Measured less fitted mobility over the standard deviation of each component, transformed from Student's t to
+    normal; shape (frequency,).
+    """
     fitted = command_mobility(drilling_system(parameters, known), laplace(measured.frequency))
     ratio = (measured.mobility - fitted) * np.sqrt(2 / measured.variance)
     freedom = measured.degrees_of_freedom
@@ -138,14 +140,14 @@ def whitened_residuals(measured: Measured, parameters: Floats, known: KnownEquip
 
 
 def normality_p_value(residual: Complex) -> float:
-    """Chance of such residuals if standard normal (Kolmogorov–Smirnov over both components)."""
+    """p-value of the residuals being standard normal (Kolmogorov–Smirnov over both components)."""
     from scipy.stats import kstest
 
     return float(kstest(np.concatenate([residual.real, residual.imag]), "norm").pvalue)
 
 
 def whiteness_p_value(residual: Complex) -> float:
-    """Chance of such correlation between neighbouring frequencies if there is none (Ljung and Box 1978, complex)."""
+    """p-value of the residuals being uncorrelated between neighbouring frequencies (Ljung and Box 1978, complex)."""
     from scipy.special import chdtrc
 
     size = residual.size

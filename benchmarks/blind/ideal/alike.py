@@ -10,9 +10,9 @@ from benchmarks.blind.generator.effects_sensor import nearest_factor, wrong_fact
 from benchmarks.blind.ideal.ideal import CONTINUOUS, IN_TIME, Ideal
 from drillid.arrays import Floats
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.rules import SAME, TOLD_APART
+from drillid.discrepancy.rules import DISTINCT, DISTINGUISHED_SHARE
 
-UNTOLD = Ideal.distance_unaware(TOLD_APART)
+UNTOLD = Ideal.distance_unaware(DISTINGUISHED_SHARE)
 """Standard deviations below which a cause that is not in the catalogue counts as imitated by others."""
 _SIZES = 3
 """Sizes of a cause, from small to the largest that the catalogue allows, that are reckoned with."""
@@ -45,7 +45,10 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     found = {hidden.name}
     alone = ideal.noncentrality((hidden,), beside)
     for rival in starts:
-        if rival.name not in found and _least(ideal, hidden, (ideal.bounded(rival),), alone, SAME, beside) < SAME:
+        if (
+            rival.name not in found
+            and _least(ideal, hidden, (ideal.bounded(rival),), alone, DISTINCT, beside) < DISTINCT
+        ):
             found.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
         found.add("sign_or_unit")
@@ -87,7 +90,7 @@ def imitated(ideal: Ideal, hidden: Hidden) -> bool:
 def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
     """Whether a scale comes too close to that of a wrong unit, which leaves the rest of it."""
     rest = replace(scale, size=(1 + scale.size) / nearest_factor(1 + scale.size) - 1)
-    return ideal.least_distance((rest,)) < SAME**2
+    return ideal.least_distance((rest,)) < DISTINCT**2
 
 
 def _least(

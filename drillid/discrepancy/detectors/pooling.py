@@ -10,7 +10,7 @@ from scipy.stats import binom
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
-from drillid.discrepancy.rules import AGAINST, LINE_KEPT, SCATTER_RATE
+from drillid.discrepancy.rules import LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class PooledDetection:
     def evidence_for(self, size: float) -> float:
         """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero.
 
-        In favour it is bounded by the evidence of the p-value, against by AGAINST.
+        In favour it is bounded by the evidence of the p-value, against by LARGEST_COUNTEREVIDENCE.
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
         ratio = (self.size**2 - (self.size - size) ** 2) / (2 * self.size_error**2)
-        return float(np.clip(ratio, -AGAINST, max(self.log_evidence, 0.0)))
+        return float(np.clip(ratio, -LARGEST_COUNTEREVIDENCE, max(self.log_evidence, 0.0)))
 
 
 def pool(detections: Sequence[Detection]) -> list[PooledDetection]:

@@ -13,7 +13,7 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import Projection, candidates, columns, project, secants
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
-from drillid.discrepancy.rules import STRAIGHT, TAIL, WIDE_PRIOR
+from drillid.discrepancy.rules import LINEARITY, TAIL, WIDE_PRIOR
 
 _DRAWS = 4000
 _SHARES = (1.0, 0.125)
@@ -90,7 +90,7 @@ def _curved(information: Floats, count: int) -> Booleans:
     """Which finite steps of K candidates, (shares · K,), differ in projected direction from infinitesimal ones."""
     small, finite = np.tile(np.arange(count), len(_SHARES)), count + np.arange(len(_SHARES) * count)
     scale = np.sqrt(information[small, small] * information[finite, finite])
-    return np.asarray(np.abs(information[small, finite]) < STRAIGHT * scale, dtype=bool)
+    return np.asarray(np.abs(information[small, finite]) < LINEARITY * scale, dtype=bool)
 
 
 class _Groups:

@@ -16,7 +16,7 @@ from drillid.discrepancy.inference.set_model import (
     Point,
     SetModel,
 )
-from drillid.discrepancy.rules import OUTLIERS_WORTH, STUDENT_TAIL, WIDE_PRIOR
+from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
@@ -149,7 +149,7 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
         if not again.cost < fit.cost:
             break
         fall, fit = fit.cost - again.cost, again
-        if fall < OUTLIERS_WORTH:
+        if fall < OUTLIER_IMPROVEMENT:
             break
     return fit
 

@@ -11,7 +11,7 @@ from drillid.discrepancy.rules import (
     CLASS_MASS,
     CLOSURE_RATE,
     NAMELESS_EVIDENCE,
-    PAIR_PRICE,
+    PAIR_PENALTY,
     SHADOW_OF_DETECTION,
     SHADOW_OF_EVIDENCE,
 )
@@ -59,7 +59,7 @@ def combine_with_detections(
     chosen = [
         detection
         for place, detection in enumerate(chosen)
-        if detection.log_evidence >= max(least, PAIR_PRICE if place else 0.0)
+        if detection.log_evidence >= max(least, PAIR_PENALTY if place else 0.0)
     ]
     # where the strongest is no cause of the catalogue, weaker detections may be side effects of it too
     in_catalogue = not chosen or reasons[chosen[0].cause] != _MISFIT
@@ -99,7 +99,7 @@ def _distorts_responses(examination: Examination, detections: list[PooledDetecti
         return True
     # no linear cause explains a distorted response; one that does must have the evidence of a second cause
     evidence = remaining_evidence(examination.before)
-    stands = evidence > PAIR_PRICE and examination.after.p_value >= CLOSURE_RATE
+    stands = evidence > PAIR_PENALTY and examination.after.p_value >= CLOSURE_RATE
     return not stands and sum(detection.log_evidence for detection in distorting) > evidence
 
 

@@ -16,13 +16,13 @@ from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_da
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
+    DISTINCT,
     LEFT_UNEXPLAINED,
     PAIR_FIRST_WITHIN,
-    PAIR_PRICE,
-    PLACED,
+    PAIR_PENALTY,
+    PLACE_CONFIDENCE,
     REJECTED_CHI2,
     REJECTED_PULLS,
-    SAME,
     SHADOW_OF_EVIDENCE,
 )
 from drillid.discrepancy.verdicts.examination import (
@@ -65,7 +65,7 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
         alternative = _alternative(examination, first, after, causes, generator)
         if alternative is not None:
             chosen, after = alternative
-    total = sum(fit.log_evidence for _, fit in chosen) - PAIR_PRICE * (len(chosen) - 1)
+    total = sum(fit.log_evidence for _, fit in chosen) - PAIR_PENALTY * (len(chosen) - 1)
     is_incomplete = after.p_value < CLOSURE_RATE and remaining_evidence(after) > max(
         LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total
     )
@@ -151,11 +151,11 @@ def _alternative(
             option = (cause.log_evidence, [(own, cause)], after)
         else:
             seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
-            if max((fit.log_evidence for fit in seconds), default=0.0) < PAIR_PRICE:
+            if max((fit.log_evidence for fit in seconds), default=0.0) < PAIR_PENALTY:
                 continue
             second = cause_posterior(seconds, after.unknown_evidence)
             after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
-            total = cause.log_evidence + second.best.log_evidence - PAIR_PRICE
+            total = cause.log_evidence + second.best.log_evidence - PAIR_PENALTY
             option = (total, [(own, cause), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
@@ -239,7 +239,7 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
     model, extensions = result.model, result.extensions
     if not all(CATALOGUE[name].is_place for name in members):
         return float("nan")
-    if place_probability(model, result.extended, extensions, place) < PLACED:
+    if place_probability(model, result.extended, extensions, place) < PLACE_CONFIDENCE:
         return float("nan")
     return extensions[place].shape * float(np.mean(model.length))
 
@@ -268,7 +268,7 @@ def _distinguishable(
     """Whether two causes can be distinguished by their detections, or by their predictions beside the others."""
     detections = [detection for detection in result.detections if detection.cause in (first.name, second.name)]
     by_detections = len(detections) > 1 and distinguishable(*detections)
-    return by_detections or _distance(result.model, first, second, others) >= SAME
+    return by_detections or _distance(result.model, first, second, others) >= DISTINCT
 
 
 def _distance(model: SetModel, first: FittedCause, second: FittedCause, others: tuple[Extension, ...]) -> float:

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.search import FittedCause
-from drillid.discrepancy.rules import CLASS_MASS, SAME
+from drillid.discrepancy.rules import CLASS_MASS, DISTINCT
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
 
 
@@ -58,7 +58,7 @@ def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float) -> Pos
 
 def distinguishable(first: PooledDetection, second: PooledDetection) -> bool:
     """Whether two courses of one change predict records so different that the likelier one is the name."""
-    return min(first.separation, second.separation) >= SAME
+    return min(first.separation, second.separation) >= DISTINCT
 
 
 def class_name(members: Sequence[str]) -> str:
