@@ -1,6 +1,4 @@
-"""The figures of a well that its report tells: how much was identified, what stands out, agreement with the data
-sheets.
-"""
+"""The results of a well in its report: how much was identified, what stands out, agreement with the data sheets."""
 
 from __future__ import annotations
 
@@ -30,23 +28,23 @@ _LEAST_SHARE_FROM_DATA = 0.01
 _AGREES, _DIFFERS = 2.0, 3.0
 """Standard deviations from the data sheets up to which a value agrees, and above which it disagrees."""
 _EVIDENT = 2.0
-"""Pull from which a parameter counts among what rose in an interval."""
+"""Pull from which a parameter counts as raised in an interval."""
 _ROWS_APART = 3
-"""Problems of one kind up to which each has a row of its own."""
+"""Largest number of problems of one kind that each have a row of their own."""
 _TRACKS = dict(zip(EVIDENCE, ("damping_bha", "inertia_bha"), strict=True))
 
 _BOTH = frozenset({"damping_bha", "inertia_bha"})
 EXPLANATIONS = {
     _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves and drags along with the assembly; so "
-    "would cuttings packed around it, or whirl. A caliper log, cuttings returns and downhole vibration data can tell "
-    "them apart.",
+    "would cuttings packed around it, or whirl. A caliper log, cuttings returns and downhole vibration data "
+    "distinguish them.",
     frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
     "around the assembly, whirl or wall contact, or a change of formation or bit wear. A caliper log, cuttings returns "
-    "and downhole vibration data can tell them apart.",
+    "and downhole vibration data distinguish them.",
     frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
     "assembly other than in the tally. Check the tally first.",
 }
-"""What could explain an interval, by the parameters that rose in it; the data alone do not decide."""
+"""Possible explanations of an interval, by the parameters that rose in it; the data alone do not decide."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Rise:
-    """A parameter that rose in an interval: its value there, the usual one, and how many times that it is at least."""
+    """A parameter that rose in an interval: its value there, the usual one, and the least ratio of the two."""
 
     parameter: str
     there: Estimate
@@ -68,14 +66,14 @@ class Rise:
 
     @property
     def least_ratio(self) -> float:
-        """Lowest ratio of the two that their 95 % intervals leave."""
+        """Least ratio of the two within their 95 % intervals."""
         usual = max(self.usual.value + TWO_SIDED * self.usual.error, np.finfo(float).tiny)
         return (self.there.value - TWO_SIDED * self.there.error) / usual
 
 
 @dataclass(frozen=True)
-class Interval:
-    """A flagged interval, m, with what rose in it."""
+class FlaggedInterval:
+    """A flagged interval, m, with the parameters that rose in it."""
 
     from_m: float
     to_m: float
@@ -85,36 +83,39 @@ class Interval:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A parameter from all accepted windows beside the rig's data sheets, SI; `found` is None where the data do not
-    tell.
+    """A parameter from all accepted windows compared with the rig's data sheets, SI.
+
+    `measured` is None where the data do not determine it.
     """
 
     parameter: str
     data_sheet: Estimate
-    found: Estimate | None
+    measured: Estimate | None
 
     @property
     def pull(self) -> float:
         """Difference in standard deviations of both."""
-        if self.found is None:
+        if self.measured is None:
             return float("nan")
-        return (self.found.value - self.data_sheet.value) / float(np.hypot(self.found.error, self.data_sheet.error))
+        return (self.measured.value - self.data_sheet.value) / float(
+            np.hypot(self.measured.error, self.data_sheet.error)
+        )
 
     @property
     def verdict(self) -> str:
         """In words."""
-        if self.found is None:
-            return "the data do not tell"
+        if self.measured is None:
+            return "not determined by the data"
         return "agrees" if abs(self.pull) <= _AGREES else "doubtful" if abs(self.pull) <= _DIFFERS else "disagrees"
 
     @property
-    def off(self) -> bool:
-        """The data tell something else than the data sheets, or may do so."""
+    def deviates(self) -> bool:
+        """The data contradict the data sheets, or may do so."""
         return self.verdict in ("doubtful", "disagrees")
 
 
 @dataclass(frozen=True)
-class Spread:
+class ParameterSpread:
     """A parameter over the windows of one run, SI."""
 
     median: float
@@ -129,8 +130,8 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Run:
-    """One assembly run: depths of its windows (m), their number, and each parameter over those of use."""
+class AssemblyRun:
+    """One assembly run: depths of its windows (m), their number, and each parameter over the windows used."""
 
     from_m: float
     to_m: float
@@ -138,7 +139,7 @@ class Run:
     used: int
     """Windows with an accepted fit that are not flagged."""
     collars: str
-    spreads: dict[str, Spread]
+    spreads: dict[str, ParameterSpread]
 
 
 @dataclass(frozen=True)
@@ -148,15 +149,15 @@ class Identified:
     windows: int
     hours: float
     accepted: int
-    refusals: Counter[str]
+    rejections: Counter[str]
     """Reasons why fits are not accepted, with their windows."""
     chi2: tuple[float, float, float]
     """Median, least and largest chi-squared per degree of freedom of the accepted windows."""
     judged: bool
-    """Some run has windows enough for a usual level to stand out of."""
-    intervals: tuple[Interval, ...]
+    """Whether some run has enough windows for a usual level."""
+    intervals: tuple[FlaggedInterval, ...]
     comparisons: tuple[Comparison, ...]
-    runs: tuple[Run, ...]
+    runs: tuple[AssemblyRun, ...]
 
 
 def identified(folders: WellFolders, rig: Rig) -> Identified:
@@ -172,22 +173,22 @@ def identified(folders: WellFolders, rig: Rig) -> Identified:
         windows=windows.sizes["window"],
         hours=covered_hours(windows["start"].values, windows["end"].values),
         accepted=int(accepted.sum()),
-        refusals=Counter(kinds(pd.Series(fits["reason"].values[~accepted], dtype=str))),
+        rejections=Counter(kinds(pd.Series(fits["reason"].values[~accepted], dtype=str))),
         chi2=(float(np.median(chi2)), float(chi2.min()), float(chi2.max())) if chi2.size else (np.nan,) * 3,
         judged=bool(np.isfinite(discrepancy["damping_pull"].values).any()),
         intervals=tuple(_interval(row, windows, fits, discrepancy, run, quiet) for row in table.to_dict("records")),
-        comparisons=tuple(comparison(fits, name, quiet) for name in PARAMETERS if _told(fits, name)),
+        comparisons=tuple(comparison(fits, name, quiet) for name in PARAMETERS if _stated(fits, name)),
         runs=tuple(_run(number, rig, windows, fits, run, quiet) for number in np.unique(run)),
     )
 
 
 def covered_hours(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) -> float:
-    """Time in windows that begin one after the other, h; where they overlap it counts once."""
+    """Time in windows in order of their start, h; overlaps count once."""
     until = np.minimum(end, np.append(start[1:], end[-1:]))
     return float(np.sum((until - start) / np.timedelta64(1, "h")))
 
 
-def _told(fits: xr.Dataset, name: str) -> bool:
+def _stated(fits: xr.Dataset, name: str) -> bool:
     return bool(np.isfinite(fits["prior"].sel(parameter=name).values).any())
 
 
@@ -198,7 +199,7 @@ def _interval(
     discrepancy: xr.Dataset,
     run: Integers,
     quiet: Booleans,
-) -> Interval:
+) -> FlaggedInterval:
     inside = (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
     inside &= discrepancy["flagged"].values & fits["accepted"].values
     usual = quiet & np.isin(run, run[inside])
@@ -208,7 +209,7 @@ def _interval(
             values = fits.sel(parameter=parameter)
             there, level = (_mean(values, member) for member in (inside, usual))
             rises.append(Rise(parameter, there, level, float(row[track])))
-    return Interval(row["from_m"], row["to_m"], int(row["windows"]), tuple(rises))
+    return FlaggedInterval(row["from_m"], row["to_m"], int(row["windows"]), tuple(rises))
 
 
 def _mean(fit: xr.Dataset, member: Booleans) -> Estimate:
@@ -225,18 +226,18 @@ def weighted_mean(value: Floats, error: Floats) -> Estimate:
 
 
 def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:
-    """What the data alone say about a parameter, beside the data sheets; both as means over the windows.
+    """A parameter from the data alone, and from the data sheets; both as means over the windows.
 
-    Every fit had the data sheets as prior knowledge, so that their share is taken out of each
-    window's estimate first: the information of independent sources adds. The data sheets are
-    wrong by the same share in all windows, so that their error does not average out.
+    Every fit had the data sheets as its prior, whose information is subtracted from each window's
+    estimate first: the information of independent sources adds. The error of the data sheets is
+    the same in all windows, so that it does not average out.
     """
     fit = fits.sel(parameter=name)
     value, error, prior, prior_error = (
-        fit[each].values[member] for each in ("value", "standard_error", "prior", "prior_error")
+        fit[name].values[member] for name in ("value", "standard_error", "prior", "prior_error")
     )
-    told = fit["prior"].values, fit["prior_error"].values
-    data_sheet = Estimate(*(float(np.nanmean(each)) for each in ((prior, prior_error) if prior.size else told)))
+    stated = fit["prior"].values, fit["prior_error"].values
+    data_sheet = Estimate(*(float(np.nanmean(values)) for values in ((prior, prior_error) if prior.size else stated)))
     information = 1 / error**2 - 1 / prior_error**2
     informed = information > _LEAST_SHARE_FROM_DATA / error**2
     if not informed.any():
@@ -246,7 +247,7 @@ def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:
     return Comparison(name, data_sheet, Estimate(data_sheet.value + difference.value, difference.error))
 
 
-def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Integers, quiet: Booleans) -> Run:
+def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Integers, quiet: Booleans) -> AssemblyRun:
     of_run = run == number
     used = of_run & quiet
     collars = rig.collars_at(float(windows["bit_depth"].values[of_run].mean()))
@@ -257,10 +258,10 @@ def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Inte
         value = (fit["value"].values - (shift if name == "length" else 0.0))[used]
         low, middle, high = np.percentile(value, [16, 50, 84]) if value.size else (np.nan,) * 3
         error = np.median(fit["standard_error"].values[used]) if value.size else np.nan
-        spreads[name] = Spread(
+        spreads[name] = ParameterSpread(
             float(middle), float(low), float(high), float(error), int(np.sum(fit["at_bound"].values[used]))
         )
-    return Run(
+    return AssemblyRun(
         from_m=float(windows["depth_from"].values[of_run].min()),
         to_m=float(windows["depth_to"].values[of_run].max()),
         windows=int(of_run.sum()),
@@ -274,7 +275,7 @@ def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Inte
 
 @dataclass(frozen=True)
 class Drilled:
-    """What the logs hold: drilled depths (m) and time (h), and the newest time; NaN and None without any."""
+    """Contents of the logs: drilled depths (m) and time (h), and the newest time; NaN and None without any."""
 
     from_m: float
     to_m: float
@@ -297,9 +298,9 @@ def drilled(segments: pd.DataFrame) -> Drilled:
 
 
 def without_windows(segments: pd.DataFrame) -> pd.DataFrame:
-    """Time that became no window: columns state, reason, segments, minutes; longest first.
+    """Time outside of windows: columns state, reason, segments, minutes; longest first.
 
-    Reasons that differ in their numbers alone count together.
+    Reasons that differ in their numbers only are counted together.
     """
     empty = segments[segments["windows"] == 0]
     reason = kinds(empty["reason"].fillna("").astype(str))
@@ -309,7 +310,7 @@ def without_windows(segments: pd.DataFrame) -> pd.DataFrame:
 
 
 def kinds(reasons: pd.Series[str]) -> pd.Series[str]:
-    """Reasons with … for the numbers in which several of one kind differ."""
+    """Reasons with … in place of numbers in which several of one kind differ."""
     pattern = _without_numbers(reasons)
     different = reasons.groupby(pattern).transform("nunique") > 1
     return reasons.mask(different, pattern)
@@ -322,7 +323,7 @@ def _without_numbers(texts: pd.Series[str]) -> pd.Series[str]:
 def joined(problems: pd.DataFrame) -> pd.DataFrame:
     """Problems of one well for readers: columns stage, where, what, remedy, rows.
 
-    Rows of a stage whose `what` is equal but for its numbers become one, at the place of the
+    Rows of a stage whose `what` is equal except for its numbers become one, at the place of the
     first, as soon as there are more than a few of them; `rows` counts them.
     """
     texts = problems.astype(str)

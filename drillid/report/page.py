@@ -21,28 +21,28 @@ from drillid.report.content import (
     Comparison,
     Drilled,
     Estimate,
+    FlaggedInterval,
     Identified,
-    Interval,
+    ParameterSpread,
     Rise,
-    Spread,
     drilled,
     identified,
     joined,
     read_segments,
     without_windows,
 )
-from drillid.report.verdicts import SetWords, Told, read_told
+from drillid.report.verdicts import SetText, VerdictText, read_verdict_texts
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
 
 TEMPLATES = Path(__file__).parent
 _ILLUSTRATED_WELLS = 25
-"""Wells up to which the report holds all figures; in larger fleets flagged wells show their parameters alone."""
+"""Largest number of wells with all figures in the report; in larger fleets flagged wells show fewer."""
 _LEAST_RATIO, _WHOLE_RATIO = 1.05, 3.0
-"""Ratios below which a rise is not told as a ratio, and from which it is told as a whole number."""
+"""Ratios below which a rise has no ratio in the text, and from which it is a whole number."""
 _WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results"}
-"""Settings that do not change what the report says."""
+"""Settings without effect on the report."""
 _VERDICTS = {
     "agrees": ("agrees with the rig's data sheets", "agree with the rig's data sheets"),
     "doubtful": (
@@ -50,9 +50,9 @@ _VERDICTS = {
         "lie 2 to 3 standard deviations off the data sheets",
     ),
     "disagrees": ("disagrees with the data sheets", "disagree with the data sheets"),
-    "the data do not tell": ("cannot be told from these data", "cannot be told from these data"),
+    "not determined by the data": ("is not determined by these data", "are not determined by these data"),
 }
-"""Verdicts on one and on several parameters."""
+"""Sentences on one and on several parameters, by verdict."""
 
 
 @dataclass(frozen=True)
@@ -69,40 +69,42 @@ class Picture:
 
 @dataclass(frozen=True)
 class WellReport:
-    """Everything that the report says about one well."""
+    """Everything in the report about one well."""
 
     name: str
     description: str
     drilled: Drilled
-    found: Identified | None
+    identified: Identified | None
     """None where the well has no results."""
     unused: pd.DataFrame
     problems: pd.DataFrame
     pictures: tuple[Picture, ...]
-    verdicts: tuple[Told, ...] = ()
-    sets: tuple[SetWords, ...] = ()
+    verdicts: tuple[VerdictText, ...] = ()
+    sets: tuple[SetText, ...] = ()
 
     @property
     def status(self) -> str:
         """One of 'failed', 'flagged', 'clear'."""
-        if self.found is None:
+        if self.identified is None:
             return "failed"
-        return "flagged" if self.found.intervals or self.named else "clear"
+        return "flagged" if self.identified.intervals or self.named else "clear"
 
     @property
-    def named(self) -> list[Told]:
+    def named(self) -> list[VerdictText]:
         """Verdicts that something is wrong."""
-        return [each for each in self.verdicts if each.named]
+        return [verdict for verdict in self.verdicts if verdict.named]
 
     @property
-    def off_data_sheet(self) -> list[Comparison]:
-        """Parameters that do not agree with the rig's data sheets."""
-        return [each for each in self.found.comparisons if each.off] if self.found else []
+    def data_sheet_deviations(self) -> list[Comparison]:
+        """Parameters that deviate from the rig's data sheets."""
+        return (
+            [comparison for comparison in self.identified.comparisons if comparison.deviates] if self.identified else []
+        )
 
     @property
-    def refused(self) -> int:
+    def rejected(self) -> int:
         """Windows without an accepted fit."""
-        return self.found.windows - self.found.accepted if self.found else 0
+        return self.identified.windows - self.identified.accepted if self.identified else 0
 
 
 def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> None:
@@ -125,17 +127,17 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> Non
 
 
 def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, *, illustrated: bool) -> WellReport:
-    """Gather a well; with `illustrated` all its figures, else parameters and verdicts where something stands out."""
+    """Read a well; with `illustrated` all its figures, else parameters and verdicts where something stands out."""
     segments = read_segments(folders)
-    found = identified(folders, listing.load().rig) if _has_results(folders) else None
-    verdicts, sets = read_told(folders) if found else ((), ())
-    stands_out = bool(found and found.intervals) or any(each.named for each in verdicts)
+    results = identified(folders, listing.load().rig) if _has_results(folders) else None
+    verdicts, sets = read_verdict_texts(folders) if results else ((), ())
+    stands_out = bool(results and results.intervals) or any(verdict.named for verdict in verdicts)
     chosen = list(FIGURES) if illustrated else ["parameters", "verdicts"] * stands_out
     return WellReport(
         listing.name,
         listing.description,
         drilled(segments),
-        found,
+        results,
         without_windows(segments),
         problems[problems["well"] == listing.name],
         tuple(pictures(folders.stage("figures"), chosen)),
@@ -149,16 +151,16 @@ def _has_results(folders: WellFolders) -> bool:
 
 
 def pictures(folder: Path, names: Sequence[str]) -> list[Picture]:
-    """The named figures that are there."""
-    found = []
+    """The named figures that exist."""
+    existing = []
     for name in names:
         path = folder / f"{name}.png"
         if path.exists():
             content = path.read_bytes()
             width, height = struct.unpack(">II", content[16:24])
             source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
-            found.append(Picture(name, FIGURES[name].title, FIGURES[name].caption, source, width, height))
-    return found
+            existing.append(Picture(name, FIGURES[name].title, FIGURES[name].caption, source, width, height))
+    return existing
 
 
 def render(settings: Settings, reports: Sequence[WellReport]) -> str:
@@ -201,14 +203,14 @@ def render(settings: Settings, reports: Sequence[WellReport]) -> str:
 
 
 def _totals(reports: Sequence[WellReport]) -> dict[str, Any]:
-    found = [report.found for report in reports if report.found]
+    results = [report.identified for report in reports if report.identified]
     return {
         "metres": float(np.nansum([report.drilled.to_m - report.drilled.from_m for report in reports])),
         "drilling": sum(report.drilled.hours for report in reports),
-        "identified": sum(each.hours for each in found),
-        "windows": sum(each.windows for each in found),
-        "accepted": sum(each.accepted for each in found),
-        "intervals": sum(len(each.intervals) for each in found),
+        "identified": sum(well.hours for well in results),
+        "windows": sum(well.windows for well in results),
+        "accepted": sum(well.accepted for well in results),
+        "intervals": sum(len(well.intervals) for well in results),
         "verdicts": sum(len(report.named) for report in reports),
         "failed": sum(report.status == "failed" for report in reports),
         "problems": sum(len(report.problems) for report in reports),
@@ -216,23 +218,23 @@ def _totals(reports: Sequence[WellReport]) -> dict[str, Any]:
 
 
 def number(value: float, decimals: int = 0) -> str:
-    """A number for readers, thousands parted from ten thousand on; a dash for none."""
+    """A number for readers, with separated thousands from ten thousand on; a dash for NaN."""
     if not np.isfinite(value):
         return "–"
-    parted = "," if abs(value) >= 1e4 else ""
-    return f"{value:z{parted}.{decimals}f}".replace(",", "\u202f").replace("-", "−")
+    separator = "," if abs(value) >= 1e4 else ""
+    return f"{value:z{separator}.{decimals}f}".replace(",", "\u202f").replace("-", "−")
 
 
 def share(part: float, whole: float) -> str:
-    """A share in percent; never rounded to all or nothing when it is not."""
+    """A share in percent; never rounded to 0 or 100 % unless exact."""
     if not whole:
         return "–"
     percent = 100 * part / whole
     return "> 99 %" if 99.5 <= percent < 100 else "< 1 %" if 0 < percent < 0.5 else f"{percent:.0f} %"
 
 
-def depths(place: Interval | Drilled) -> str:
-    """From and to in metres, a dash for nothing."""
+def depths(place: FlaggedInterval | Drilled) -> str:
+    """From and to in metres, a dash for NaN."""
     if not np.isfinite(place.from_m):
         return "–"
     return f"{number(place.from_m)}–{number(place.to_m)} m"
@@ -246,8 +248,8 @@ def estimate_text(estimate: Estimate, parameter: str) -> str:
     return f"{number(value, decimals)} ± {number(error, decimals)} {quantity.unit}"
 
 
-def spread_text(spread: Spread, parameter: str) -> str:
-    """Median and middle two thirds in the parameter's unit; a dash without windows of use."""
+def spread_text(spread: ParameterSpread, parameter: str) -> str:
+    """Median and middle two thirds in the parameter's unit; a dash without windows."""
     if not np.isfinite(spread.median):
         return "–"
     quantity = QUANTITIES[parameter]
@@ -258,18 +260,18 @@ def spread_text(spread: Spread, parameter: str) -> str:
 
 
 def rise_text(rise: Rise, *, brief: bool = False) -> str:
-    """What rose, to how much, from how much, and, unless brief, how surely."""
+    """The parameter that rose, its value, the usual one, the ratio and, unless brief, the pull."""
     quantity = QUANTITIES[rise.parameter]
     there, usual = (number(estimate.value * quantity.factor) for estimate in (rise.there, rise.usual))
     ratio = rise.least_ratio
     times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
     level = f"where {usual} is usual" if np.isfinite(rise.usual.value) else "without any usual level"
-    surely = "" if brief else f" ({rise.pull:.1f} standard deviations in the clearest window)"
-    return f"{quantity.name} {there} {quantity.unit} {level}{times}{surely}"
+    pull = "" if brief else f" ({rise.pull:.1f} standard deviations in the clearest window)"
+    return f"{quantity.name} {there} {quantity.unit} {level}{times}{pull}"
 
 
-def explanation(interval: Interval) -> str:
-    """What could explain the interval; empty where nothing in particular rose."""
+def explanation(interval: FlaggedInterval) -> str:
+    """Possible explanation of the interval; empty where no parameter rose clearly."""
     return EXPLANATIONS.get(frozenset(rise.parameter for rise in interval.rises), "")
 
 
@@ -278,24 +280,28 @@ def data_sheet_text(comparisons: Sequence[Comparison]) -> str:
     if not comparisons:
         return "The rig's data sheets give nothing to compare with."
     groups: dict[str, list[str]] = {}
-    for each in comparisons:
-        text = QUANTITIES[each.parameter].name.lower()
-        if each.off and each.found is not None:
-            found, stated = (estimate_text(one, each.parameter) for one in (each.found, each.data_sheet))
-            text += f" ({found} against {stated})"
-        groups.setdefault(each.verdict, []).append(text)
+    for comparison in comparisons:
+        text = QUANTITIES[comparison.parameter].name.lower()
+        if comparison.deviates and comparison.measured is not None:
+            measured = estimate_text(comparison.measured, comparison.parameter)
+            text += f" ({measured} against {estimate_text(comparison.data_sheet, comparison.parameter)})"
+        groups.setdefault(comparison.verdict, []).append(text)
     sentence = "; ".join(f"{_listed(names)} {_VERDICTS[verdict][len(names) > 1]}" for verdict, names in groups.items())
     return f"{sentence[0].upper()}{sentence[1:]}."
 
 
 def data_sheet_verdict(comparisons: Sequence[Comparison]) -> str:
     """The same for a cell of a table."""
-    off = [f"{QUANTITIES[each.parameter].name.lower()} {each.verdict}" for each in comparisons if each.off]
-    if off:
-        return ", ".join(off)
-    if any(each.found for each in comparisons):
+    deviations = [
+        f"{QUANTITIES[comparison.parameter].name.lower()} {comparison.verdict}"
+        for comparison in comparisons
+        if comparison.deviates
+    ]
+    if deviations:
+        return ", ".join(deviations)
+    if any(comparison.measured for comparison in comparisons):
         return "agrees"
-    return "the data do not tell" if comparisons else "not given"
+    return "not determined by the data" if comparisons else "not given"
 
 
 def _listed(names: Sequence[str]) -> str:

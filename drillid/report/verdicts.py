@@ -1,4 +1,4 @@
-"""Verdicts in plain words: what is wrong, how large, how surely, what it is worth, and what to do about it."""
+"""Verdicts in plain words: cause, size, probability, predictive gain, and the action to take."""
 
 from __future__ import annotations
 
@@ -18,80 +18,88 @@ if TYPE_CHECKING:
 
     from drillid.datasets.store import WellFolders
 
-_UNKNOWN_ACTION = "Trust the model of these depths less, and have the part of the rig that is named here looked at."
+_UNKNOWN_ACTION = "Rely less on the model of these depths, and have the part of the rig that is named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
 
 
 @dataclass(frozen=True)
-class Told:
+class VerdictText:
     """One verdict for readers."""
 
     heading: str
     sentences: tuple[str, ...]
-    """What it is, how large, how surely and what it is worth."""
+    """Cause, size, place, probability and predictive gain."""
     action: str
-    """What to do; empty where nothing is wrong."""
+    """Action to take; empty where nothing is wrong."""
     doubt: str
-    """What speaks against it or would settle it."""
+    """What limits the verdict, or would decide it."""
     named: bool
-    """Something is wrong."""
+    """Whether something is wrong."""
 
 
 @dataclass(frozen=True)
-class SetWords:
-    """What is told of a whole set of windows."""
+class SetText:
+    """Text on a whole set of windows."""
 
     from_m: float
     to_m: float
     advice: str
     missing: str
-    """Reading of what is missing where the cause is unknown; else empty."""
+    """Interpretation of the missing immittance where the cause is unknown; else empty."""
     prediction: str
-    """How well the speed of a held-out window is predicted; empty where nothing extends the model."""
+    """Errors of the predicted speed of a held-out window; empty where the model is not extended."""
 
 
-def told(row: Mapping[Any, Any]) -> Told:
-    """Words for one row of verdicts.csv."""
+def verdict_text(row: Mapping[Any, Any]) -> VerdictText:
+    """Text for one row of verdicts.csv."""
     depths = f"{row['from_m']:.0f}–{row['to_m']:.0f} m"
     if row["verdict"] == "none":
-        return _nothing(row, depths)
-    return Told(
+        return _none(row, depths)
+    return VerdictText(
         heading=f"{depths}: {_title(row)}",
-        sentences=tuple(filter(None, (_what(row), _size(row), _where(row), _surely(row), _predictive_gain(row)))),
+        sentences=tuple(
+            filter(None, (_cause(row), _size(row), _location(row), _probability(row), _predictive_gain(row)))
+        ),
         action=CATALOGUE[row["cause"]].action if row["cause"] in CATALOGUE else _UNKNOWN_ACTION,
         doubt=_doubt(row),
         named=True,
     )
 
 
-def read_told(folders: WellFolders) -> tuple[tuple[Told, ...], tuple[SetWords, ...]]:
-    """The verdicts of a well in words, and what is told of its sets."""
+def read_verdict_texts(folders: WellFolders) -> tuple[tuple[VerdictText, ...], tuple[SetText, ...]]:
+    """Texts of the verdicts and of the sets of windows of a well."""
     rows = read_verdicts(folders.stage("discrepancy") / "verdicts.csv").to_dict("records")
     sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
-    words = tuple(
-        SetWords(float(one["from_m"]), float(one["to_m"]), str(one["advice"].item()), _missing(one), _prediction(one))
-        for one in (sets.isel(set=number) for number in range(sets.sizes["set"]))
+    texts = tuple(
+        SetText(
+            float(windows["from_m"]),
+            float(windows["to_m"]),
+            str(windows["advice"].item()),
+            _missing(windows),
+            _prediction(windows),
+        )
+        for windows in (sets.isel(set=number) for number in range(sets.sizes["set"]))
     )
-    return tuple(told(row) for row in rows), words
+    return tuple(verdict_text(row) for row in rows), texts
 
 
-def _missing(one: xr.Dataset) -> str:
-    return str(one["missing_reading"].item())
+def _missing(windows: xr.Dataset) -> str:
+    return str(windows["missing_reading"].item())
 
 
-def _prediction(one: xr.Dataset) -> str:
+def _prediction(windows: xr.Dataset) -> str:
     """Errors of the predicted speed in a held-out window, base against extended, beside the noise."""
     base, extended = (
-        1e3 * float(np.sqrt(np.mean((one["period_speed"] - one[name]) ** 2)))
+        1e3 * float(np.sqrt(np.mean((windows["period_speed"] - windows[name]) ** 2)))
         for name in ("period_base", "period_extended")
     )
     if not np.isfinite(base) or base == extended:
         return ""
-    noise = 1e3 * float(one["period_error"])
+    noise = 1e3 * float(windows["period_error"])
     return (
-        f"In a window that the models have not seen, the speed that the sweep drives is predicted to {base:.1f} mrad/s "
-        f"without and {extended:.1f} mrad/s with the named cause, where noise is {noise:.1f} mrad/s"
+        f"In a held-out window the speed response to the sweep is predicted with an error of {base:.1f} mrad/s rms "
+        f"without and {extended:.1f} mrad/s with the named cause; the noise is {noise:.1f} mrad/s"
     )
 
 
@@ -99,33 +107,33 @@ def _title(row: Mapping[Any, Any]) -> str:
     return str(row["verdict"]).replace("|", " or ").replace("_", " ")
 
 
-def _nothing(row: Mapping[Any, Any], depths: str) -> Told:
-    """Words for a verdict of none, and for one that is likelier wrong than right."""
+def _none(row: Mapping[Any, Any], depths: str) -> VerdictText:
+    """Text for a verdict of none, and for one that is more likely wrong than right."""
     probability = float(row["probability"])
     if probability >= EVEN_ODDS:
-        sentence = f"Nothing is found that the simulation gets wrong (probability {_percent(probability)})."
-        return Told(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
+        sentence = f"No fault of the simulation is found (probability {_percent(probability)})."
+        return VerdictText(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
     sentence = (
-        "Nothing is proved, but a trace is there that chance seldom leaves: the probability that the simulation gets "
-        f"nothing wrong is {_percent(probability)}."
+        "No cause is proved, but the evidence is seldom due to noise alone: the probability that the simulation is "
+        f"right is {_percent(probability)}."
     )
-    return Told(f"{depths}: nothing proved", (sentence,), "", "", named=False)
+    return VerdictText(f"{depths}: nothing proved", (sentence,), "", "", named=False)
 
 
-def _what(row: Mapping[Any, Any]) -> str:
-    """The cause in plain words, or the members of the class."""
+def _cause(row: Mapping[Any, Any]) -> str:
+    """The cause in plain words, or the members of the class of indistinguishable causes."""
     if row["verdict"] == "unknown":
         place = row["what_would_separate"] or f"in the part called {row['family']}"
-        open_to = (
+        status = (
             "that no known cause explains" if UNPROVED not in row["evidence"] else "of which no cause is proved yet"
         )
-        surely = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
-        return f"Something {surely} wrong {open_to}: {place}."
+        verb = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
+        return f"Something {verb} wrong {status}: {place}."
     members: Sequence[str] = str(row["class"]).split("|")
     words = [CATALOGUE[name].described(str(row["evidence"])) for name in members]
     if len(words) == 1:
         return f"{words[0][0].upper()}{words[0][1:]}."
-    return f"One of these: {'; or '.join(words)}. The data cannot tell which."
+    return f"One of these: {'; or '.join(words)}. The data do not distinguish them."
 
 
 def _size(row: Mapping[Any, Any]) -> str:
@@ -135,20 +143,20 @@ def _size(row: Mapping[Any, Any]) -> str:
     unit = "" if row["unit"] == "1" else f" {row['unit']}"
     ends = ""
     if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
-        ends = f" (95 % interval {_figure(row['size_low'])} to {_figure(row['size_high'])}{unit})"
+        ends = f" (95 % interval {_number(row['size_low'])} to {_number(row['size_high'])}{unit})"
     subject = size.name if "|" not in row["verdict"] else f"{size.name}, if it is {row['cause'].replace('_', ' ')}"
-    return f"{subject[0].upper()}{subject[1:]}: {_figure(row['size'])}{unit}{ends}."
+    return f"{subject[0].upper()}{subject[1:]}: {_number(row['size'])}{unit}{ends}."
 
 
-def _where(row: Mapping[Any, Any]) -> str:
+def _location(row: Mapping[Any, Any]) -> str:
     if np.isfinite(row["location_m"]):
-        return f"It sits {row['location_m']:.0f} m along the string."
+        return f"It is located {row['location_m']:.0f} m along the string."
     members = [CATALOGUE[name] for name in str(row["class"]).split("|") if name in CATALOGUE]
-    placeless = not members or not all(cause.is_place for cause in members)
-    return "" if placeless else "Where along the string it sits, the data do not tell."
+    no_place = not members or not all(cause.is_place for cause in members)
+    return "" if no_place else "The data do not determine its location along the string."
 
 
-def _surely(row: Mapping[Any, Any]) -> str:
+def _probability(row: Mapping[Any, Any]) -> str:
     if row["verdict"] == "unknown":
         evidence = f"{row['evidence'][:1].upper()}{row['evidence'][1:].replace('_', ' ')}. " if row["evidence"] else ""
         return f"{evidence}That no known cause is behind it has a probability of {_percent(row['probability'])}."
@@ -162,23 +170,23 @@ def _predictive_gain(row: Mapping[Any, Any]) -> str:
         return ""
     ends = ""
     if np.isfinite(low) and np.isfinite(high):
-        ends = f" (90 % interval {_figure(low)} to {_figure(high)})"
+        ends = f" (90 % interval {_number(low)} to {_number(high)})"
     windows = int(row["held_out_windows"])
     data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
-    return f"Predictive gain on {data}: {_figure(gain)}{ends} units of log-likelihood per window."
+    return f"Predictive gain on {data}: {_number(gain)}{ends} units of log-likelihood per window."
 
 
 def _doubt(row: Mapping[Any, Any]) -> str:
     if row["verdict"] == "unknown":
-        return "This names a place and no cause: more windows, or the measurement advised below, may settle it."
-    return f"What would settle it: {row['what_would_separate']}." if row["what_would_separate"] else ""
+        return "This gives a place and no cause: more windows, or the measurement advised below, may decide it."
+    return f"What would decide it: {row['what_would_separate']}." if row["what_would_separate"] else ""
 
 
 def _percent(probability: float) -> str:
     return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
-def _figure(value: float) -> str:
+def _number(value: float) -> str:
     """Three digits, and no more than a whole number needs."""
     if abs(value) >= 100:
         return f"{value:,.0f}".replace(",", "\u202f").replace("-", "−")

@@ -15,7 +15,7 @@ from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
 from drillid.discrepancy.detectors.score import Candidate
 from drillid.physics.sensor import Recording
-from drillid.report.verdicts import read_told
+from drillid.report.verdicts import read_verdict_texts
 from tests.simulated import RATE, SHALLOW, Processed, drilled
 from tests.truth.discrepancy.wells import processed_well
 
@@ -99,7 +99,7 @@ def test_a_new_linear_cause_has_its_evidence_in_the_dataset_and_its_words_in_the
     assert float(evidence[0]) == float(examination["log_evidence"].max())
     assert float(examination["p_value_after"][0]) > 0.01 > float(examination["p_value_before"][0])
     monkeypatch.setitem(CATALOGUE, "recorder_echo", RecorderEcho())
-    (words,), _ = read_told(echoing.folders)
+    (words,), _ = read_verdict_texts(echoing.folders)
     assert words.sentences[0] == "The telemetry repeats the speed a little later."
     assert words.action == RecorderEcho.action
 

@@ -1,4 +1,4 @@
-"""The report of a small synthetic fleet: complete, self-contained, escaped, and right in its figures."""
+"""The report of a small synthetic fleet: complete, self-contained, escaped, and with the right numbers."""
 
 import base64
 import html
@@ -23,8 +23,8 @@ from drillid.report.content import (
     EXPLANATIONS,
     Comparison,
     Estimate,
+    FlaggedInterval,
     Identified,
-    Interval,
     Rise,
     comparison,
     covered_hours,
@@ -45,7 +45,7 @@ PROBLEMS = [
     *(("W2", "fits", f"window {name} <1500 m", f"reason & name {name}", "See it") for name in "abcdefghi"),
     *(("W2", "mobility", f"stack {number}", f"windows {number} disagree", "See them") for number in range(5)),
     ("W3", "windows", "well W3", "no window was found", "See its segments.csv for the reasons"),
-    ("W4", "records", "bad.csv, row 7", "<script>alert(1)</script> is no number", "Correct the row"),
+    ("W4", "records", "bad.csv, row 7", "<script>alert(1)</script> is not a number", "Correct the row"),
 ]
 
 
@@ -171,7 +171,7 @@ def test_texts_of_users_are_escaped(page: str) -> None:
     assert "<b>bold</b>" not in page
 
 
-def test_the_flagged_interval_is_told_first_and_in_its_well(page: str) -> None:
+def test_the_flagged_interval_is_first_and_in_its_well(page: str) -> None:
     for part in (page.split("<h3>Wells</h3>")[0], section(page, "W1")):
         assert "1015–1021 m" in text(part)
         assert re.search(r"BHA damping \d+ N m s/rad where \d+ is usual, at least \d+ times as much", text(part))
@@ -185,20 +185,20 @@ def test_every_problem_is_in_its_well(page: str) -> None:
         assert cells in text(section(page, well))
     assert "14 rows: 9 in fits, 5 in mobility" in text(section(page, "W2"))
     assert "mobility stack 0 and 4 more places windows … disagree 5 times See them" in text(section(page, "W2"))
-    assert "problems.csv beside this report holds each of them" in text(section(page, "W2"))
-    assert "problems.csv beside this report holds" not in text(section(page, "W1"))
+    assert "problems.csv beside this report lists each of them" in text(section(page, "W2"))
+    assert "problems.csv beside this report lists" not in text(section(page, "W1"))
 
 
 def test_wells_without_result_say_why_at_the_top(page: str) -> None:
     summary = text(page.split("<h3>Wells</h3>")[0])
-    assert "W4 has no result. Records: bad.csv, row 7: <script>alert(1)</script> is no number." in summary
+    assert "W4 has no result. Records: bad.csv, row 7: <script>alert(1)</script> is not a number." in summary
     assert "W3 has no result. Windows: well W3: no window was found." in summary
     assert "No result." in text(section(page, "W4"))
 
 
 def test_a_single_window_makes_no_level_and_no_anomaly(page: str) -> None:
-    assert "No run has windows enough to tell what is usual" in text(section(page, "W2"))
-    assert "too few windows to tell" in text(page.split("<h3>Wells</h3>")[1])
+    assert "No run has enough windows for a usual level" in text(section(page, "W2"))
+    assert "too few windows" in text(page.split("<h3>Wells</h3>")[1])
 
 
 def test_time_without_windows_is_listed_by_reason(page: str) -> None:
@@ -236,7 +236,7 @@ def test_what_was_identified_is_counted(found: Identified) -> None:
     assert run.spreads["length"].median == pytest.approx(0, abs=15)
 
 
-def test_an_interval_tells_the_level_there_and_the_usual_one(found: Identified) -> None:
+def test_an_interval_has_its_level_and_the_usual_one(found: Identified) -> None:
     (interval,) = found.intervals
     damping, inertia = interval.rises
     assert abs(damping.there.value - 400) < 4 * damping.there.error
@@ -246,22 +246,22 @@ def test_an_interval_tells_the_level_there_and_the_usual_one(found: Identified) 
     assert 1.7 < inertia.least_ratio < 2.0
 
 
-def test_the_data_sheets_are_taken_out_of_what_the_data_say() -> None:
+def test_the_prior_is_subtracted_from_the_estimate() -> None:
     alone, deviation, data_sheet, tolerance = 1105.0, 20.0, 1000.0, 30.0
     weights = 1 / deviation**2, 1 / tolerance**2
     joint = (alone * weights[0] + data_sheet * weights[1]) / sum(weights)
     fits = fits_of([joint] * 4, sum(weights) ** -0.5, data_sheet, tolerance)
     result = comparison(fits, "inertia_td", np.ones(4, dtype=bool))
-    assert result.found is not None
-    assert result.found.value == pytest.approx(alone)
-    assert result.found.error == pytest.approx(deviation / 2)
+    assert result.measured is not None
+    assert result.measured.value == pytest.approx(alone)
+    assert result.measured.error == pytest.approx(deviation / 2)
     assert result.pull == pytest.approx(105 / np.hypot(10, 30))
     assert result.verdict == "disagrees"
 
 
-def test_data_that_add_nothing_to_the_data_sheet_do_not_tell() -> None:
+def test_data_that_add_nothing_to_the_data_sheet_determine_nothing() -> None:
     fits = fits_of([1000.0] * 4, 30.0 * (1 - 1e-4), 1000.0, 30.0)
-    assert comparison(fits, "inertia_td", np.ones(4, dtype=bool)).verdict == "the data do not tell"
+    assert comparison(fits, "inertia_td", np.ones(4, dtype=bool)).verdict == "not determined by the data"
     assert comparison(fits, "inertia_td", np.zeros(4, dtype=bool)).data_sheet == Estimate(1000.0, 30.0)
 
 
@@ -277,39 +277,39 @@ def fits_of(values: list[float], error: float, data_sheet: float, tolerance: flo
     return xr.Dataset(rows, {"parameter": ["inertia_td"]})
 
 
-def test_disagreement_with_the_data_sheet_is_told_at_the_top(fleet: tuple[Settings, Path]) -> None:
+def test_disagreement_with_the_data_sheet_is_at_the_top(fleet: tuple[Settings, Path]) -> None:
     settings, results = fleet
     problems = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
     listing = report.read_sheets(settings)["W2"]
     well = report.well_report(WellFolders(results, "W2"), listing, problems, illustrated=True)
-    assert well.found is not None
+    assert well.identified is not None
     data_sheet = (
         Comparison("delay", Estimate(0.030, 0.001), Estimate(0.0405, 0.0001)),
         Comparison("inertia_td", Estimate(1100.0, 55.0), Estimate(1105.0, 2.0)),
         Comparison("polar_moment", Estimate(1.6e-5, 8e-7), None),
     )
-    summary = report.render(settings, [replace(well, found=replace(well.found, comparisons=data_sheet))])
-    told = text(summary.split("<h3>Wells</h3>")[0])
-    assert "rive delay (40.50 ± 0.10 ms against 30.0 ± 1.0 ms) disagrees with the data sheets" in told
-    assert report.data_sheet_text(data_sheet).endswith("pipe polar moment cannot be told from these data.")
+    summary = report.render(settings, [replace(well, identified=replace(well.identified, comparisons=data_sheet))])
+    summary_text = text(summary.split("<h3>Wells</h3>")[0])
+    assert "rive delay (40.50 ± 0.10 ms against 30.0 ± 1.0 ms) disagrees with the data sheets" in summary_text
+    assert report.data_sheet_text(data_sheet).endswith("pipe polar moment is not determined by these data.")
     assert report.data_sheet_verdict(data_sheet) == "drive delay disagrees"
     assert report.data_sheet_verdict(data_sheet[1:]) == "agrees"
     assert report.data_sheet_verdict(()) == "not given"
 
 
-def test_refused_fits_are_told_with_their_reasons(fleet: tuple[Settings, Path]) -> None:
+def test_rejected_fits_are_listed_with_their_reasons(fleet: tuple[Settings, Path]) -> None:
     settings, results = fleet
     problems = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
     listing = report.read_sheets(settings)["W2"]
     well = report.well_report(WellFolders(results, "W2"), listing, problems, illustrated=True)
-    assert well.found is not None
-    refused = replace(well.found, accepted=0)
-    refused.refusals["the residuals are too large"] = 1
-    told = text(report.render(settings, [replace(well, found=refused)]).split("<h3>Wells</h3>")[0])
-    assert "1 of 1 fits are not accepted: 1 because the residuals are too large." in told
+    assert well.identified is not None
+    rejected = replace(well.identified, accepted=0)
+    rejected.rejections["the residuals are too large"] = 1
+    summary_text = text(report.render(settings, [replace(well, identified=rejected)]).split("<h3>Wells</h3>")[0])
+    assert "1 of 1 fits are not accepted: 1 because the residuals are too large." in summary_text
 
 
-def test_a_rise_is_told_with_the_least_ratio_that_the_errors_leave() -> None:
+def test_a_rise_has_the_least_ratio_within_the_errors() -> None:
     rise = Rise("damping_bha", Estimate(340.0, 20.0), Estimate(15.0, 5.0), 9.0)
     assert rise.least_ratio == pytest.approx((340 - 39.2) / (15 + 9.8))
     assert (
@@ -318,7 +318,7 @@ def test_a_rise_is_told_with_the_least_ratio_that_the_errors_leave() -> None:
     assert report.rise_text(rise).endswith("(9.0 standard deviations in the clearest window)")
     hardly = Rise("inertia_bha", Estimate(80.0, 10.0), Estimate(75.0, 5.0), 2.1)
     assert "times" not in report.rise_text(hardly)
-    assert report.explanation(Interval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
+    assert report.explanation(FlaggedInterval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
 
 
 def test_windows_that_overlap_count_their_time_once() -> None:
@@ -385,8 +385,8 @@ def test_numbers_are_written_for_readers() -> None:
 
 
 def test_depths_of_a_well_without_any_are_a_dash() -> None:
-    assert report.depths(Interval(2745.2, 3389.4, 1, ())) == "2745–3389 m"
-    assert report.depths(Interval(np.nan, np.nan, 0, ())) == "–"
+    assert report.depths(FlaggedInterval(2745.2, 3389.4, 1, ())) == "2745–3389 m"
+    assert report.depths(FlaggedInterval(np.nan, np.nan, 0, ())) == "–"
 
 
 def test_a_weighted_mean_follows_the_surer_value() -> None:
