@@ -1,6 +1,6 @@
 """Implicit step of all nodes with dry friction, compiled.
 
-NodeFriction is set-valued: a sticking node remains exactly at rest as long as the torque on it is below the
+Dry friction is set-valued: a sticking node remains exactly at rest as long as the torque on it is below the
 static level; a slipping node is opposed by the level at its speed. The slip direction of each node is
 determined iteratively within the step, and every iteration solves one symmetric tridiagonal system.
 """
