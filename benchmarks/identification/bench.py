@@ -19,7 +19,7 @@ from benchmarks.identification import comparison, fits, joint, peers, spectra, t
 from benchmarks.identification.accuracy import LEVEL, WINDOWS, Accuracy
 from benchmarks.identification.bound import Noise
 from benchmarks.identification.windows import SimulatedWindow, simulated_windows
-from drillid.figures.captions import QUANTITIES
+from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.physics.parameters import PARAMETERS
 
 FILE = Path("results/bench.json")
@@ -83,7 +83,7 @@ def _spread_table(accuracy: Accuracy) -> Table:
     )
     table.add_column("bit noise, N m")
     for name in PARAMETERS:
-        table.add_column(QUANTITIES[name].name, justify="right")
+        table.add_column(DISPLAYED_PARAMETERS[name].name, justify="right")
     for row, level in enumerate(spread.levels):
         cells = [
             (f"{ratio:.2f} / {100 * covered:.1f}" if told else f"({ratio:.2f}) / {100 * covered:.1f}")
@@ -100,7 +100,7 @@ def joint_windows(console: Console, _: Sequence[SimulatedWindow]) -> list[Figure
     """Joint fits over 24 windows."""
     rows = joint.repeats()
     accuracy = joint.joint_accuracy(joint.joint_fits(rows), rows)
-    told = ", ".join(f"{QUANTITIES[name].name} {ratio:.2f}" for name, ratio in accuracy.over_bound.items())
+    told = ", ".join(f"{DISPLAYED_PARAMETERS[name].name} {ratio:.2f}" for name, ratio in accuracy.over_bound.items())
     console.print(f"Joint fits of {joint.WINDOWS} windows, error over joint bound: {told}.")
     return [Figure("joint_over_bound_max", "joint fit, error over joint bound", accuracy.over_bound_max, most=1.15)]
 

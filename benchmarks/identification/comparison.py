@@ -11,7 +11,7 @@ from benchmarks.identification.bound import Noise
 from benchmarks.identification.peers import WAYS, Way, classical_spectra, problem_of, solved, start_from_data_sheet
 from benchmarks.identification.windows import SETTINGS, SimulatedWindow, measured_windows
 from drillid.arrays import Floats
-from drillid.figures.captions import QUANTITIES
+from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.fits.search import to_scaled
 from drillid.fits.solver import minimise
 from drillid.fits.window_fit import Measured, Prior, likelihood, optima
@@ -150,7 +150,10 @@ def verdict(found: Outcome, scores: Scores, ours: Outcome, our_scores: Scores) -
 def table(outcomes: Sequence[Outcome], windows: Sequence[SimulatedWindow], noise: Noise) -> Table:
     """One row for each way, `drillid`'s first."""
     made = Table(title=f"The same {len(windows)} windows by other tools; times in ms a window", show_lines=True)
-    symbols = [f"{QUANTITIES[name].symbol}{QUANTITIES[name].index}" for name in np.array(list(PARAMETERS))[list(SHOWN)]]
+    symbols = [
+        f"{DISPLAYED_PARAMETERS[name].symbol}{DISPLAYED_PARAMETERS[name].index}"
+        for name in np.array(list(PARAMETERS))[list(SHOWN)]
+    ]
     for heading in ("", f"error of {', '.join(symbols)} in %", "over bound", "worse, better optimum", "spectra + fit"):
         made.add_column(heading)
     made.add_column("who is ahead")

@@ -33,5 +33,5 @@ def fleet_verdicts(results: Path, wells: Sequence[str]) -> pd.DataFrame:
     """The verdicts of all wells, in their order."""
     files = [WellFolders(results, well).stage("discrepancy") / "verdicts.csv" for well in wells]
     tables = [read_verdicts(file) for file in files if file.exists()]
-    found = [table for table in tables if len(table)]
-    return pd.concat(found, ignore_index=True) if found else verdict_table("", [])
+    filled = [table for table in tables if len(table)]
+    return pd.concat(filled, ignore_index=True) if filled else verdict_table("", [])

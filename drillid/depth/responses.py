@@ -41,7 +41,7 @@ def identified_responses(
     parameters : shape (depth, 8), SI; rows of NaN give responses of NaN
     bit_depth : shape (depth,), m
     frequency : shape (frequency,), Hz
-    extended : models of the rows in which a cause was named, in place of those of the parameters
+    extended : models of the rows in which a cause was named, which replace those of the parameters
     """
     s = laplace(frequency)
     rows = []
@@ -51,7 +51,7 @@ def identified_responses(
             window_model = WindowModel(
                 drilling_system(values, data_sheet(rig, controller, float(depth)).equipment), Recording()
             )
-        # complex arithmetic on the NaN of a fit without result would warn of what is meant
+        # complex arithmetic on the NaN of a fit without result would warn
         with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):
             lag, steps = _steps(window_model.system, settings)
             responses = {

@@ -28,13 +28,13 @@ _JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
 
 
 def _unstable(dataset: xr.Dataset) -> list[Problem]:
-    """A row for each window whose model is there but has no step response."""
+    """A row for each window with a model but without a step response."""
     modelled = np.isfinite(dataset["bit_mobility_controlled"].values).all(axis=1)
     return [
         Problem(
             f"window {int(dataset['window'][row])} at {float(dataset['depth'][row]):.1f} m, {name}",
             "the identified system is unstable, so that its step response grows without limit",
-            "Look at the verdict on the window: a cause that feeds vibration outweighs all damping there",
+            "See the verdict on the window: a cause that feeds vibration exceeds all damping there",
         )
         for name in ("bit_step_stiff", "bit_step_controlled")
         for row in np.flatnonzero(modelled & np.isnan(dataset[name].values).any(axis=1)).tolist()
@@ -59,7 +59,7 @@ def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
 
 
 def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
-    """Seconds in each state of the rig from the end of the window before to the end of each, shape (window, state)."""
+    """Time in each state of the rig from the previous window's end to each window's end, s, shape (window, state)."""
     ends = (windows["first_sample"] + windows["samples"]).values
     begins = np.concatenate([[0], ends[:-1]])
     pieces = [states["rig_state"][begin:end].values for begin, end in zip(begins, ends, strict=True)]
@@ -80,13 +80,13 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         settings.depth,
         identified_window_models(folders.read("discrepancy", "examination").load()),
     )
-    taken_over = {
+    copied = {
         **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
         **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
         **{name: discrepancy[name] for name in ("damping_pull", "inertia_pull", "flagged", "verdict")},
     }
     dataset = responses.assign(
-        {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in taken_over.items()}
+        {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in copied.items()}
         | parameter_variables(fits)
         | joint_variables(folders.read("fits", "joint").load())
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
@@ -100,7 +100,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
 
 def parameter_table(depth: xr.Dataset, reasons: NDArray[np.str_]) -> pd.DataFrame:
-    """The parameters with errors and verdicts of every window, a row each; units in the column names."""
+    """Parameters with errors, and verdicts, one row per window; units in the column names."""
     columns = {"window": depth["window"].values, "start": depth["start"].values, "depth [m]": depth["depth"].values}
     for name, (unit, _) in PARAMETERS.items():
         columns[f"{name} [{unit}]"] = depth[name].values

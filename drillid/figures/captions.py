@@ -1,16 +1,16 @@
-"""How parameters, figures and gates are named for readers: units people say, titles, captions."""
+"""Names of parameters and figures for readers: usual units, titles, captions."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A parameter as readers see it.
+class DisplayedParameter:
+    """A parameter as displayed to readers.
 
-    name, symbol, index : words, sign and its subscript
-    unit : unit that people say
-    factor : number that takes SI values to that unit
-    decimals : digits behind the point worth printing
+    name, symbol, index : words, symbol and its subscript
+    unit : usual unit
+    factor : conversion of SI values to that unit
+    decimals : significant decimal places
     """
 
     name: str
@@ -22,38 +22,38 @@ class Quantity:
 
     @property
     def axis_label(self) -> str:
-        """Name over sign and unit, in matplotlib's mathtext."""
-        sign = f"${self.symbol}_{{{self.index}}}$" if self.index else self.symbol
-        return f"{self.name}\n{sign} [{self.unit}]"
+        """Name, then symbol and unit, in matplotlib's mathtext."""
+        symbol = f"${self.symbol}_{{{self.index}}}$" if self.index else self.symbol
+        return f"{self.name}\n{symbol} [{self.unit}]"
 
 
-QUANTITIES = {
-    "kappa": Quantity("Mud and wall damping", "κ", "", "N s/m⁴"),
-    "delta": Quantity("Internal damping", "δ", "", "MN s/m²", 1e-6),
-    "length": Quantity("Pipe length", "L", "", "m"),
-    "polar_moment": Quantity("Pipe polar moment", "IP", "", "cm⁴", 1e8),
-    "delay": Quantity("Drive delay", "T", "d", "ms", 1e3, 2),
-    "inertia_td": Quantity("Top-drive inertia", "J", "td", "kg m²", 1.0, 1),
-    "damping_bha": Quantity("BHA damping", "Y", "bha", "N m s/rad"),
-    "inertia_bha": Quantity("BHA inertia", "J", "bha", "kg m²"),
+DISPLAYED_PARAMETERS = {
+    "kappa": DisplayedParameter("Mud and wall damping", "κ", "", "N s/m⁴"),
+    "delta": DisplayedParameter("Internal damping", "δ", "", "MN s/m²", 1e-6),
+    "length": DisplayedParameter("Pipe length", "L", "", "m"),
+    "polar_moment": DisplayedParameter("Pipe polar moment", "IP", "", "cm⁴", 1e8),
+    "delay": DisplayedParameter("Drive delay", "T", "d", "ms", 1e3, 2),
+    "inertia_td": DisplayedParameter("Top-drive inertia", "J", "td", "kg m²", 1.0, 1),
+    "damping_bha": DisplayedParameter("BHA damping", "Y", "bha", "N m s/rad"),
+    "inertia_bha": DisplayedParameter("BHA inertia", "J", "bha", "kg m²"),
 }
 """The eight parameters, in the order of `drillid.physics.parameters.PARAMETERS`."""
 
 LENGTH_LESS_DEPTH = "Pipe length L less\nthat by depth [m]"
-"""Pipe length less bit depth less collars: the length itself only repeats the depth."""
+"""Pipe length minus (bit depth less collars): the length itself only repeats the depth."""
 
 RPM_PER_KILONEWTON_METRE = 1e3 * 30 / 3.141592653589793
-"""Takes rad/s per N m to rpm per kN m."""
+"""Converts rad/s per N m to rpm per kN m."""
 
 _IMAGE = (
-    "Depth runs downwards; the dark bars on the left are the segments that windows measured, "
-    "and up to one stand beside them is filled in."
+    "Depth increases downwards; the dark bars on the left are the depths of the windows, "
+    "and gaps of up to one stand between them are filled."
 )
 
 
 @dataclass(frozen=True)
 class FigureText:
-    """What one figure is called, and how to read it."""
+    """Title of a figure, and how to read it."""
 
     title: str
     caption: str
@@ -64,49 +64,49 @@ FIGURES = {
         "Parameters against depth",
         "Green: value and 95 % band from all windows together, with drive and pipe shared; red lines: depths where the "
         "parameter jumps. Dark: every window on its own, with 95 % bars. Blue: the rig's data sheets with twice their "
-        "tolerance. Pipe length is drawn less bit depth less collars. Triangles: the value lies at its physical bound, "
-        "so only one side is known. Hollow grey: fit not accepted.",
+        "tolerance. Pipe length is drawn minus that by depth. Triangles: the value lies at its physical bound, so it "
+        "is bounded on one side only. Hollow grey: fit not accepted.",
     ),
     "anomaly": FigureText(
         "What stands out",
-        "BHA damping and inertia in standard deviations from the level of their run. Orange: windows that stand out "
-        "upwards in either, and the least that can flag one (more in a run that scatters). Right: how well the model "
-        "explains the data of each window.",
+        "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
+        "significant rise in either, and the least pull that flags one (larger in a run with scatter). Right: goodness "
+        "of fit of each window.",
     ),
     "verdicts": FigureText(
         "What the simulation gets wrong",
-        "Every verdict of the discovery engine over its depths, its probability, and what the extended model gains on "
-        "windows that it was not fitted to, with 90 % intervals. Red: named causes; violet: something is wrong that "
-        "the catalogue does not hold; grey: none.",
+        "Every verdict of the discovery engine over its depths, its probability, and the predictive gain of the "
+        "extended model on windows that it was not fitted to, with 90 % intervals. Red: named causes; violet: a cause "
+        "outside of the catalogue; grey: none.",
     ),
     "evidence": FigureText(
         "Evidence for every cause",
-        "Log Bayes factor of each cause of the catalogue, and of something unknown: a disturbance at a port, or "
-        "data sheets that do not fit; for every set of windows. Above zero the data speak for it, and 5 is strong; "
+        "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port, or "
+        "data sheets that do not fit; for every set of windows. Above zero the data favour it, and 5 is strong; "
         "beyond 10 the axis is logarithmic. Bars end at −10.",
     ),
     "distinguishability": FigureText(
-        "Which causes these data can tell apart",
-        "Left: how many standard deviations a cause of its usual size (row) stays from the best that another one "
-        "(column) can do, past all that is not known; below 3 the two cannot be told apart. Right: the smallest size "
-        "that shows; left of the blue line the usual size shows. Both hold before anything is looked for.",
+        "Which causes these data distinguish",
+        "Left: distance, in standard deviations, of a cause of its usual size (row) from the best fit by another one "
+        "(column), with all other unknowns fitted; below 3 the two are indistinguishable. Right: the smallest "
+        "detectable size; left of the blue line the usual size is detectable. Both hold before any cause is sought.",
     ),
     "model_residuals": FigureText(
-        "What the models of the sets leave over",
+        "Residuals of the models of the sets",
         "Measured less modelled mobility in standard deviations, with one model for each set of windows, before and "
-        f"after the named cause is added. Right: a right model stays at 1. {_IMAGE}",
+        f"after the named cause is added. Right: a correct model has a mean square of 1. {_IMAGE}",
     ),
     "held_out": FigureText(
-        "A window that the models have not seen",
-        "Base and extended model are fitted to the other windows of the set; only damping and inertia that every "
-        "window has of its own are fitted here, by both alike. Below: the speed that the sweep drives, in the sweep's "
+        "A held-out window",
+        "Base and extended model are fitted to the other windows of the set; only the damping and inertia that differ "
+        "from window to window are fitted here, in both models. Below: the speed response to the sweep, in the sweep's "
         "band, where it is largest, with the 95 % band of the measured mean.",
     ),
     "reflectogram": FigureText(
         "Where along the string",
-        "Measured less modelled reflection of waves that run down the string, against the distance from which it "
-        "comes back, over all windows of the set. Grey: what noise alone passes nowhere, at the stated error rate. "
-        "A cause above the string shows at no place of its own.",
+        "Measured less modelled reflection of waves that travel down the string, against the distance at which they "
+        "are reflected, over all windows of the set. Grey: limit that noise alone exceeds nowhere, at the stated error "
+        "rate. A cause above the string has no place of its own.",
     ),
     "spectrograms": FigureText(
         "Torque command and top-drive speed",
@@ -117,16 +117,16 @@ FIGURES = {
     "command_mobility_measured": FigureText(
         "Measured command mobility",
         "Top-drive speed per injected torque of successive windows, and their stack with its 95 % band. "
-        "Frequencies that the coherence gate leaves out are missing above and grey crosses in the coherence.",
+        "Frequencies that the coherence gate rejects are missing above and grey crosses in the coherence.",
     ),
     "command_mobility_fitted": FigureText(
         "Identified command and bit mobility",
-        "The fitted models of the same windows and of their stack; grey dots are measured, by the stack or else by the "
-        "middle window. Below: what the bit would do with the top drive clamped, which shows the string alone.",
+        "The fitted models of the same windows and of their stack; grey dots are measured, of the stack or else of the "
+        "middle window. Below: the bit mobility with the top drive clamped, which is that of the string alone.",
     ),
     "command_mobility_depth": FigureText(
         "Command mobility against depth",
-        f"Measured on the left, identified on the right. Grey: left out by the coherence gate. {_IMAGE}",
+        f"Measured on the left, identified on the right. Grey: rejected by the coherence gate. {_IMAGE}",
     ),
     "bit_step_stiff": FigureText(
         "Bit speed after a torque step at the bit, stiff top drive",
@@ -146,9 +146,9 @@ FIGURES = {
         f"The same with the rig's own speed control, in the same colours: it acts on the lowest modes. {_IMAGE}",
     ),
     "residuals": FigureText(
-        "What the fits leave over",
-        "Measured less fitted command mobility in standard deviations. A right model and a right noise estimate leave "
-        f"structureless noise that follows the normal distribution. {_IMAGE}",
+        "Residuals of the fits",
+        "Measured less fitted command mobility in standard deviations. A correct model and a correct noise estimate "
+        f"leave white noise that follows the normal distribution. {_IMAGE}",
     ),
 }
 """Every figure of a well, in the order of the report."""

@@ -24,9 +24,9 @@ _RPM = 30 / np.pi
 
 
 def draw_stick_slip_map(
-    found: StickSlipMap, path: Path, simulated: Mapping[str, tuple[float, float]] | None = None, dpi: int = 150
+    stability: StickSlipMap, path: Path, simulated: Mapping[str, tuple[float, float]] | None = None, dpi: int = 150
 ) -> None:
-    """Lowest stable rpm against weight on bit, one line a controller; stick-slip below the line.
+    """Lowest stable rpm against weight on bit, one line per controller; stick-slip below the line.
 
     Parameters
     ----------
@@ -36,9 +36,9 @@ def draw_stick_slip_map(
         figure = Figure(figsize=(7.0, 4.4), layout="constrained")
         FigureCanvasAgg(figure)
         axis = figure.subplots()
-        for colour, (name, speed) in zip(_COLOURS, found.speed.items(), strict=False):
-            label = f"{name}: vibrates at {found.frequency[name]:.2f} Hz"
-            axis.plot(found.weight / 1e3, speed * _RPM, color=colour, label=label)
+        for colour, (name, speed) in zip(_COLOURS, stability.speed.items(), strict=False):
+            label = f"{name}: vibrates at {stability.frequency[name]:.2f} Hz"
+            axis.plot(stability.weight / 1e3, speed * _RPM, color=colour, label=label)
             if simulated and name in simulated:
                 weight, least = simulated[name]
                 axis.plot(weight / 1e3, least * _RPM, "o", color=colour, label="_", markerfacecolor="white")
@@ -53,11 +53,11 @@ def draw_stick_slip_map(
 def draw_bit_mobility(
     systems: Mapping[str, DrillingSystem], path: Path, band: tuple[float, float] = (0.05, 5.0), dpi: int = 150
 ) -> None:
-    """Amplitude of bit speed per torque on the bit against frequency, one line a controller.
+    """Amplitude of bit speed per torque on the bit against frequency, one line per controller.
 
     Parameters
     ----------
-    systems : by controller's name; of figures (sample, 1) the first is drawn as a line, the rest as a shade
+    systems : by controller's name; of parameters (sample, 1) the first is drawn as a line, the range as a shade
     band : Hz
     """
     frequency = np.geomspace(*band, 1500)
@@ -72,6 +72,6 @@ def draw_bit_mobility(
         axis.set_yscale("log")
         frequency_axis(axis, band)
         axis.set(ylabel="Bit speed per torque [rpm/(kN m)]")
-        axis.set_title("Bit mobility: what one kN m at the bit does to its speed")
+        axis.set_title("Bit mobility: bit speed per torque on the bit")
         axis.legend()
         save(figure, path, dpi)

@@ -1,4 +1,4 @@
-"""What a well's figures are drawn from: its datasets, and the choice of windows to show."""
+"""Data of a well's figures: its datasets, and the choice of windows to show."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 STAND_M = 30.0
-"""m; up to so long a segment without windows is filled from the windows beside it."""
+"""m; intervals without windows up to this length are filled from the windows beside them."""
 _LEAST_HEIGHT_M = 0.5
 """m; height at which a window without progress is drawn."""
 _SUCCESSIVE = 6
@@ -86,7 +86,7 @@ class WellResults:
         """Row of the middle window."""
         return self.windows.sizes["window"] // 2
 
-    def restless_level(self) -> float:
+    def flagging_level(self) -> float:
         """Pull above which a single window is flagged: the first bound of Holm's step-down."""
         from scipy.special import ndtri
 
@@ -95,15 +95,15 @@ class WellResults:
 
 
 @dataclass(frozen=True)
-class Successive:
-    """Successive windows that are shown together: their rows, and the row of their stack or None."""
+class SuccessiveWindows:
+    """Successive windows that are drawn together: their rows, and the row of their stack or None."""
 
     rows: list[int]
     stack: int | None
 
 
-def successive_windows(results: WellResults) -> Successive:
-    """The windows of the largest stack, of several the one nearest the middle; without a stack the middle six."""
+def successive_windows(results: WellResults) -> SuccessiveWindows:
+    """The windows of the largest stack, the most central of several; without a stack the middle six."""
     total, stacks = results.windows.sizes["window"], results.stacks
     if stacks.sizes["stack"]:
         windows = results.windows["window"].values
@@ -111,9 +111,9 @@ def successive_windows(results: WellResults) -> Successive:
         last = np.searchsorted(windows, stacks["last_window"].values)
         off_centre = np.abs((first + last) / 2 - results.middle)
         chosen = int(np.lexsort((off_centre, first - last))[0])
-        return Successive(list(range(int(first[chosen]), int(last[chosen]) + 1)), chosen)
+        return SuccessiveWindows(list(range(int(first[chosen]), int(last[chosen]) + 1)), chosen)
     begin = max(0, min(results.middle - _SUCCESSIVE // 2, total - _SUCCESSIVE))
-    return Successive(list(range(begin, min(begin + _SUCCESSIVE, total))), None)
+    return SuccessiveWindows(list(range(begin, min(begin + _SUCCESSIVE, total))), None)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _UNIT = "rad/(N m s)"
 _COLUMNS = 200
-"""Frequencies, evenly spread over the logarithmic axis, that decide the range of colours."""
+"""Frequencies, evenly spaced on the logarithmic axis, that determine the range of colours."""
 _RESIDUAL_LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
 
@@ -46,12 +46,12 @@ def command_mobility_depth(results: WellResults) -> Figure:
     measured = np.where(used, results.depth["command_mobility"].values, np.nan)
     fitted = results.depth["command_mobility_fitted"].values
     colours: dict[str, Any] = {"norm": _logarithmic(results, fitted), "cmap": AMPLITUDE}
-    turns: dict[str, Any] = {"norm": Normalize(-180, 90), "cmap": PHASE}
+    phases: dict[str, Any] = {"norm": Normalize(-180, 90), "cmap": PHASE}
     panels = (
         ("Amplitude, measured", np.abs(measured), colours),
         ("Amplitude, identified", np.abs(fitted), colours),
-        ("Phase, measured", degrees(measured), turns),
-        ("Phase, identified", degrees(fitted), turns),
+        ("Phase, measured", degrees(measured), phases),
+        ("Phase, identified", degrees(fitted), phases),
     )
     meshes = []
     for axis, (title, rows, kind) in zip(axes.flat, panels, strict=True):
@@ -101,7 +101,7 @@ def bit_mobility_controlled(results: WellResults) -> Figure:
 
 def _bit_mobility(results: WellResults, name: str) -> Figure:
     norm = _logarithmic(
-        results, *(results.depth[each].values for each in ("bit_mobility_stiff", "bit_mobility_controlled"))
+        results, *(results.depth[variable].values for variable in ("bit_mobility_stiff", "bit_mobility_controlled"))
     )
     figure = new_figure(results, name, 9, 5.6)
     axis = figure.subplots()
@@ -130,12 +130,12 @@ def residuals(results: WellResults) -> Figure:
 
 
 def _normal_quantiles(axis: Axes, pooled: Floats) -> None:
-    """Sorted values over those of as many from the normal distribution; dense in the tails, thinned in the middle."""
+    """Normal quantile plot; all values in the tails, thinned out in the middle."""
     from scipy.special import ndtri
 
-    axis.set_title("Against the normal law")
-    axis.set_xlabel("Expected [standard deviations]")
-    axis.set_ylabel("Found [standard deviations]")
+    axis.set_title("Against the normal distribution")
+    axis.set_xlabel("Normal quantile [standard deviations]")
+    axis.set_ylabel("Residual quantile [standard deviations]")
     axis.set_aspect("equal")
     axis.axline((0, 0), slope=1, color=MUTED, linewidth=0.9)
     if not pooled.size:
@@ -161,7 +161,7 @@ def _frequency_image(axis: Axes, results: WellResults, rows: Floats, **colours: 
 
 
 def _logarithmic(results: WellResults, *rows: Complex) -> LogNorm:
-    """Colours over the middle 99 % of all amplitudes, every octave of the drawn band counting alike."""
+    """Colours over the middle 99 % of all amplitudes, with equal weight of every octave of the band."""
     frequency = results.depth["frequency"].values
     columns = np.searchsorted(frequency, np.geomspace(*results.band, _COLUMNS)).clip(0, frequency.size - 1)
     values = np.abs(np.concatenate(rows)[:, columns])

@@ -1,4 +1,4 @@
-"""Figures of base against extended model: what they leave over, a held-out window, and the reflectogram."""
+"""Figures of base against extended model: their residuals, a held-out window, and the reflectogram."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from drillid.figures.style import (
     DATA_SHEET,
     FLAGGED,
     INK,
-    LEFT_OUT,
     MUTED,
+    NO_DATA,
     SIGNED,
     depth_axis,
     depth_image,
     frequency_axis,
     new_figure,
 )
-from drillid.figures.verdicts import nothing, set_title, shown_set
+from drillid.figures.verdicts import note_missing, set_title, shown_set
 from drillid.figures.windows import MOBILITY_LABEL, degrees
 from drillid.statistics import TWO_SIDED
 
@@ -46,7 +46,7 @@ def model_residuals(results: WellResults) -> Figure:
     panels = (("residual_before", "Base model"), ("residual_after", "Extended model"))
     if not results.examination.sizes["set"]:
         for axis in axes:
-            nothing(axis, "nothing was examined")
+            note_missing(axis, "nothing was examined")
         return figure
     frequency = results.examination["frequency"].values
     colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
@@ -63,11 +63,11 @@ def model_residuals(results: WellResults) -> Figure:
 
 
 def _mean_squares(axis: Axes, results: WellResults) -> None:
-    """Mean over all windows of the squared residual, smoothed over a dozen frequencies; 1 where the model is right."""
+    """Mean over all windows of the squared residual, smoothed over 13 frequencies; 1 for a correct model."""
     frequency = results.examination["frequency"].values
     axis.axhline(1, color=MUTED, linewidth=0.9)
-    looks = (("residual_before", "base model", _BASE, 1.6), ("residual_after", "extended model", _EXTENDED, 1.2))
-    for name, label, colour, width in looks:
+    lines = (("residual_before", "base model", _BASE, 1.6), ("residual_after", "extended model", _EXTENDED, 1.2))
+    for name, label, colour, width in lines:
         power = np.abs(results.examination[name].values) ** 2 / 2
         used = np.isfinite(power)
         kernel = np.ones(13)
@@ -96,11 +96,11 @@ def held_out(results: WellResults) -> Figure:
     number = shown_set(results.examination)
     if number is None:
         for axis in (amplitude, phase, time):
-            nothing(axis, "nothing was examined")
+            note_missing(axis, "nothing was examined")
         return figure
-    one = results.examination.isel(set=number)
-    row = int(np.flatnonzero(results.windows["window"].values == int(one["held_out_window"]))[0])
-    frequency = one["frequency"].values
+    examined = results.examination.isel(set=number)
+    row = int(np.flatnonzero(results.windows["window"].values == int(examined["held_out_window"]))[0])
+    frequency = examined["frequency"].values
     window = results.mobility.isel(window=row)
     used = window["gate"].values == Gate.USED
     measured = np.where(used, window["command_mobility"].values, np.nan)
@@ -109,10 +109,10 @@ def held_out(results: WellResults) -> Figure:
     amplitude.vlines(frequency, np.maximum(size - margin, size * 0.02), size + margin, **bars)
     amplitude.plot(frequency, size, ".", color=MUTED, markersize=3, label="measured, with 95 % bands")
     phase.plot(frequency, degrees(measured), ".", color=MUTED, markersize=3)
-    for name, label, colour, width in _predictions(one, "held_out"):
+    for name, label, colour, width in _predictions(examined, "held_out"):
         line: dict[str, Any] = {"color": colour, "linewidth": width, "label": label}
-        amplitude.plot(frequency, np.abs(one[name].values), **line)
-        phase.plot(frequency, degrees(one[name].values), **line)
+        amplitude.plot(frequency, np.abs(examined[name].values), **line)
+        phase.plot(frequency, degrees(examined[name].values), **line)
     frequency_axis(amplitude, results.band, label=False)
     finite = size[np.isfinite(size)]
     amplitude.set_yscale("log")
@@ -123,39 +123,39 @@ def held_out(results: WellResults) -> Figure:
     amplitude.legend(loc="best")
     phase.set_ylabel("Phase [°]")
     phase.set_xlabel("Frequency [Hz]")
-    _in_time(time, one)
+    _in_time(time, examined)
     return figure
 
 
-def _predictions(one: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]]:
+def _predictions(examined: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]]:
     """Variables with labels, colours and widths; one line where no cause extends the model."""
-    extended = not np.array_equal(one[f"{stem}_base"].values, one[f"{stem}_extended"].values, equal_nan=True)
+    extended = not np.array_equal(examined[f"{stem}_base"].values, examined[f"{stem}_extended"].values, equal_nan=True)
     base = (f"{stem}_base", "base model of the other windows", _BASE, 1.6)
     return [base, (f"{stem}_extended", "extended model of the other windows", _EXTENDED, 1.2)][: 1 + extended]
 
 
-def _in_time(axis: Axes, one: xr.Dataset) -> None:
-    """The part of the period in which the sweep moves the top drive most."""
+def _in_time(axis: Axes, examined: xr.Dataset) -> None:
+    """The part of the sweep's period with the largest speed response."""
     axis.set_xlabel("Time in the sweep [s]")
     axis.set_ylabel("Top-drive speed\nless its mean [rad/s]")
-    time, speed = one["period_time"].values, one["period_speed"].values
+    time, speed = examined["period_time"].values, examined["period_speed"].values
     if not np.isfinite(time).all():
-        nothing(axis, "the sweep does not repeat itself")
+        note_missing(axis, "the sweep is not periodic")
         return
     length = int(_SEGMENT * time.size)
     power = np.convolve(speed**2, np.ones(length), "valid")
     first = int(np.argmax(power))
     chosen = slice(first, first + length)
-    margin = TWO_SIDED * float(one["period_error"])
+    margin = TWO_SIDED * float(examined["period_error"])
     if np.isfinite(margin):
         axis.fill_between(
             time[chosen], speed[chosen] - margin, speed[chosen] + margin, color=DATA_SHEET, alpha=0.35, linewidth=0
         )
     axis.plot(time[chosen], speed[chosen], color=MUTED, linewidth=1.0, label="measured, mean of the periods")
-    for name, label, colour, width in _predictions(one, "period"):
-        error = float(np.sqrt(np.mean((speed - one[name].values) ** 2)))
+    for name, label, colour, width in _predictions(examined, "period"):
+        error = float(np.sqrt(np.mean((speed - examined[name].values) ** 2)))
         words = f"{label.split(' of ')[0]}, error {1e3 * error:.1f} mrad/s rms"
-        axis.plot(time[chosen], one[name].values[chosen], color=colour, linewidth=width, label=words)
+        axis.plot(time[chosen], examined[name].values[chosen], color=colour, linewidth=width, label=words)
     axis.legend(loc="best", ncols=3)
 
 
@@ -167,12 +167,12 @@ def reflectogram(results: WellResults) -> Figure:
     axis.set_ylabel("Reflection that the\nmodel lacks [–]")
     number = shown_set(results.examination)
     if number is None:
-        nothing(axis, "nothing was examined")
+        note_missing(axis, "nothing was examined")
         return figure
-    one = results.examination.isel(set=number)
-    distance, level = one["distance"].values, one["reflection_level"].values
-    axis.fill_between(distance, -level, level, color=LEFT_OUT, alpha=0.7, linewidth=0, label="noise")
-    before, after = one["reflection_before"].values, one["reflection_after"].values
+    examined = results.examination.isel(set=number)
+    distance, level = examined["distance"].values, examined["reflection_level"].values
+    axis.fill_between(distance, -level, level, color=NO_DATA, alpha=0.7, linewidth=0, label="noise")
+    before, after = examined["reflection_before"].values, examined["reflection_after"].values
     axis.plot(distance, before, color=_BASE, linewidth=1.6, label="base model")
     if not np.array_equal(before, after):
         axis.plot(distance, after, color=_EXTENDED, label="extended model")

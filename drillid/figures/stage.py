@@ -1,4 +1,4 @@
-"""The paper's figures 6 to 13 for a well, its parameters against depth, and what stands out, as PNG files."""
+"""The paper's figures 6 to 13 for a well, its parameters against depth, anomalies and verdicts, as PNG files."""
 
 from __future__ import annotations
 

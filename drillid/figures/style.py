@@ -1,4 +1,4 @@
-"""One look for all figures: fonts, colours, headings, depth axes and the marks of what is known about the well."""
+"""Common style of all figures: fonts, colours, headings, depth axes, and marks of hole sections, runs and intervals."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ STYLE: Any = {
     "lines.linewidth": 1.2,
     "figure.facecolor": "white",
 }
-INK, MUTED, FLAGGED, DATA_SHEET, REFUSED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
+INK, MUTED, FLAGGED, DATA_SHEET, REJECTED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
 """Colours of values, secondary marks, flagged intervals, the rig's data sheets, and fits not accepted."""
 JOINT, CHANGE = "#00806b", "#c2416c"
 """Colours of tracks from all windows together, and of depths where one jumps."""
-LEFT_OUT = "#d5d9dc"
-"""Background of images: where nothing was measured or the gate left it out."""
+NO_DATA = "#d5d9dc"
+"""Background of images: not measured, or rejected by the gate."""
 AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"
 COLOUR_BAR: dict[str, Any] = {"extend": "both", "aspect": 32, "shrink": 0.92, "pad": 0.02}
 ROOM = 0.012
-"""Share of the depths left above and below markers, so that the outermost are whole."""
+"""Margin above and below the markers, as a share of the depths, so that the outermost are whole."""
 
 _HEADING_HEIGHT = 0.3
 _CAPTION_LINE_HEIGHT = 0.165
@@ -100,8 +100,8 @@ def depth_axis(
 
     Parameters
     ----------
-    label, labels : name the axis; tell the marks beside it
-    room : share of the depths left above and below
+    label, labels : whether the axis has its name, and the marks their labels
+    room : margin above and below, as a share of the depths
     shaded, line : flagged intervals as shades rather than bars; colour of boundaries
     """
     cells = DepthCells.of(results.windows)
@@ -119,9 +119,9 @@ def depth_axis(
 
 
 def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, **colours: Any) -> QuadMesh:
-    """Rows (window, point) as an image over the points and the depths of the windows; grey where there is nothing."""
+    """Rows (window, point) as an image over the points and the depths of the windows; grey where there are no data."""
     cells = DepthCells.of(results.windows)
-    axis.set_facecolor(LEFT_OUT)
+    axis.set_facecolor(NO_DATA)
     mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), **colours)
     axis.grid(False)
     return mesh
@@ -129,13 +129,13 @@ def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, 
 
 @dataclass(frozen=True)
 class Mark:
-    """A depth with something to say about it: a boundary, or an interval down to `until`; m."""
+    """A labelled depth: a boundary, or an interval down to `until`; m."""
 
     depth: float
     text: str
     until: float | None = None
     line: bool = True
-    """False for what began above and only needs its label."""
+    """False for a section or run that began above and has a label only."""
 
 
 def well_marks(results: WellResults, shallowest: float, deepest: float) -> list[Mark]:
@@ -176,19 +176,19 @@ def _draw_marks(axis: Axes, marks: list[Mark], *, shaded: bool, line: str) -> No
 
 
 def _label_marks(axis: Axes, marks: list[Mark]) -> None:
-    """Texts to the right of the axis, moved down where they would cover each other."""
+    """Texts to the right of the axis, moved down where they would overlap."""
     bottom, top = axis.get_ylim()
     lowest = -1.0
     for mark in marks:
         rows = mark.text.count("\n") + 1
-        place = (mark.depth - top) / (bottom - top)
+        position = (mark.depth - top) / (bottom - top)
         if mark.until is not None:
-            place = ((mark.depth + mark.until) / 2 - top) / (bottom - top) - rows * _LABEL_SPACING / 2
-        place = max(place, lowest)
-        lowest = place + rows * _LABEL_SPACING + 0.01
+            position = ((mark.depth + mark.until) / 2 - top) / (bottom - top) - rows * _LABEL_SPACING / 2
+        position = max(position, lowest)
+        lowest = position + rows * _LABEL_SPACING + 0.01
         colour = MUTED if mark.until is None else "#a85a0c"
         axis.annotate(
-            mark.text, (1.0, 1 - place), (8, 0), "axes fraction", "offset points", va="top", color=colour, size=8
+            mark.text, (1.0, 1 - position), (8, 0), "axes fraction", "offset points", va="top", color=colour, size=8
         )
 
 

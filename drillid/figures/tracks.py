@@ -1,4 +1,4 @@
-"""Tracks against depth, as drillers read logs: the eight parameters, and what stands out."""
+"""Tracks against depth, as in a well log: the eight parameters, and anomalies."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
-from drillid.figures.captions import LENGTH_LESS_DEPTH, QUANTITIES
+from drillid.figures.captions import DISPLAYED_PARAMETERS, LENGTH_LESS_DEPTH
 from drillid.figures.data import DepthCells, WellResults, drilled_length
-from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REFUSED, ROOM, depth_axis, new_figure
+from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis, new_figure
 from drillid.physics.parameters import BOUNDS, PARAMETERS
 from drillid.statistics import TWO_SIDED
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 _SHARE_SHOWN = (2.0, 98.0)
 """Percentiles of the windows' values, or of the ends of their bars, that an axis must hold."""
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
-"""From what changes with the hole to what stays with the rig."""
+"""From parameters that change with the hole to those of the rig."""
 _SMALLEST_P_VALUE = 1e-6
-"""Chances below are drawn here."""
+"""Smaller p-values are drawn here."""
 
 
 def parameters(results: WellResults) -> Figure:
@@ -40,7 +40,7 @@ def parameters(results: WellResults) -> Figure:
 
 def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> None:
     """One parameter with its bars, one-sided where it lies at a bound."""
-    quantity, fits = QUANTITIES[name], results.fits.sel(parameter=name)
+    quantity, fits = DISPLAYED_PARAMETERS[name], results.fits.sel(parameter=name)
     shift = drilled_length(results.rig, results.windows["bit_depth"].values) if name == "length" else 0.0
     value = (fits["value"].values - shift) * quantity.factor
     margin = TWO_SIDED * fits["standard_error"].values * quantity.factor
@@ -55,12 +55,12 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     axis.set_xlim(*_limits(low, high, value, accepted, data_sheet, band))
     order = cells.order[cells.order >= 0]
     _draw_data_sheet(axis, cells, data_sheet[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
-    for member, colour in ((accepted, INK), (~accepted, REFUSED)):
+    for member, colour in ((accepted, INK), (~accepted, REJECTED)):
         axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
     for marker, member in kinds:
         _points(axis, value, depth, member & accepted, marker, INK, filled=marker == "o")
-        _points(axis, value, depth, member & ~accepted, marker, REFUSED, filled=False)
+        _points(axis, value, depth, member & ~accepted, marker, REJECTED, filled=False)
     draw_joint(axis, results, name, band)
     axis.set_xlabel(LENGTH_LESS_DEPTH if name == "length" else quantity.axis_label)
 
@@ -84,11 +84,11 @@ def _points(
 
 def _draw_data_sheet(axis: Axes, cells: DepthCells, prior: Floats, margin: Floats) -> None:
     """The data sheets' value with its 95 % band from the first edge to the last; rows in order of depth."""
-    known = np.isfinite(prior)
-    if not known.any():
+    stated = np.isfinite(prior)
+    if not stated.any():
         return
-    depth = np.concatenate([cells.edges[:1], cells.measured.mean(axis=1)[known], cells.edges[-1:]])
-    value, half = (np.pad(each[known], 1, mode="edge") for each in (prior, margin))
+    depth = np.concatenate([cells.edges[:1], cells.measured.mean(axis=1)[stated], cells.edges[-1:]])
+    value, half = (np.pad(row[stated], 1, mode="edge") for row in (prior, margin))
     axis.fill_betweenx(depth, value - half, value + half, color=DATA_SHEET, alpha=0.25, linewidth=0)
     axis.plot(value, depth, color=DATA_SHEET, linewidth=1.6)
 
@@ -100,8 +100,8 @@ def _limits(
     member = accepted & np.isfinite(low) & np.isfinite(high)
     if not member.any():
         member = np.isfinite(low) & np.isfinite(high)
-    joined = np.isfinite(band).all()
-    least, most = (value, value) if joined else (low, high)
+    has_band = np.isfinite(band).all()
+    least, most = (value, value) if has_band else (low, high)
     ends = (
         [
             *np.percentile(least[member], _SHARE_SHOWN[:1], method="lower"),
@@ -110,7 +110,7 @@ def _limits(
         if member.any()
         else []
     )
-    ends += [*data_sheet[np.isfinite(data_sheet)], *(band.ravel() if joined else [])]
+    ends += [*data_sheet[np.isfinite(data_sheet)], *(band.ravel() if has_band else [])]
     if not ends:
         return 0.0, 1.0
     room = 0.06 * (max(ends) - min(ends)) or 0.05 * abs(max(ends)) or 1.0
@@ -121,12 +121,12 @@ def anomaly(results: WellResults) -> Figure:
     """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and p-values of the residual tests."""
     figure = new_figure(results, "anomaly", 11, 5.8)
     axes = figure.subplots(1, 4, sharey=True)
-    depth, found = results.windows["hole_depth"].values, results.discrepancy
+    depth, discrepancy = results.windows["hole_depth"].values, results.discrepancy
     for axis, name, title in (
         (axes[0], "damping_pull", "BHA damping"),
         (axes[1], "inertia_pull", "BHA inertia"),
     ):
-        _pull_track(axis, depth, found[name].values, found["flagged"].values, results.restless_level())
+        _pull_track(axis, depth, discrepancy[name].values, discrepancy["flagged"].values, results.flagging_level())
         axis.set_xlabel(f"{title} less its run's level\n[standard deviations]")
     chi2 = results.fits["chi2_per_dof"].values
     axes[2].axvline(1, color=DATA_SHEET, linewidth=1.6)
@@ -152,19 +152,19 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Booleans, limi
 
 
 def _p_value_track(axis: Axes, results: WellResults) -> None:
-    found, depth = results.discrepancy, results.windows["hole_depth"].values
+    discrepancy, depth = results.discrepancy, results.windows["hole_depth"].values
     tests = (
         ("chi2_p_value", "size", "o"),
         ("normality_p_value", "normality", "s"),
         ("whiteness_p_value", "whiteness", "^"),
     )
     for (name, label, marker), colour in zip(tests, (INK, DATA_SHEET, "#5a9367"), strict=True):
-        p_value = np.maximum(found[name].values, _SMALLEST_P_VALUE)
+        p_value = np.maximum(discrepancy[name].values, _SMALLEST_P_VALUE)
         axis.plot(p_value, depth, marker, color=colour, markersize=3.6, label=label)
     axis.set_xscale("log")
     axis.set_xlim(_SMALLEST_P_VALUE / 2, 2)
     axis.axvline(results.error_rate / (3 * depth.size), color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
-    axis.set_xlabel("Chance of such residuals\nwith the right model [–]")
+    axis.set_xlabel("p-value of the residuals\nunder the model [–]")
     axis.legend(loc="upper left", fontsize=7.5, handletextpad=0.1)
 
 

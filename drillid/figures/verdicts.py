@@ -1,4 +1,4 @@
-"""Figures of the verdicts: where they hold, the evidence for every cause, which causes can be told apart."""
+"""Figures of the verdicts: their depths, the evidence for every cause, the distinguishability of causes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
-from drillid.figures.style import COLOUR_BAR, DATA_SHEET, FLAGGED, INK, LEFT_OUT, MUTED, ROOM, depth_axis, new_figure
+from drillid.figures.style import COLOUR_BAR, DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +21,7 @@ _NAMED, _UNKNOWN = "#c2416c", "#7d5ba6"
 """Colours of named causes and of what is unknown."""
 _WORDS_WIDTH = 22
 _LEAST_SHOWN = -10.0
-"""Evidence below is drawn here: it tells against the cause clearly enough."""
+"""Smaller evidence is drawn here: it is clearly against the cause."""
 _LINEAR_ABOVE = 10.0
 """The evidence axis is linear up to here and logarithmic beyond."""
 
@@ -31,14 +31,14 @@ def verdict_colour(verdict: str) -> str:
     return {"none": MUTED, "unknown": _UNKNOWN}.get(verdict, _NAMED)
 
 
-def nothing(axis: Axes, words: str) -> None:
-    """A remark in place of a drawing."""
+def note_missing(axis: Axes, words: str) -> None:
+    """A note in position of missing data."""
     axis.grid(False)
     axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=MUTED)
 
 
 def shown_set(examination: xr.Dataset) -> int | None:
-    """The set that a figure of one set shows: with a cause in its model, the least p-value, the most windows."""
+    """The set that a figure of a single set shows: with a cause in its model, the least p-value, the most windows."""
     if not examination.sizes["set"]:
         return None
     sets = examination["set"].values
@@ -49,13 +49,13 @@ def shown_set(examination: xr.Dataset) -> int | None:
 
 def set_title(examination: xr.Dataset, number: int) -> str:
     """Depths and verdict of a set."""
-    one = examination.isel(set=number)
-    said = str(one["verdict"].values).replace("|", " or ").replace("_", " ")
-    return f"{float(one['from_m']):.0f}–{float(one['to_m']):.0f} m: {said}"
+    examined = examination.isel(set=number)
+    verdict = str(examined["verdict"].values).replace("|", " or ").replace("_", " ")
+    return f"{float(examined['from_m']):.0f}–{float(examined['to_m']):.0f} m: {verdict}"
 
 
 def verdicts(results: WellResults) -> Figure:
-    """Every verdict over its depths, with its probability and its gain."""
+    """Every verdict over its depths, with its probability and its predictive gain."""
     figure = new_figure(results, "verdicts", 11, 5.6)
     track, probability, gain = figure.subplots(1, 3, sharey=True, width_ratios=[2.2, 1, 1.2])
     lanes: list[float] = []
@@ -74,7 +74,7 @@ def verdicts(results: WellResults) -> Figure:
     for axis in (track, probability, gain):
         depth_axis(axis, results, label=axis is track, labels=axis is gain, room=ROOM)
     if not len(results.verdicts):
-        nothing(track, "no window has a fit,\nso nothing was examined")
+        note_missing(track, "no window has a fit,\nso nothing was examined")
     return figure
 
 
@@ -113,25 +113,25 @@ def evidence(results: WellResults) -> Figure:
             _evidence_bars(axis, examination.isel(set=number))
             axis.set_title(set_title(examination, number))
         else:
-            nothing(axis, "nothing was examined")
+            note_missing(axis, "nothing was examined")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
 
 
-def _evidence_bars(axis: Axes, one: xr.Dataset) -> None:
+def _evidence_bars(axis: Axes, examined: xr.Dataset) -> None:
     """Linear evidence and that of detections beside each other; a dash where a cause has none."""
-    names = [str(name) for name in one["cause"].values] + [f"unknown: {port}" for port in one["port"].values]
-    place = np.arange(len(names))[::-1]
-    linear = np.concatenate([one["log_evidence"].values, one["unknown_evidence"].values])
-    detections = np.concatenate([one["detection_log_evidence"].values, np.full(one.sizes["port"], np.nan)])
+    names = [str(name) for name in examined["cause"].values] + [f"unknown: {port}" for port in examined["port"].values]
+    position = np.arange(len(names))[::-1]
+    linear = np.concatenate([examined["log_evidence"].values, examined["unknown_evidence"].values])
+    detections = np.concatenate([examined["detection_log_evidence"].values, np.full(examined.sizes["port"], np.nan)])
     for values, shift, colour, label in (
         (linear, 0.19, INK, "linear responses"),
         (detections, -0.19, FLAGGED, "detections in the records"),
     ):
-        known = np.isfinite(values)
-        length = np.maximum(values[known], _LEAST_SHOWN)
-        axis.barh(place[known] + shift, length, height=0.36, color=colour, label=label)
+        finite = np.isfinite(values)
+        length = np.maximum(values[finite], _LEAST_SHOWN)
+        axis.barh(position[finite] + shift, length, height=0.36, color=colour, label=label)
     axis.axvline(0, color=MUTED, linewidth=0.9)
     axis.set_xscale("symlog", linthresh=_LINEAR_ABOVE)
     largest = float(np.nanmax(np.concatenate([linear, detections, [1.0]])))
@@ -139,25 +139,25 @@ def _evidence_bars(axis: Axes, one: xr.Dataset) -> None:
     axis.set_xticks(ticks, [f"{tick:,}".replace(",", "\u202f").replace("-", "−") for tick in ticks])
     axis.set_xlim(_LEAST_SHOWN - 1, max(11.0, 1.6 * largest))
     axis.minorticks_off()
-    axis.set_yticks(place, [name.replace("_", " ") for name in names], size=7.5)
+    axis.set_yticks(position, [name.replace("_", " ") for name in names], size=7.5)
     axis.set_ylim(-0.7, len(names) - 0.3)
 
 
 def distinguishability(results: WellResults) -> Figure:
-    """How far each linear cause stays from the best that another can do, and the smallest size that shows."""
+    """Distance of each linear cause from the best fit by another one, and the smallest detectable size."""
     figure = new_figure(results, "distinguishability", 11, 7.0)
     matrix, sizes = figure.subplots(1, 2, width_ratios=[1.55, 1])
     number = shown_set(results.examination)
     if number is None:
-        nothing(matrix, "nothing was examined")
-        nothing(sizes, "nothing was examined")
+        note_missing(matrix, "nothing was examined")
+        note_missing(sizes, "nothing was examined")
         return figure
-    one = results.examination.isel(set=number)
-    rows = np.flatnonzero(np.isfinite(one["typical_size"].values))
-    names = [str(name).replace("_", " ") for name in one["cause"].values[rows]]
-    distance = one["separation"].values[np.ix_(rows, rows)].copy()
+    examined = results.examination.isel(set=number)
+    rows = np.flatnonzero(np.isfinite(examined["typical_size"].values))
+    names = [str(name).replace("_", " ") for name in examined["cause"].values[rows]]
+    distance = examined["separation"].values[np.ix_(rows, rows)].copy()
     np.fill_diagonal(distance, np.nan)
-    matrix.set_facecolor(LEFT_OUT)
+    matrix.set_facecolor(NO_DATA)
     mesh = matrix.pcolormesh(np.ma.masked_invalid(np.maximum(distance, 0.1)), cmap="viridis", norm=LogNorm(0.1, 100))
     figure.colorbar(mesh, ax=matrix, label="Distance [standard deviations]", **COLOUR_BAR)
     for (down, across), value in np.ndenumerate(distance):
@@ -171,20 +171,20 @@ def distinguishability(results: WellResults) -> Figure:
     matrix.invert_yaxis()
     matrix.grid(False)
     matrix.set_title(f"{set_title(results.examination, number)}")
-    matrix.set_xlabel("taken for [–]")
-    _smallest_sizes(sizes, one["smallest_detectable"].values[rows] / one["typical_size"].values[rows], names)
+    matrix.set_xlabel("mistaken for [–]")
+    _smallest_sizes(sizes, examined["smallest_detectable"].values[rows] / examined["typical_size"].values[rows], names)
     return figure
 
 
 def _smallest_sizes(axis: Axes, ratio: Floats, names: list[str]) -> None:
-    place = np.arange(len(names))
+    position = np.arange(len(names))
     drawn = np.clip(ratio, 1e-3, 1e3)
-    axis.hlines(place, 1e-3, drawn, INK, linewidth=0.9, alpha=0.5)
-    axis.plot(drawn, place, "o", color=INK, markersize=4.5)
+    axis.hlines(position, 1e-3, drawn, INK, linewidth=0.9, alpha=0.5)
+    axis.plot(drawn, position, "o", color=INK, markersize=4.5)
     axis.axvline(1, color=DATA_SHEET, linewidth=1.6)
     axis.set_xscale("log")
     axis.set_xlim(1e-3, 1.5e3)
-    axis.set_yticks(place, names, size=7.5)
+    axis.set_yticks(position, names, size=7.5)
     axis.set_ylim(len(names) - 0.4, -0.6)
-    axis.set_title("Smallest size that shows")
+    axis.set_title("Smallest detectable size")
     axis.set_xlabel("Three standard deviations per usual size [–]")

@@ -11,7 +11,7 @@ from matplotlib.transforms import blended_transform_factory
 
 from drillid.arrays import Complex, Floats
 from drillid.datasets.codes import Gate
-from drillid.figures.data import Successive, WellResults, cell_edges, successive_windows
+from drillid.figures.data import SuccessiveWindows, WellResults, cell_edges, successive_windows
 from drillid.figures.style import AMPLITUDE, COLOUR_BAR, INK, MUTED, frequency_axis, new_figure
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
@@ -106,7 +106,7 @@ def command_mobility_measured(results: WellResults) -> Figure:
 
 
 def _amplitude_limits(results: WellResults, rows: list[int]) -> tuple[float, float]:
-    """Room for all but the lowest few of the used amplitudes, which noise alone takes down to nothing."""
+    """Limits for all but the lowest few of the used amplitudes, which noise can reduce to zero."""
     chosen = results.mobility.isel(window=rows)
     amplitude = np.abs(chosen["command_mobility"].values[chosen["gate"].values == Gate.USED])
     if not amplitude.size:
@@ -161,8 +161,8 @@ def command_mobility_fitted(results: WellResults) -> Figure:
 
 def _draw_fitted_stack(results: WellResults, row: int, amplitude: Axes, phase: Axes, bit: Axes) -> None:
     fit, frequency = results.stack_fits.isel(stack=row), results.depth["frequency"].values
-    known = data_sheet(results.rig, stored_controller(results.fits), float(fit["hole_depth"])).equipment
-    system, s = drilling_system(fit["value"].values, known), laplace(frequency)
+    equipment = data_sheet(results.rig, stored_controller(results.fits), float(fit["hole_depth"])).equipment
+    system, s = drilling_system(fit["value"].values, equipment), laplace(frequency)
     fitted = command_mobility(system, s)
     line: dict[str, Any] = {"color": "black", "linewidth": 1.4, "linestyle": "-" if bool(fit["accepted"]) else ":"}
     label = "stacked" if bool(fit["accepted"]) else "stacked, fit not accepted"
@@ -182,15 +182,15 @@ def _finish_mobility(results: WellResults, amplitude: Axes, phase: Axes) -> None
 
 
 def _logarithmic_amplitude(axis: Axes) -> None:
-    """Logarithmic axis, with limits of its own and a remark where there is nothing to draw."""
+    """Logarithmic axis, with limits and a note where there are no data."""
     if not any(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).any() for line in axis.lines):
         axis.set_ylim(*_EMPTY_AMPLITUDE)
-        axis.text(0.5, 0.5, "nothing to show", transform=axis.transAxes, ha="center", color=MUTED)
+        axis.text(0.5, 0.5, "no data", transform=axis.transAxes, ha="center", color=MUTED)
     axis.set_yscale("log")
 
 
-def _colours(shown: Successive) -> list[Any]:
-    return [colormaps[AMPLITUDE](place) for place in np.linspace(0.05, 0.9, len(shown.rows))]
+def _colours(shown: SuccessiveWindows) -> list[Any]:
+    return [colormaps[AMPLITUDE](position) for position in np.linspace(0.05, 0.9, len(shown.rows))]
 
 
 def _label(results: WellResults, number: int, row: int) -> str:

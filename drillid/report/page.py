@@ -15,7 +15,7 @@ import pandas as pd
 import drillid
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.store import WellFolders
-from drillid.figures.captions import FIGURES, LENGTH_LESS_DEPTH, QUANTITIES
+from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, LENGTH_LESS_DEPTH
 from drillid.report.content import (
     EXPLANATIONS,
     Comparison,
@@ -193,7 +193,7 @@ def render(settings: Settings, reports: Sequence[WellReport]) -> str:
         title=settings.report.title,
         wells=reports,
         totals=_totals(reports),
-        quantities=QUANTITIES,
+        quantities=DISPLAYED_PARAMETERS,
         length_label=LENGTH_LESS_DEPTH,
         illustrated=len(reports) <= _ILLUSTRATED_WELLS,
         version=drillid.__version__,
@@ -242,7 +242,7 @@ def depths(place: FlaggedInterval | Drilled) -> str:
 
 def estimate_text(estimate: Estimate, parameter: str) -> str:
     """Value ± standard error in the parameter's unit, to two digits of the error."""
-    quantity = QUANTITIES[parameter]
+    quantity = DISPLAYED_PARAMETERS[parameter]
     value, error = estimate.value * quantity.factor, estimate.error * quantity.factor
     decimals = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else quantity.decimals
     return f"{number(value, decimals)} ± {number(error, decimals)} {quantity.unit}"
@@ -252,7 +252,7 @@ def spread_text(spread: ParameterSpread, parameter: str) -> str:
     """Median and middle two thirds in the parameter's unit; a dash without windows."""
     if not np.isfinite(spread.median):
         return "–"
-    quantity = QUANTITIES[parameter]
+    quantity = DISPLAYED_PARAMETERS[parameter]
     low, middle, high = (
         number(value * quantity.factor, quantity.decimals) for value in (spread.low, spread.median, spread.high)
     )
@@ -261,7 +261,7 @@ def spread_text(spread: ParameterSpread, parameter: str) -> str:
 
 def rise_text(rise: Rise, *, brief: bool = False) -> str:
     """The parameter that rose, its value, the usual one, the ratio and, unless brief, the pull."""
-    quantity = QUANTITIES[rise.parameter]
+    quantity = DISPLAYED_PARAMETERS[rise.parameter]
     there, usual = (number(estimate.value * quantity.factor) for estimate in (rise.there, rise.usual))
     ratio = rise.least_ratio
     times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
@@ -281,7 +281,7 @@ def data_sheet_text(comparisons: Sequence[Comparison]) -> str:
         return "The rig's data sheets give nothing to compare with."
     groups: dict[str, list[str]] = {}
     for comparison in comparisons:
-        text = QUANTITIES[comparison.parameter].name.lower()
+        text = DISPLAYED_PARAMETERS[comparison.parameter].name.lower()
         if comparison.deviates and comparison.measured is not None:
             measured = estimate_text(comparison.measured, comparison.parameter)
             text += f" ({measured} against {estimate_text(comparison.data_sheet, comparison.parameter)})"
@@ -293,7 +293,7 @@ def data_sheet_text(comparisons: Sequence[Comparison]) -> str:
 def data_sheet_verdict(comparisons: Sequence[Comparison]) -> str:
     """The same for a cell of a table."""
     deviations = [
-        f"{QUANTITIES[comparison.parameter].name.lower()} {comparison.verdict}"
+        f"{DISPLAYED_PARAMETERS[comparison.parameter].name.lower()} {comparison.verdict}"
         for comparison in comparisons
         if comparison.deviates
     ]

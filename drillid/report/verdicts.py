@@ -73,30 +73,30 @@ def read_verdict_texts(folders: WellFolders) -> tuple[tuple[VerdictText, ...], t
     sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
     texts = tuple(
         SetText(
-            float(windows["from_m"]),
-            float(windows["to_m"]),
-            str(windows["advice"].item()),
-            _missing(windows),
-            _prediction(windows),
+            float(examined["from_m"]),
+            float(examined["to_m"]),
+            str(examined["advice"].item()),
+            _missing(examined),
+            _prediction(examined),
         )
-        for windows in (sets.isel(set=number) for number in range(sets.sizes["set"]))
+        for examined in (sets.isel(set=number) for number in range(sets.sizes["set"]))
     )
     return tuple(verdict_text(row) for row in rows), texts
 
 
-def _missing(windows: xr.Dataset) -> str:
-    return str(windows["missing_reading"].item())
+def _missing(examined: xr.Dataset) -> str:
+    return str(examined["missing_reading"].item())
 
 
-def _prediction(windows: xr.Dataset) -> str:
+def _prediction(examined: xr.Dataset) -> str:
     """Errors of the predicted speed in a held-out window, base against extended, beside the noise."""
     base, extended = (
-        1e3 * float(np.sqrt(np.mean((windows["period_speed"] - windows[name]) ** 2)))
+        1e3 * float(np.sqrt(np.mean((examined["period_speed"] - examined[name]) ** 2)))
         for name in ("period_base", "period_extended")
     )
     if not np.isfinite(base) or base == extended:
         return ""
-    noise = 1e3 * float(windows["period_error"])
+    noise = 1e3 * float(examined["period_error"])
     return (
         f"In a held-out window the speed response to the sweep is predicted with an error of {base:.1f} mrad/s rms "
         f"without and {extended:.1f} mrad/s with the named cause; the noise is {noise:.1f} mrad/s"

@@ -232,8 +232,8 @@ FAULTS = (
     Fault(
         "figures",
         "drillid/figures/control.py",
-        "axis.plot(found.weight / 1e3, speed * _RPM,",
-        "axis.plot(found.weight / 1e3, speed,",
+        "axis.plot(stability.weight / 1e3, speed * _RPM,",
+        "axis.plot(stability.weight / 1e3, speed,",
         ("tests/truth/control/test_control.py::test_map_orders_the_controllers_and_is_drawn",),
         "rad/s drawn on an axis of rpm",
     ),

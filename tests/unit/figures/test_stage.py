@@ -19,7 +19,7 @@ from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
 from drillid.figures import stage as figures
-from drillid.figures.captions import FIGURES, QUANTITIES, RPM_PER_KILONEWTON_METRE
+from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, RPM_PER_KILONEWTON_METRE
 from drillid.figures.data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
 from drillid.figures.style import FLAGGED, STYLE, well_marks
 from drillid.figures.tracks import parameters
@@ -67,7 +67,7 @@ def panels(figure: Figure) -> list[Axes]:
 
 def panel(figure: Figure, name: str) -> Axes:
     """The track of a parameter."""
-    return next(axis for axis in figure.axes if axis.get_xlabel().startswith(QUANTITIES[name].name))
+    return next(axis for axis in figure.axes if axis.get_xlabel().startswith(DISPLAYED_PARAMETERS[name].name))
 
 
 @pytest.mark.parametrize("name", ["many", "one", "gap"])
@@ -124,12 +124,12 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
         discrepancy[key] = discrepancy[key] * np.nan
     empty = many.intervals.iloc[:0]
     stackless = {"stacks": many.stacks.isel(stack=[]), "stack_fits": many.stack_fits.isel(stack=[])}
-    found = {"examination": EXAMINATIONS.empty(), "verdicts": many.verdicts.iloc[:0]}
-    bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless, **found)
+    unexamined = {"examination": EXAMINATIONS.empty(), "verdicts": many.verdicts.iloc[:0]}
+    bare = replace(many, fits=fits, depth=depth, discrepancy=discrepancy, intervals=empty, **stackless, **unexamined)
     figure = DRAWINGS[name](bare)
     figure.canvas.draw()
-    said = " ".join(text.get_text() for axis in figure.axes for text in axis.texts)
-    assert ("nothing was examined" in said) == (name in OF_SETS)
+    notes = " ".join(text.get_text() for axis in figure.axes for text in axis.texts)
+    assert ("nothing was examined" in notes) == (name in OF_SETS)
     if name.startswith("bit_"):
         assert np.ma.getmaskarray(image(panels(figure)[0]).get_array()).all()
 
@@ -172,7 +172,7 @@ def test_bars_are_two_standard_errors_to_either_side(many: WellResults) -> None:
     np.testing.assert_allclose(segments[:, 1, 0], fit["value"].values + half)
 
 
-def test_a_value_at_its_bound_is_one_sided_and_a_refused_fit_hollow(many: WellResults) -> None:
+def test_a_value_at_its_bound_is_one_sided_and_a_rejected_fit_hollow(many: WellResults) -> None:
     index = list(PARAMETERS).index("damping_bha")
     fits = many.fits.copy(deep=True)
     fits["value"][0, index], fits["at_bound"][0, index] = 0.0, True
@@ -187,7 +187,7 @@ def test_a_value_at_its_bound_is_one_sided_and_a_refused_fit_hollow(many: WellRe
     assert any(segment[0, 0] == 0.0 for segment in at_bound)
 
 
-def test_images_show_the_rows_and_leave_out_what_the_gate_left_out(many: WellResults) -> None:
+def test_images_show_the_rows_and_omit_what_the_gate_rejected(many: WellResults) -> None:
     depth = many.depth.copy(deep=True)
     depth["gate"][3, 20:30] = Gate.TOO_INCOHERENT
     measured, fitted = panels(DRAWINGS["command_mobility_depth"](replace(many, depth=depth)))[:2]
