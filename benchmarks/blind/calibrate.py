@@ -49,7 +49,9 @@ def uncalibrated(stated: Iterable[float], line: CalibrationLine) -> Floats:
     return (np.array([log_odds(value) for value in stated]) - line.intercept) / line.slope
 
 
-def main(cases: Annotated[int, typer.Option(help="How many; about half of them hide nothing.")] = 300) -> None:
+def main(
+    cases: Annotated[int, typer.Option(help="Number of cases; about half of them have no hidden cause.")] = 300,
+) -> None:
     """Run the engine on sealed cases, and print the lines that calibrate its probabilities."""
     table, _ = run(cases, FIRST)
     verdicts, console = claims(table), Console()

@@ -1,4 +1,4 @@
-"""What is asked about each case: the discovery engine, and one that answers at random beside it."""
+"""The engines that are judged: the discovery engine, and one that answers at random for comparison."""
 
 import json
 import pickle
@@ -17,7 +17,7 @@ from drillid.errors import DrillidError
 from drillid.fleet.provenance import digest, source_hash
 
 ERROR_RATE = 0.05
-# taken when the modules are loaded, as an edit during a run does not change what runs
+# computed at import, as an edit during a run does not change the running code
 _GATHERING = source_hash("drillid.discrepancy.gather")
 _ENGINE = digest([source_hash("drillid.discrepancy.verdicts.engine"), _GATHERING])
 
@@ -28,38 +28,38 @@ class Answer:
 
     verdicts: tuple[Verdict, ...]
     second_pass: float
-    """Chance of so much misfit in the extended model where it is right; NaN where nothing was extended."""
+    """p-value of the extended model's misfit; NaN where the model was not extended."""
     failure: str = ""
     """Why the engine gave no verdict; empty where it did."""
 
 
 def discovery(case: Case) -> Answer:
-    """The engine's answer, kept in a file named after its code and the case."""
-    told = [str(case.data_sheet), case.removed, case.command_logged, case.path.name]
-    path = FOLDER.parent / "answers" / f"{digest([_ENGINE, *told])}.json"
+    """The engine's answer, cached in a file named after a hash of its code and the case."""
+    key = [str(case.data_sheet), case.removed, case.command_logged, case.path.name]
+    path = FOLDER.parent / "answers" / f"{digest([_ENGINE, *key])}.json"
     if path.is_file():
         return _read(path)
-    catalogue = [cause for name, cause in CATALOGUE.items() if not (case.removed and name in case.answer)]
-    answer = _asked(case, catalogue)
+    catalogue = [cause for name, cause in CATALOGUE.items() if not (case.removed and name in case.hidden_names)]
+    answer = _examined(case, catalogue)
     _write(path, json.dumps(asdict(answer)).encode())
     return answer
 
 
-def _asked(case: Case, catalogue: list[Cause]) -> Answer:
+def _examined(case: Case, catalogue: list[Cause]) -> Answer:
     try:
-        found = examine(kept_evidence(case), catalogue=catalogue, error_rate=ERROR_RATE, seed=case.seed)
+        examination = examine(kept_evidence(case), catalogue=catalogue, error_rate=ERROR_RATE, seed=case.seed)
     except DrillidError as error:
         return Answer((), float("nan"), str(error))
-    return Answer(found.verdicts, found.after.p_value if found.extensions else float("nan"))
+    return Answer(examination.verdicts, examination.after.p_value if examination.extensions else float("nan"))
 
 
 def kept_evidence(case: Case) -> Evidence:
-    """Evidence about a case, kept in a file named after the code that gathers it."""
-    told = [str(case.data_sheet), case.command_logged, case.path.name]
-    path = FOLDER.parent / "evidence" / f"{digest([_GATHERING, told, SETTINGS.model_dump()])}.pickle"
+    """Evidence about a case, cached in a file named after a hash of the code that gathers it."""
+    key = [str(case.data_sheet), case.command_logged, case.path.name]
+    path = FOLDER.parent / "evidence" / f"{digest([_GATHERING, key, SETTINGS.model_dump()])}.pickle"
     if path.is_file():
-        found: Evidence = pickle.loads(path.read_bytes())
-        return found
+        cached: Evidence = pickle.loads(path.read_bytes())
+        return cached
     evidence = evidence_of(case)
     _write(path, pickle.dumps(evidence))
     return evidence
@@ -74,14 +74,14 @@ def _write(path: Path, content: bytes) -> None:
 
 def _read(path: Path) -> Answer:
     kept: dict[str, Any] = json.loads(path.read_text())
-    verdicts = tuple(Verdict(**one) for one in kept.pop("verdicts"))
+    verdicts = tuple(Verdict(**verdict) for verdict in kept.pop("verdicts"))
     return Answer(verdicts, **kept)
 
 
 def at_random(case: Case) -> Answer:
-    """Says `none` of half of the cases, and of the others any cause or `unknown`."""
+    """Answers `none` for half of the cases, and any cause or `unknown` for the others."""
     generator = np.random.default_rng([1, case.seed])
-    depths = [stretch.hole_depth for stretch in case.stretches]
+    depths = [segment.hole_depth for segment in case.segments]
     name = "none" if generator.random() < 0.5 else str(generator.choice([*CATALOGUE, "unknown"]))
     family = CATALOGUE[name].family if name in CATALOGUE else ""
     probability = float(generator.random())

@@ -23,7 +23,7 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     single = single[single["detectability"].between(_EDGES[0], _EDGES[-1])]
     binned = single.assign(place=np.digitize(single["detectability"], _EDGES))
-    grouped = binned.groupby("place").filter(lambda one: len(one) >= _LEAST).groupby("place")
+    grouped = binned.groupby("place").filter(lambda group: len(group) >= _LEAST).groupby("place")
     middle, cases = grouped["detectability"].median(), grouped.size()
     for column, label, marker in (("detected", "engine, detected", "o"), ("right", "engine, named rightly", "s")):
         share = grouped[column].mean()
@@ -41,13 +41,13 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
 
 def calibration_plot(table: pd.DataFrame, path: Path) -> None:
     """Share of true verdicts against the probability stated."""
-    found = calibration(table)
+    bins = calibration(table)
     figure, axes = plt.subplots(figsize=(5, 4.5), layout="constrained")
-    count = found["verdicts"]
-    error = np.sqrt(np.maximum(found["right"] * (1 - found["right"]), 0.25 / count) / count)
+    count = bins["verdicts"]
+    error = np.sqrt(np.maximum(bins["right"] * (1 - bins["right"]), 0.25 / count) / count)
     axes.plot([0, 1], [0, 1], "k:", label="calibrated")
-    axes.errorbar(found["stated"], found["right"], error, marker="o", capsize=3, label="engine")
-    for stated, right, verdicts in found.itertuples(index=False):
+    axes.errorbar(bins["stated"], bins["right"], error, marker="o", capsize=3, label="engine")
+    for stated, right, verdicts in bins.itertuples(index=False):
         axes.annotate(str(int(verdicts)), (stated, right), xytext=(5, -12), textcoords="offset points", fontsize=8)
     axes.set(xlabel="stated probability", ylabel="share of true verdicts", xlim=(0, 1.03), ylim=(0, 1.03))
     axes.set_title("Calibration, with numbers of verdicts")

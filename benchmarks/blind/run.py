@@ -1,4 +1,4 @@
-"""Many sealed cases: drawn, simulated, asked and judged."""
+"""Many sealed cases: drawn, simulated, examined and judged."""
 
 from concurrent.futures import ProcessPoolExecutor
 
@@ -20,13 +20,13 @@ def one_case(seed: int) -> tuple[Row, Row]:
     case = draw(seed)
     try:
         answers = [engine(case) for engine in (discovery, at_random)]
-        ideal = kept_ideals(case, frozenset(name for one in answers[0].verdicts for name in one.members))
-        stands, left = bit_stands(case), trace(case)
-        found, guessed = (as_row(judge(case, answer, ideal, stands=stands, trace=left)) for answer in answers)
+        ideal = kept_ideals(case, frozenset(name for verdict in answers[0].verdicts for name in verdict.members))
+        stands, traced = bit_stands(case), trace(case)
+        judged, guessed = (as_row(judge(case, answer, ideal, stands=stands, trace=traced)) for answer in answers)
     except Exception as error:
         error.add_note(f"in the sealed case of seed {seed}")
         raise
-    return found, guessed
+    return judged, guessed
 
 
 def run(cases: int, first: int) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -37,5 +37,5 @@ def run(cases: int, first: int) -> tuple[pd.DataFrame, pd.DataFrame]:
         for row in pool.map(one_case, range(first, first + cases)):
             rows.append(row)
             progress.advance(task)
-    found, guessed = zip(*rows, strict=True)
-    return pd.DataFrame(found), pd.DataFrame(guessed)
+    judged, guessed = zip(*rows, strict=True)
+    return pd.DataFrame(judged), pd.DataFrame(guessed)

@@ -1,4 +1,4 @@
-"""Figures of merit over all cases."""
+"""Scores over all cases."""
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN
 _BINS = 10
 _CONFIDENCE = 0.95
 _NO_CAUSE = ("class with it", "class without it", "several", UNKNOWN, NONE)
-"""What a verdict may be but a single cause."""
+"""Verdicts other than a single cause."""
 
 TARGETS: dict[str, tuple[str, float | tuple[float, float]]] = {
     "false_alarm": ("<=", 0.05),
@@ -27,25 +27,25 @@ TARGETS: dict[str, tuple[str, float | tuple[float, float]]] = {
 
 
 def scores(table: pd.DataFrame) -> dict[str, float]:
-    """Figures of merit of a table of judgements; NaN where no case asks the question.
+    """Scores of a table of judgements; NaN where no case applies.
 
     - false_alarm: nulls with another verdict than none; false_alarm_upper: one-sided 95 % limit of Clopper and Pearson
     - accuracy_at_2x: cause or exact class named, of single causes and pairs at twice the size where the ideal test over
       the whole family of candidates has 50 % power
-    - accuracy_at_2x_in_turn: the same without the cases that are turned to a zone of local damping to be located
+    - accuracy_at_2x_in_turn: the same without the cases that have a zone of local damping in the place of their turn
     - ideal_power_at_2x: share of these that the ideal test detects, less than all where an effect stops growing
     - power_ratio: cases detected per case that the ideal test over the family would detect, single linear causes
-    - unknown_share: removed causes, at twice the size where the ideal test that does not know them has 50 % power,
-      without a stand-in in the catalogue, that are called unknown; unknown_share_any: those with a stand-in as well
+    - unknown_share: removed causes, at twice the size where the ideal test unaware of them has 50 % power, without a
+      stand-in in the catalogue, with the verdict unknown; unknown_share_any: those with a stand-in as well
     - wrong_family_confident: removed causes without a stand-in with a name of another family at a probability above 0.9
-    - coverage95, gain_positive, second_pass_none: of right names of single causes
-    - location_within_5pct: of these where a zone alone is named and its place is stated; zones_placed: share that is
-    - detections_named: single causes that are not linear, or tones, and show, that are named right
+    - coverage95, gain_positive, second_pass_none: over rightly named single causes
+    - location_within_5pct: over zones named alone with a stated place; zones_placed: share of named zones with one
+    - detections_named: single causes that are not linear, or tones, and show, with the right name
     """
-    nulls, found = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
-    kept, removed = found[~found["removed"]], found[found["removed"]]
+    nulls, with_cause = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
+    kept, removed = with_cause[~with_cause["removed"]], with_cause[with_cause["removed"]]
     alone = kept[~kept["hidden"].str.contains("+", regex=False)]
-    single, signs = alone[alone["linear"]], alone[~alone["linear"] & alone["shows"]]
+    single, nonlinear = alone[alone["linear"]], alone[~alone["linear"] & alone["shows"]]
     large, gone = kept[kept["large"]], removed[removed["large"] & ~removed["still_there"]]
     zones = kept[(kept["hidden"] == "local_damping_zone") & (kept["named"] == "local_damping_zone")]
     alarms = int(nulls["detected"].sum())
@@ -68,22 +68,22 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "unknown_share_any": _share(removed[removed["large"]]["named"] == UNKNOWN),
         "power_ratio_known_cause": float(single["detected"].sum() / single["power"].sum()) if len(single) else np.nan,
         "zones_placed": _share(zones["location_error"].notna()),
-        "detections_named": _share(signs["right"]),
+        "detections_named": _share(nonlinear["right"]),
         "failures": int((table["failure"] != "").sum()),
         "single_linear": len(single),
         "nulls": len(nulls),
         "removed": len(removed),
         "at_2x": len(large),
         "removed_at_2x": len(gone),
-        "without_ideal": int(found["detectability"].isna().sum()),
+        "without_ideal": int(with_cause["detectability"].isna().sum()),
         "covered_of": int(kept["covered"].notna().sum()),
-        "signs_of": len(signs),
+        "detections_of": len(nonlinear),
         "located_of": int(kept["location_error"].notna().sum()),
     }
 
 
 def _share(column: pd.Series) -> float:
-    """Mean of what is known; NaN where nothing is."""
+    """Mean over the cases with a value; NaN without any."""
     return float(column.astype(float).mean())
 
 
@@ -95,15 +95,15 @@ def upper_limit(count: int, cases: int) -> float:
 
 
 def claims(table: pd.DataFrame) -> pd.DataFrame:
-    """All verdicts: their kind, the probability stated, and whether they are true."""
-    found = [claim for row in table["claims"] for claim in row]
-    return pd.DataFrame(found, columns=["kind", "stated", "right"]).astype({"stated": float, "right": float})
+    """All verdicts: kind, stated probability, and whether they are true."""
+    rows = [claim for row in table["claims"] for claim in row]
+    return pd.DataFrame(rows, columns=["kind", "stated", "right"]).astype({"stated": float, "right": float})
 
 
 def calibration(table: pd.DataFrame) -> pd.DataFrame:
     """Mean stated probability and share of true verdicts in bins of probability."""
-    found = claims(table)
-    grouped = found.groupby(np.minimum((found["stated"].to_numpy() * _BINS).astype(int), _BINS - 1))
+    verdicts = claims(table)
+    grouped = verdicts.groupby(np.minimum((verdicts["stated"].to_numpy() * _BINS).astype(int), _BINS - 1))
     return pd.DataFrame(
         {"stated": grouped["stated"].mean(), "right": grouped["right"].mean(), "verdicts": grouped.size()}
     )
@@ -111,15 +111,15 @@ def calibration(table: pd.DataFrame) -> pd.DataFrame:
 
 def calibration_error(table: pd.DataFrame) -> float:
     """Expected calibration error: mean distance of stated probability and share of true verdicts, by verdicts."""
-    found = calibration(table)
-    weight = found["verdicts"] / found["verdicts"].sum()
-    return float((weight * (found["stated"] - found["right"]).abs()).sum())
+    bins = calibration(table)
+    weight = bins["verdicts"] / bins["verdicts"].sum()
+    return float((weight * (bins["stated"] - bins["right"]).abs()).sum())
 
 
 def confusion(table: pd.DataFrame) -> pd.DataFrame:
-    """How often each single cause, kept in the catalogue and of a size to be seen, is named what.
+    """Confusion matrix of detectable single causes that are in the catalogue, and of nulls.
 
-    Causes come first, in the same order in rows and columns, and then what is no cause.
+    Causes come first, in the same order in rows and columns, then the other verdicts.
     """
     kept = table[(table["hidden"] == NONE) | (~table["removed"] & table["shows"])]
     kept = kept[~kept["hidden"].str.contains("+", regex=False)]
@@ -127,17 +127,19 @@ def confusion(table: pd.DataFrame) -> pd.DataFrame:
     short = named.where(~named.str.contains("|", regex=False), "class with it").where(
         ~named.str.contains("|", regex=False) | (kept["contains"] & (kept["hidden"] != NONE)), "class without it"
     )
-    found = pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
-    causes = sorted((set(found.index) | set(found.columns)) - set(_NO_CAUSE))
-    rows, columns = ([name for name in (*causes, *_NO_CAUSE) if name in axis] for axis in (found.index, found.columns))
-    return found.loc[rows, columns]
+    counts = pd.crosstab(kept["hidden"], short, rownames=["hidden"], colnames=["named"])
+    causes = sorted((set(counts.index) | set(counts.columns)) - set(_NO_CAUSE))
+    rows, columns = (
+        [name for name in (*causes, *_NO_CAUSE) if name in axis] for axis in (counts.index, counts.columns)
+    )
+    return counts.loc[rows, columns]
 
 
 def holds(name: str, value: float) -> bool | None:
-    """Whether a figure meets its target; None without one, or where no case asks."""
+    """Whether a score meets its target; None without a target or a value."""
     if name not in TARGETS or np.isnan(value):
         return None
-    sign, target = TARGETS[name]
+    relation, target = TARGETS[name]
     if isinstance(target, tuple):
         return bool(target[0] <= value <= target[1])
-    return bool(value <= target if sign == "<=" else value >= target)
+    return bool(value <= target if relation == "<=" else value >= target)

@@ -1,4 +1,4 @@
-"""What is hidden in a case: causes, pairs of causes, and sizes from undetectable to obvious."""
+"""Random hidden causes of a case: single ones and pairs, of sizes from undetectable to obvious."""
 
 from dataclasses import replace
 
@@ -8,22 +8,22 @@ from benchmarks.blind.generator.cases import EFFECTS, Case, Hidden, plain_case
 from benchmarks.blind.ideal.ideal import Ideal
 
 NULLS = 0.5
-"""Share of cases with nothing hidden."""
+"""Share of cases without a hidden cause."""
 PAIRS = 0.1
 """Share of the others with two causes."""
 REMOVED = 0.25
-"""Share of the others whose cause is taken out of the engine's catalogue."""
+"""Share of the others whose cause is removed from the engine's catalogue."""
 ZONES = 0.05
-"""Share of the others that are turned to a zone of local damping, the one cause with a place, to be located."""
+"""Share of the others that get a zone of local damping instead, the one cause with a place, to test its location."""
 _DETECTABILITY = (1.0, 30.0)
-"""√λ of the ideal test, drawn evenly in its logarithm."""
+"""Range of √λ of the ideal test, log-uniform."""
 _REMOVED_DETECTABILITY = (10.0, 30.0)
 _ROUNDS = 6
 _CLOSE = 0.05
 
 
 def draw(seed: int, windows: int | None = None) -> Case:
-    """A case with all that is hidden in it; the same seed gives the same case, and successive ones take turns."""
+    """A case with its hidden causes; the same seed gives the same case, and successive seeds cycle through causes."""
     case, generator = plain_case(seed, windows)
     if generator.random() < NULLS:
         return case
@@ -40,7 +40,7 @@ def draw(seed: int, windows: int | None = None) -> Case:
 
 
 def in_turn(seed: int) -> str:
-    """The cause whose turn it is with a seed."""
+    """The cause of a seed, in cyclic order."""
     return list(EFFECTS)[seed % len(EFFECTS)]
 
 
@@ -68,25 +68,25 @@ def sized(case: Case, name: str, generator: np.random.Generator, span: tuple[flo
 
 
 def _size_for(ideal: Ideal, hidden: Hidden, wanted: float, low: float, high: float) -> float:
-    """Size at which √λ is as wanted, by secants in logarithms, within the range of sizes."""
+    """Size at which √λ has a wanted value, by the secant method in logarithms, within the range of sizes."""
     size, power = float(np.sqrt(low * high)), 1.0
-    found: list[tuple[float, float]] = []
+    tried: list[tuple[float, float]] = []
     sign = np.sign(hidden.size)
     for _ in range(_ROUNDS):
         reached = np.sqrt(max(ideal.noncentrality((Hidden(hidden.name, sign * size, hidden.shape),)), 1e-12))
-        found.append((np.log(size), np.log(reached)))
-        if abs(found[-1][1] - np.log(wanted)) < _CLOSE:
+        tried.append((np.log(size), np.log(reached)))
+        if abs(tried[-1][1] - np.log(wanted)) < _CLOSE:
             break
-        if len(found) > 1 and abs(found[-1][0] - found[-2][0]) > 1e-6:
-            power = (found[-1][1] - found[-2][1]) / (found[-1][0] - found[-2][0])
+        if len(tried) > 1 and abs(tried[-1][0] - tried[-2][0]) > 1e-6:
+            power = (tried[-1][1] - tried[-2][1]) / (tried[-1][0] - tried[-2][0])
         power = min(max(power, 0.4), 3.0)
         size = float(np.clip(size * (wanted / reached) ** (1 / power), low, high))
-        if found[-1][0] == np.log(size):
+        if tried[-1][0] == np.log(size):
             break
     return size
 
 
 def _partner(generator: np.random.Generator, name: str) -> str:
-    """A cause of another file of effects, so that both can be at work."""
+    """A cause from another file of effects, so that both can act together."""
     own = EFFECTS[name].apply.__module__
     return str(generator.choice([other for other, effect in EFFECTS.items() if effect.apply.__module__ != own]))

@@ -1,21 +1,21 @@
-"""What a hidden cause is to the tests: a change of what is simulated."""
+"""The interface of hidden effects: changes of the simulator's input."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from benchmarks.blind.generator.rigs import Equipment, Segment
+from benchmarks.blind.generator.rigs import DrillingSegment, Equipment
 from benchmarks.blind.generator.world import World
 
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect may know beside the window's world."""
+    """Context of an effect beside the window's world."""
 
     equipment: Equipment
-    first: Segment
+    first: DrillingSegment
     """First window of the set."""
     shape: float
-    """Which of the cause's shapes, 0 to 1, drawn for the whole set."""
+    """0 to 1, selects one of the cause's shapes, drawn for the whole set."""
 
 
 Range = tuple[float, float]
@@ -34,7 +34,7 @@ class Effect:
     signed: bool = False
     """Sizes of either sign."""
     linear: bool = True
-    """Whether small vibrations are those of a linear rig, so that the ideal test can be computed."""
+    """Whether the rig is linear for small vibrations, so that the ideal test can be computed."""
 
     def range(self, world: World, context: Context) -> Range:
         """Least and largest size in this window."""

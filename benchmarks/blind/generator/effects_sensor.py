@@ -19,8 +19,8 @@ def _speed_scale(world: World, size: float, context: Context) -> World:
 
 
 def nearest_factor(scale: float) -> float:
-    """Of the factors of wrong units the one that a scale comes nearest to."""
-    return min((one for one in SignOrUnit.shapes if one > 0), key=lambda factor: abs(np.log(scale / factor)))
+    """The factor of a wrong unit that is nearest to a scale."""
+    return min((shape for shape in SignOrUnit.shapes if shape > 0), key=lambda factor: abs(np.log(scale / factor)))
 
 
 def wrong_factor(shape: float) -> float:

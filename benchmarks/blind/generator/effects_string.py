@@ -13,7 +13,7 @@ from drillid.physics.nonlinear import WallContact, Weakening
 ZONE_SHARE = 0.05
 """Length of a zone of local damping, as a share of the first window's pipe."""
 LEAST_SECTION = 20.0
-"""m; a wave needs a time step of 5 ms for 16 m of steel."""
+"""m; a wave travels 16 m of steel in a time step of 5 ms."""
 _DRY_SHARE = 0.2
 """Wall friction far above the threshold speed, as a share of the rock's torque."""
 
@@ -59,7 +59,7 @@ def _local_damping_zone(world: World, size: float, context: Context) -> World:
 
 
 def _with_law(world: World, law: DampingLaw) -> World:
-    return world.with_system(string=tuple(replace(one, laws=(*one.laws, law)) for one in world.rig.system.string))
+    return world.with_system(string=tuple(replace(part, laws=(*part.laws, law)) for part in world.rig.system.string))
 
 
 def _mud_drag(world: World, size: float, context: Context) -> World:

@@ -8,11 +8,11 @@ from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
 
 _GEAR_RESONANCE = 2 * np.pi * 40.0
-"""rad/s, of the top drive's halves against each other: far above the sweep, so that only the play shows."""
+"""rad/s, of the top drive's two inertias against each other: far above the sweep, so that only the play shows."""
 _GEAR_DAMPING = 0.1
-"""Of that resonance, as a share of the critical one."""
+"""Damping ratio of that resonance."""
 _LARGEST_JITTER = 0.4
-"""Of the delay, the deviation of a jittering one."""
+"""Largest standard deviation of a delay with jitter, as a share of the delay."""
 _BELOW_GEAR = 0.3
 """Share of the top drive's inertia that turns below its gear."""
 
@@ -30,7 +30,7 @@ def _delay_jitter(world: World, size: float, context: Context) -> World:
 
 
 def _jitter_range(world: World, context: Context) -> tuple[float, float]:
-    """Variances of delays of which hardly any would fall below zero, where they stop."""
+    """Variances of delays of which hardly any would be negative, at which they are clipped."""
     return 1e-5, (_LARGEST_JITTER * float(world.rig.system.top_drive.delay)) ** 2
 
 
@@ -59,8 +59,10 @@ def _rate_range(world: World, context: Context) -> tuple[float, float]:
 
 
 def _controller_gain(world: World, size: float, context: Context) -> World:
-    told = world.rig.system.top_drive.controller
-    return world.with_controller(proportional=told.proportional * (1 + size), integral=told.integral * (1 + size))
+    controller = world.rig.system.top_drive.controller
+    return world.with_controller(
+        proportional=controller.proportional * (1 + size), integral=controller.integral * (1 + size)
+    )
 
 
 def _speed_filter(world: World, size: float, context: Context) -> World:
@@ -72,7 +74,7 @@ def _torque_filter(world: World, size: float, context: Context) -> World:
 
 
 def _gear_backlash(world: World, size: float, context: Context) -> World:
-    """Play that opens, as the mean torque is small."""
+    """Play that opens, as the mean torque is low."""
     inertia = float(world.rig.system.top_drive.inertia)
     against = _BELOW_GEAR * (1 - _BELOW_GEAR) * inertia
     gear = replace(

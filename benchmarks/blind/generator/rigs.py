@@ -1,4 +1,4 @@
-"""Rigs, strings and the way they drill, drawn at random, and data sheets that are right within their tolerances."""
+"""Random rigs, strings and operating points, and data sheets that are right within their tolerances."""
 
 from dataclasses import dataclass
 
@@ -23,14 +23,14 @@ _REFERENCE = polar_moment(0.1397, 0.1214)
 LOCAL_STEPS = np.array([0.15, 0.10, 0.15])
 """Deviation of a window's κ, δ and damping at the bit from the set's, relative."""
 _MEMORY = 0.8
-"""Correlation of that deviation from one window to the next."""
+"""Autocorrelation of that deviation from window to window."""
 _LARGEST_PHASE = 0.5
-"""rad that the delay may cost where proportional gain and top-drive inertia cross."""
+"""rad, largest phase lag by the delay at the crossover of proportional gain and top-drive inertia."""
 
 
 @dataclass(frozen=True)
-class Segment:
-    """One window of drilling, and what differs in it."""
+class DrillingSegment:
+    """One window of drilling, with the parameters that vary between windows."""
 
     hole_depth: float
     """m."""
@@ -47,7 +47,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Equipment:
-    """A rig and what it does in all windows; the pipe's length and damping are those of the first."""
+    """A rig and its operation in all windows; the pipe's length and damping are those of the first."""
 
     pipe: Section
     collars: Section
@@ -64,26 +64,26 @@ class Equipment:
     noise_bandwidth: float
     """Hz, of the torque noise at the bit."""
     noise_swing: float
-    """Standard deviation of the slow changes of the noise's level, as its logarithm."""
+    """Standard deviation of the logarithm of the slowly varying noise level."""
     sensor_noise: float
     """rad/s rms, of the recorded speed."""
     resolution: float
     """rad/s, of the recorded speed; fine."""
     length_relative: float
-    """Standard uncertainty of the pipe's length as waves see it."""
+    """Relative standard uncertainty of the pipe's travel time."""
     slowness: float
     """Relative change of the pipe's travel time, within that uncertainty."""
     clock: float
-    """s, by which the speed's rows are late, within CLOCK_ERROR."""
+    """s, delay of the recorded speed, within CLOCK_ERROR."""
 
     @property
     def delay(self) -> float:
-        """What the delay amounts to, as the command is held between two readings of the speed, s."""
+        """Effective delay, s, including the hold of the command between two speed readings."""
         return float(self.top_drive.delay + (self.control_interval - TIME_STEP) / 2)
 
 
 def draw_equipment(generator: np.random.Generator) -> Equipment:
-    """A rig whose torques go with its pipe."""
+    """A rig whose torques scale with its pipe."""
     outer, inner = PIPES[generator.integers(len(PIPES))]
     moment = polar_moment(outer, inner)
     relative = moment / _REFERENCE
@@ -115,48 +115,48 @@ def draw_equipment(generator: np.random.Generator) -> Equipment:
     )
 
 
-def draw_stretches(
+def draw_segments(
     generator: np.random.Generator, equipment: Equipment, count: int | None = None
-) -> tuple[Segment, ...]:
-    """Successive windows of drilling ahead, two a stand; κ, δ and the bit's damping wander a little."""
+) -> tuple[DrillingSegment, ...]:
+    """Successive windows of drilling ahead, two a stand; κ, δ and the bit's damping follow a random process."""
     if count is None:
         count = int(generator.choice(WINDOW_COUNTS, p=_COUNT_PROBABILITIES))
     base = np.array([equipment.pipe.kappa, equipment.pipe.delta, equipment.bit.damping])
     deviation = generator.standard_normal(3)
     speed = float(generator.uniform(7.0, 18.0))
-    loudest = equipment.sweep_amplitude / SWEEP
-    noise = _log_uniform(generator, 100.0, 600.0) * loudest
-    stretches = []
+    scale = equipment.sweep_amplitude / SWEEP
+    noise = _log_uniform(generator, 100.0, 600.0) * scale
+    segments = []
     for number in range(count):
         deviation = _MEMORY * deviation + np.sqrt(1 - _MEMORY**2) * generator.standard_normal(3)
         kappa, delta, damping = (float(value) for value in base * np.exp(LOCAL_STEPS * deviation))
         added = STAND * (number // 2)
         length = float(equipment.pipe.length) + added
         depth = length + float(equipment.collars.length) + STAND / 2 * (number % 2)
-        turning = speed * float(generator.uniform(0.85, 1.15))
+        rotation = speed * float(generator.uniform(0.85, 1.15))
         level = noise * float(np.exp(0.15 * generator.standard_normal()))
-        stretches.append(Segment(depth, length, kappa, delta, damping, turning, level))
-    return tuple(stretches)
+        segments.append(DrillingSegment(depth, length, kappa, delta, damping, rotation, level))
+    return tuple(segments)
 
 
 def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> DataSheet:
-    """What the rig's data sheets say: true within tolerances, as normal variables."""
+    """The rig's data sheet: values in error by normal variables of its tolerances."""
     delay_error = float(generator.uniform(0.003, 0.005))
     inertia_relative, moment_relative, collar_relative, gain_relative = 0.02, 0.05, 0.1, 0.02
-    by = generator.standard_normal(6)
-    told = equipment.top_drive.controller
+    deviation = generator.standard_normal(6)
+    true = equipment.top_drive.controller
     controller = Controller(
-        told.proportional * (1 + gain_relative * by[0]), told.integral * (1 + gain_relative * by[1])
+        true.proportional * (1 + gain_relative * deviation[0]), true.integral * (1 + gain_relative * deviation[1])
     )
-    inertia = float(equipment.top_drive.inertia * (1 + inertia_relative * by[2]))
-    moment = float(equipment.pipe.polar_moment * (1 + moment_relative * by[3]))
+    inertia = float(equipment.top_drive.inertia * (1 + inertia_relative * deviation[2]))
+    moment = float(equipment.pipe.polar_moment * (1 + moment_relative * deviation[3]))
     return DataSheet(
         controller=controller,
         controller_relative=gain_relative,
         collar_length=float(equipment.collars.length),
-        collar_polar_moment=float(equipment.collars.polar_moment * (1 + collar_relative / 2 * by[4])),
+        collar_polar_moment=float(equipment.collars.polar_moment * (1 + collar_relative / 2 * deviation[4])),
         collar_relative=collar_relative,
-        delay=equipment.delay + delay_error * by[5],
+        delay=equipment.delay + delay_error * deviation[5],
         delay_error=delay_error,
         inertia_td=inertia,
         inertia_td_error=inertia_relative * inertia,

@@ -1,1 +1,1 @@
-"""What an ideal test that knows the hidden effect would see."""
+"""The ideal test, which knows the hidden effect: its power, and the causes that it cannot distinguish."""

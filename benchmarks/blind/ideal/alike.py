@@ -1,4 +1,4 @@
-"""What cannot be told from a hidden cause at a case's noise: other causes, one or two of them together."""
+"""Causes that cannot be distinguished from a hidden cause at a case's noise, one or two of them together."""
 
 from dataclasses import dataclass, replace
 
@@ -12,83 +12,87 @@ from drillid.arrays import Floats
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.rules import DISTINCT, DISTINGUISHED_SHARE
 
-UNTOLD = Ideal.distance_unaware(DISTINGUISHED_SHARE)
+INDISTINGUISHABLE = Ideal.distance_unaware(DISTINGUISHED_SHARE)
 """Standard deviations below which a cause that is not in the catalogue counts as imitated by others."""
 _SIZES = 3
-"""Sizes of a cause, from small to the largest that the catalogue allows, that are reckoned with."""
+"""Number of sizes of a cause, from small to the largest that the catalogue allows, in the linear approximation."""
 _FARTHEST = 5.0
-"""Factor by which linear reckoning may put a rival off the size that it starts from."""
+"""Largest factor by which the linear approximation may change a rival's size."""
 _NEAR = 0.1
-"""Share of a cause that a rival must explain by linear reckoning to be looked at closely; it may then come nearer."""
+"""Share of a cause that a rival must explain in the linear approximation for a non-linear fit, which may bring it
+nearer."""
 _STARTS, _PAIRS = 2, 12
-"""Of every cause, and of all pairs, those that are looked at closely, as they leave least by linear reckoning."""
-_HOPELESS, _CLOSE, _TRIES = 1.5, 3.0, 8
-"""How many times what counts as the same a rival may be off to be followed further; the same where its shape can be
-sought between those tried, and steps of that search."""
+"""Number of starts for each cause, and of pairs in all, with a non-linear fit: those that leave least in the linear
+approximation."""
+_REJECTED, _CLOSE, _TRIES = 1.5, 3.0, 8
+"""Distances, relative to that of indistinguishable causes, up to which the fit of a rival is continued: in general, and
+where its shape is continuous; and evaluations of the search over that shape."""
 _RIDGE = 1e-6
-"""Share by which two causes with one direction are kept apart."""
+"""Relative regularisation of pairs of collinear causes."""
 
 
 def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> frozenset[str]:
-    """Causes that at this noise come too close to a hidden one to be told from it.
+    """Causes that at this noise cannot be distinguished from a hidden one.
 
-    Those that come near by linear reckoning are followed to their best size, and shape where that is continuous, while
-    those that are hidden beside it take any size.
+    Those that are near in the linear approximation are fitted in size, and in shape where that is continuous, while
+    causes hidden beside it may take any size.
     """
     if not EFFECTS[hidden.name].linear:
         return frozenset({hidden.name})
-    beside = tuple(one for one in beside if EFFECTS[one.name].linear)
+    beside = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
     if hidden.name == "sign_or_unit":
         starts = [Hidden("speed_scale", wrong_factor(hidden.shape) - 1, 0.5)]
     else:
-        starts = _Reckoned.of(ideal, hidden, beside).nearest()
-    found = {hidden.name}
+        starts = _Linearised.of(ideal, hidden, beside).nearest()
+    names = {hidden.name}
     alone = ideal.noncentrality((hidden,), beside)
     for rival in starts:
         if (
-            rival.name not in found
+            rival.name not in names
             and _least(ideal, hidden, (ideal.bounded(rival),), alone, DISTINCT, beside) < DISTINCT
         ):
-            found.add(rival.name)
+            names.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
-        found.add("sign_or_unit")
-    return frozenset(found)
+        names.add("sign_or_unit")
+    return frozenset(names)
 
 
 def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tuple[Hidden, ...] = ()) -> bool:
     """Whether a certain other cause comes nearer than some standard deviations, from any of its shapes and sizes.
 
-    Linear reckoning overlooks some, as slower waves for a heavier bit; for what an answer names no start is spared.
+    The linear approximation misses some, such as slower waves for a heavier bit; for a cause that an answer names, all
+    starts are tried.
     """
     if not EFFECTS[hidden.name].linear or not EFFECTS[name].linear or "sign_or_unit" in (name, hidden.name):
         return False
-    beside = tuple(one for one in beside if EFFECTS[one.name].linear)
+    beside = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
     whole: tuple[Hidden, ...] = (hidden, *beside)
     best: tuple[float, tuple[Hidden, ...]] = (np.inf, ())
     for small in ideal.small(name in IN_TIME):
         for rival in _sizes(small) if small.name == name else []:
             for grown in (True, False):
-                found = ideal.closest(whole, (ideal.bounded(rival), *beside), grown=grown)
-                best = min(best, found, key=lambda entry: entry[0])
+                fitted = ideal.closest(whole, (ideal.bounded(rival), *beside), grown=grown)
+                best = min(best, fitted, key=lambda entry: entry[0])
                 if best[0] < near**2:
                     return True
     return name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < near
 
 
 def imitated(ideal: Ideal, hidden: Hidden) -> bool:
-    """Whether another cause, or two together, come so close that a test that does not know the hidden one is blind."""
+    """Whether another cause, or two together, come so close that a test unaware of the hidden one has no power."""
     if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
-    reckoned = _Reckoned.of(ideal, hidden, ())
+    linearised = _Linearised.of(ideal, hidden, ())
     alone = ideal.noncentrality((hidden,))
     return any(
-        _least(ideal, hidden, tuple(ideal.bounded(one) for one in rivals), alone, UNTOLD) < UNTOLD
-        for rivals in (*((one,) for one in reckoned.nearest()), *reckoned.pairs())
+        _least(ideal, hidden, tuple(ideal.bounded(rival) for rival in rivals), alone, INDISTINGUISHABLE)
+        < INDISTINGUISHABLE
+        for rivals in (*((rival,) for rival in linearised.nearest()), *linearised.pairs())
     )
 
 
 def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
-    """Whether a scale comes too close to that of a wrong unit, which leaves the rest of it."""
+    """Whether a scale cannot be distinguished from that of a wrong unit; the test is on the ratio of both."""
     rest = replace(scale, size=(1 + scale.size) / nearest_factor(1 + scale.size) - 1)
     return ideal.least_distance((rest,)) < DISTINCT**2
 
@@ -101,17 +105,17 @@ def _least(
     near: float,
     beside: tuple[Hidden, ...] = (),
 ) -> float:
-    """Least distance of rivals, from where they start and as they grow with the cause.
+    """Least distance of rivals, fitted from their starts and by continuation in the size of the cause.
 
     Parameters
     ----------
     alone : squared distance of the cause from any rig without it and without rivals
-    near : distance below which nobody asks how near
+    near : distance at which the fit may stop
     """
     continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
-    # a large cause bends linear reckoning: on its way a rival may be as far off as none at all
+    # for a large cause the linear approximation fails: during the fit a rival may be as far off as none at all
     whole = (hidden, *beside)
-    far = max(((_CLOSE if continuous else _HOPELESS) * near) ** 2, alone)
+    far = max(((_CLOSE if continuous else _REJECTED) * near) ** 2, alone)
     squared, reached = ideal.closest(whole, (*rivals, *beside), grown=False, rejected=far)
     if squared >= near**2:
         other, end = ideal.closest(whole, (*rivals, *beside), rejected=far)
@@ -122,7 +126,7 @@ def _least(
 
 
 def _at_best_shape(ideal: Ideal, whole: tuple[Hidden, ...], reached: tuple[Hidden, ...], far: float) -> float:
-    """Least distance of the first of some rivals at shapes about its own, the others staying what they are."""
+    """Least distance over shapes of the first rival about its own, the other rivals fixed in shape."""
     rival = reached[0]
 
     def distance(shape: float) -> float:
@@ -135,69 +139,71 @@ def _at_best_shape(ideal: Ideal, whole: tuple[Hidden, ...], reached: tuple[Hidde
 
 
 @dataclass(frozen=True, eq=False)
-class _Reckoned:
-    """A hidden cause and others at several sizes, as they show beyond the nuisances."""
+class _Linearised:
+    """Linear approximation of a hidden cause and rivals at several sizes, orthogonal to the nuisances."""
 
     rivals: list[Hidden]
     target: Floats
-    """(rows,) of the hidden cause."""
+    """(rows,) response of the hidden cause."""
     added: Floats
-    """(rivals, rows)."""
+    """(rivals, rows) responses of the rivals."""
 
     @classmethod
-    def of(cls, ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...]) -> "_Reckoned":
-        """By the ideal test; what is hidden beside the cause may take any size."""
+    def of(cls, ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...]) -> "_Linearised":
+        """From the ideal test; causes hidden beside it may take any size."""
         small = ideal.small(hidden.name in IN_TIME)
-        rivals = [sized for one in small if one.name not in (hidden.name, "sign_or_unit") for sized in _sizes(one)]
-        theory = ideal.theory(frozenset(one.name for one in (hidden, *beside)))
-        rows = ideal.beyond(theory, [(one,) for one in (hidden, *beside, *rivals)]).T
+        rivals = [
+            sized for cause in small if cause.name not in (hidden.name, "sign_or_unit") for sized in _sizes(cause)
+        ]
+        theory = ideal.theory(frozenset(cause.name for cause in (hidden, *beside)))
+        rows = ideal.beyond(theory, [(cause,) for cause in (hidden, *beside, *rivals)]).T
         basis = np.linalg.qr(rows[1 : 1 + len(beside)].T)[0]
         rows = rows - (rows @ basis) @ basis.T
         return cls(rivals, rows[0], rows[1 + len(beside) :])
 
     def nearest(self) -> list[Hidden]:
-        """Of every cause the few that explain most, at the sizes at which they leave least; the best first."""
+        """For each cause the few starts that explain most, at their least-squares sizes; the best first."""
         along, own = self.added @ self.target, np.sum(self.added**2, axis=1)
         size = np.divide(along, own, out=np.zeros_like(own), where=own > 0)
         gain = np.where(size > 0, size * along, 0.0)
-        found: list[Hidden] = []
+        starts: list[Hidden] = []
         for place in np.argsort(-gain):
-            one = self.rivals[place]
+            rival = self.rivals[place]
             if gain[place] < _NEAR * float(self.target @ self.target):
                 break
-            if sum(one.name == other.name for other in found) < _STARTS:
-                found.append(_moved(one, float(size[place])))
-        return found
+            if sum(rival.name == other.name for other in starts) < _STARTS:
+                starts.append(_scaled(rival, float(size[place])))
+        return starts
 
     def pairs(self) -> list[tuple[Hidden, Hidden]]:
-        """Pairs of causes, at the sizes at which they leave least; those that explain most first."""
-        names = np.array([one.name for one in self.rivals])
+        """Pairs of causes at their least-squares sizes; those that explain most first."""
+        names = np.array([rival.name for rival in self.rivals])
         gram, along = self.added @ self.added.T, self.added @ self.target
         own = np.diag(gram) * (1 + _RIDGE)
         with np.errstate(all="ignore"):
             size = (along[:, None] * own[None] - along[None] * gram) / (np.outer(own, own) - gram**2)
             gain = size * along[:, None] + size.T * along[None]
         apart = (names[:, None] < names[None]) & (size > 0) & (size.T > 0) & np.isfinite(gain)
-        found: dict[tuple[str, str], tuple[Hidden, Hidden]] = {}
+        chosen: dict[tuple[str, str], tuple[Hidden, Hidden]] = {}
         for place in np.argsort(-np.where(apart, gain, -np.inf), axis=None):
             first, second = np.unravel_index(place, gain.shape)
-            if not apart[first, second] or len(found) == _PAIRS:
+            if not apart[first, second] or len(chosen) == _PAIRS:
                 break
             pair = (
-                _moved(self.rivals[first], float(size[first, second])),
-                _moved(self.rivals[second], float(size[second, first])),
+                _scaled(self.rivals[first], float(size[first, second])),
+                _scaled(self.rivals[second], float(size[second, first])),
             )
-            found.setdefault((pair[0].name, pair[1].name), pair)
-        return list(found.values())
+            chosen.setdefault((pair[0].name, pair[1].name), pair)
+        return list(chosen.values())
 
 
 def _sizes(small: Hidden) -> list[Hidden]:
-    """A cause from its small size to the largest, either way where it has a sign."""
+    """A cause at sizes from small to the largest, of either sign where it may have both."""
     limits = CATALOGUE[small.name].size
     up = np.geomspace(small.size, limits.high, _SIZES)
     down = -np.geomspace(small.size, -limits.low, _SIZES) if limits.low < 0 else np.empty(0)
     return [replace(small, size=float(size)) for size in (*up, *down)]
 
 
-def _moved(one: Hidden, factor: float) -> Hidden:
-    return replace(one, size=one.size * float(np.clip(factor, 1 / _FARTHEST, _FARTHEST)))
+def _scaled(cause: Hidden, factor: float) -> Hidden:
+    return replace(cause, size=cause.size * float(np.clip(factor, 1 / _FARTHEST, _FARTHEST)))

@@ -1,4 +1,4 @@
-"""The ideal test: a likelihood ratio that knows the cause, its shape and all but the nuisance figures."""
+"""The ideal test: a likelihood ratio that knows the cause, its shape and all but the nuisance parameters."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,17 +25,17 @@ _PARTS = 5
 _ROUNDS = 20
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
-"""Of a rival's largest size; some causes are not defined at none."""
+"""Smallest size of a rival relative to its largest, as some causes are not defined at zero."""
 _ALIKE = 1e-6
-"""Relative size from which what differs between columns counts."""
+"""Relative singular value below which columns count as collinear."""
 _LOWEST = np.array([-0.9 if unit == "relative" else -np.inf for unit in NUISANCES.values()])
-"""Of the nuisances; no length or moment falls below nothing."""
+"""Lower bounds of the nuisances, so that no length or moment becomes negative."""
 _FREEDOMS = 2 * FUNCTIONS
 _UNEXPECTED = float(chdtri(_FREEDOMS, 1 - (1 - FALSE_ALARM) ** (1 / len(PORTS))))
-"""χ² that a smooth disturbance of unknown shape, at any port, exceeds as often as there are false alarms."""
+"""χ² threshold, at the rate of false alarms, of a smooth disturbance of unknown shape at any port."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
-"""Shares of a cause's size at which it is followed."""
+"""Shares of a cause's size at which the continuation stops."""
 _SHAPES = {
     "extra_section": (0.1, 0.5, 0.9),
     "tapered_string": tuple(np.linspace(0.0, 1.0, 13).tolist()),
@@ -58,52 +58,52 @@ class Ideal:
 
     @cached_property
     def steady(self) -> Theory:
-        """Windows as a whole."""
+        """Theory of whole windows."""
         return Theory(self.case)
 
     @cached_property
     def in_time(self) -> Theory:
-        """Windows in parts."""
+        """Theory of windows divided into parts."""
         return Theory(self.case, _PARTS)
 
     def theory(self, names: frozenset[str]) -> Theory:
-        """Where causes of these names show."""
+        """The theory that shows causes of these names."""
         return self.in_time if names & set(IN_TIME) else self.steady
 
     def noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
-        """λ of causes: least squared distance, noise and tolerances as units, to any rig without them.
+        """λ of causes: least squared distance, in units of noise and tolerances, to any rig without them.
 
-        NaN where the causes are not linear, so that it is not known.
+        NaN where the causes are not linear, so that it cannot be computed.
 
         Parameters
         ----------
-        beside : what else is hidden; linear causes are there in the other rig as well, at any size
+        beside : other hidden causes; linear ones are present in the rig without the cause as well, at any size
         """
-        if any(not EFFECTS[one.name].linear and one.name not in ADDITIVE for one in hidden):
+        if any(not EFFECTS[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
             return float("nan")
-        tones = sum(self._tone(one) for one in hidden if one.name in ADDITIVE)
-        rest = tuple(one for one in hidden if one.name not in ADDITIVE)
-        linear = tuple(one for one in beside if EFFECTS[one.name].linear)
+        tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
+        rest = tuple(cause for cause in hidden if cause.name not in ADDITIVE)
+        linear = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
         if not rest or not linear:
             return tones + (self.least_distance(rest) if rest else 0.0)
-        # the others start at their sizes, or grow with the causes
+        # the others start at their sizes, or are continued with the causes
         ends = (self.closest((*rest, *linear), linear, grown=grown)[0] for grown in (False, True))
         return tones + min(ends)
 
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
         total = 0.0
-        for number, stretch in enumerate(self.case.stretches):
+        for number, segment in enumerate(self.case.segments):
             world = self.case.world(number, hidden=())
             folded = (
-                tone_frequency(hidden.shape) - 50.0 if hidden.name == "aliased_tone" else stretch.speed / (2 * np.pi)
+                tone_frequency(hidden.shape) - 50.0 if hidden.name == "aliased_tone" else segment.speed / (2 * np.pi)
             )
             s = laplace(np.array([folded]))
             amplitude = hidden.size
             if hidden.name == "once_per_revolution":
                 system = world.linear(0.5)
-                answered = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
-                amplitude = hidden.size * stretch.speed * float(np.abs(answered[0]))
+                sensitivity = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
+                amplitude = hidden.size * segment.speed * float(np.abs(sensitivity[0]))
             total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
         return total
 
@@ -119,24 +119,25 @@ class Ideal:
         grown: bool = True,
         rejected: float = np.inf,
     ) -> tuple[float, tuple[Hidden, ...]]:
-        """Squared distance at the best nuisances and the best sizes of rival causes, which Gauss and Newton find.
+        """Squared distance at the best nuisances and the best sizes of rival causes, by Gauss–Newton.
 
         Parameters
         ----------
-        grown : whether they follow the cause as it grows, since at its whole size they may start too far off
-        rejected : squared distance beyond which nobody asks how far; where no less is in sight it is left at that
+        grown : whether they are fitted by continuation in the size of the cause, as a start at its full size may be too
+            far off
+        rejected : squared distance above which the fit stops
 
         Returns
         -------
         squared distance
         rivals : at those sizes
         """
-        theory = self.theory(frozenset(one.name for one in hidden))
+        theory = self.theory(frozenset(cause.name for cause in hidden))
         point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rivals)
         least, before = np.inf, 1.0
-        whole = not grown or any(one.name == "sign_or_unit" for one in hidden)
+        whole = not grown or any(cause.name == "sign_or_unit" for cause in hidden)
         for share in (1.0,) if whole else _GROWTH:
-            wanted = tuple(replace(one, size=share * one.size) for one in hidden)
+            wanted = tuple(replace(cause, size=share * cause.size) for cause in hidden)
             target = [theory.response(number, wanted) for number in range(theory.windows)]
             least, point = self._settled(theory, target, self._within(point.scaled(share / before)), rejected)
             before = share
@@ -144,15 +145,15 @@ class Ideal:
                 break
         return least, point.rivals
 
-    @np.errstate(all="ignore")  # beyond what the theory can follow costs are infinite
+    @np.errstate(all="ignore")  # outside the domain of the theory costs are infinite
     def _settled(
         self, theory: Theory, target: list[Floats], point: "_Point", rejected: float
     ) -> tuple[float, "_Point"]:
-        """Least squared distance from a target and where it is reached."""
+        """Least squared distance from a target, and the point at which it is reached."""
         least = self._cost(theory, target, point)
         for _ in range(_ROUNDS):
-            step, in_sight = self._step(theory, target, point)
-            if in_sight > rejected:
+            step, predicted = self._step(theory, target, point)
+            if predicted > rejected:
                 break
             costs = []
             for share in _SHRINKS:
@@ -162,64 +163,64 @@ class Ideal:
                     break
             if not costs[-1] < least:
                 break
-            gained, least = least - costs[-1], costs[-1]
+            fall, least = least - costs[-1], costs[-1]
             point = trial
-            if gained < 0.01 * least + 0.01:
+            if fall < 0.01 * least + 0.01:
                 break
         return least, point
 
     def _within(self, point: "_Point") -> "_Point":
         shared = np.maximum(point.shared, _LOWEST)
-        return replace(point, shared=shared, rivals=tuple(self.bounded(one) for one in point.rivals))
+        return replace(point, shared=shared, rivals=tuple(self.bounded(rival) for rival in point.rivals))
 
     def bounded(self, rival: Hidden) -> Hidden:
-        """A rival whose size is one that the catalogue allows; it may be smaller or larger than any that is hidden."""
+        """A rival with its size clipped to the catalogue's bounds, which are wider than the sizes that are hidden."""
         limits = CATALOGUE[rival.name].size
         low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
         return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
     def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
-        left = [np.sum((one - point.response(theory, number)) ** 2) for number, one in enumerate(target)]
-        total = float(np.sum(left) + pulls)
+        misfits = [np.sum((window - point.response(theory, number)) ** 2) for number, window in enumerate(target)]
+        total = float(np.sum(misfits) + pulls)
         return total if np.isfinite(total) else np.inf
 
     def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[Floats, float]:
-        """Where linear reckoning leads, and how far off that would be."""
+        """Gauss–Newton step, and the squared distance that it predicts."""
         factors = []
-        for number, one in enumerate(target):
+        for number, window in enumerate(target):
             here = point.response(theory, number)
-            slopes = theory.slopes(number, point.figures[number], point.rivals)
-            factors.append(compressed([slopes, *point.slopes(theory, number, here), one - here]))
+            slopes = theory.slopes(number, point.nuisances[number], point.rivals)
+            factors.append(compressed([slopes, *point.slopes(theory, number, here), window - here]))
         design, rest = self._design(factors)
         pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
         target_rows = np.concatenate([rest[:, -1], pulls])
         columns = rest[:, : len(point.rivals)]
         design = np.column_stack([design, np.concatenate([columns, np.zeros((pulls.size, columns.shape[1]))])])
         if not (np.isfinite(design).all() and np.isfinite(target_rows).all()):
-            # at the edge of what the theory can follow there is no way on
+            # no step at the edge of the theory's domain
             return np.zeros(design.shape[1]), 0.0
         step = self._least(design, target_rows, point.rivals)
         return step, float(np.sum((design @ step - target_rows) ** 2))
 
     def _least(self, design: Floats, target: Floats, rivals: tuple[Hidden, ...]) -> Floats:
-        """Least squares with rivals within bounds: where one would leave them, the others settle beside it there."""
+        """Least squares with bounded sizes of rivals: one at its bound is fixed there, and the others are refitted."""
         step, first = np.zeros(design.shape[1]), design.shape[1] - len(rivals)
         free = np.ones(step.size, dtype=bool)
         for _ in range(len(rivals) + 1):
             step[free] = _shared(design[:, free], target - design[:, ~free] @ step[~free])
             over = False
-            for place, one in enumerate(rivals, first):
-                wanted = replace(one, size=one.size + float(step[place]))
+            for place, rival in enumerate(rivals, first):
+                wanted = replace(rival, size=rival.size + float(step[place]))
                 allowed = self.bounded(wanted)
                 if free[place] and allowed != wanted:
-                    step[place], free[place], over = allowed.size - one.size, False, True
+                    step[place], free[place], over = allowed.size - rival.size, False, True
             if not over:
                 break
         return step
 
     def _design(self, factors: list[Floats]) -> tuple[Floats, Floats]:
-        """Rows of all windows and of the priors in the nuisances; and the windows' further columns."""
+        """Design matrix of the nuisances, rows of all windows and of the priors; and the windows' further columns."""
         count, local = len(NUISANCES), len(LOCAL)
         blocks = []
         for number, factor in enumerate(factors):
@@ -229,10 +230,12 @@ class Ideal:
             block[:, first : first + local] = factor[:, list(LOCAL)]
             blocks.append(block)
         deviations = np.concatenate([self.priors.shared, np.tile(self.priors.local, len(factors))])
-        return np.concatenate([*blocks, np.diag(1 / deviations)]), np.concatenate([one[:, count:] for one in factors])
+        return np.concatenate([*blocks, np.diag(1 / deviations)]), np.concatenate(
+            [factor[:, count:] for factor in factors]
+        )
 
     def small(self, in_time: bool) -> list[Hidden]:
-        """Small causes of every linear kind and shape, that change within a window or do not."""
+        """Linear causes at a small size, in every shape: those that change within a window, or the others."""
         small = []
         for name, effect in EFFECTS.items():
             if effect.linear and (name in IN_TIME) == in_time:
@@ -244,11 +247,11 @@ class Ideal:
 
     @staticmethod
     def shape_step(name: str) -> float:
-        """Distance of the shapes that are tried of a cause of continuous shape."""
+        """Spacing of the shapes tried of a cause with a continuous shape."""
         return 1.0 / (len(_SHAPES[name]) - 1)
 
     def beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
-        """What sets of causes add to the whitened responses beyond the nuisances, (rows, sets)."""
+        """Effect of sets of causes on the whitened responses, orthogonal to the nuisances, (rows, sets)."""
         factors = []
         for number in range(theory.windows):
             plain = theory.response(number)
@@ -260,12 +263,12 @@ class Ideal:
 
     @cached_property
     def candidates(self) -> float:
-        """Number of effectively distinct candidates: of the linear ones by Li and Ji, and all others.
+        """Number of effectively distinct candidates: linear ones by Li and Ji, and all others.
 
         Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
         as one and fractions as they are.
         """
-        added = self.beyond(self.steady, [(one,) for one in self.small(in_time=False)])
+        added = self.beyond(self.steady, [(cause,) for cause in self.small(in_time=False)])
         size = np.linalg.norm(added, axis=0)
         unit = added[:, size > 0] / size[size > 0]
         values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
@@ -273,15 +276,15 @@ class Ideal:
         return linear + sum(not effect.linear or effect.name in IN_TIME for effect in EFFECTS.values())
 
     def threshold(self, *, family: bool) -> float:
-        """Normal score above which the ideal test speaks, one-sided, of one known cause or of the whole family."""
+        """One-sided normal threshold of the ideal test, for one known cause or for the whole family."""
         return threshold(self.candidates if family else 1.0)
 
     def power(self, noncentrality: float, *, family: bool, tones: float = 0.0) -> float:
-        """Chance that the ideal test speaks.
+        """Power of the ideal test.
 
         Parameters
         ----------
-        tones : frequencies, if what is looked for is a tone of unknown phase at any of them; 0 where it is not
+        tones : number of frequencies, for a tone of unknown phase at any of them; 0 for other causes
         """
         if not tones:
             return float(ndtr(np.sqrt(noncentrality) - self.threshold(family=family)))
@@ -291,17 +294,17 @@ class Ideal:
 
     @staticmethod
     def power_unaware(noncentrality: float) -> float:
-        """Chance that a test speaks which knows of a cause no more than that it is smooth and at one of the ports."""
+        """Power of a test that knows of a cause only that it is smooth and at one of the ports."""
         return float(1 - chndtr(_UNEXPECTED, _FREEDOMS, noncentrality))
 
     @staticmethod
     def distance_unaware(power: float) -> float:
-        """Standard deviations at which such a test has some power."""
+        """Standard deviations at which such a test has a power."""
         return float(np.sqrt(chndtrinc(_UNEXPECTED, _FREEDOMS, 1 - power)))
 
     @staticmethod
     def tones(hidden: tuple[Hidden, ...]) -> float:
-        """Frequencies at which a tone may be: any line of a window, or the one of the shaft; 0 where none is hidden."""
+        """Number of possible frequencies of a tone: all lines of a window, or that of the shaft; 0 without a tone."""
         if len(hidden) != 1 or hidden[0].name not in ADDITIVE:
             return 0.0
         low, high = (tone_frequency(shape) - tone_frequency(0.0) for shape in (0.0, 1.0))
@@ -309,12 +312,12 @@ class Ideal:
 
 
 def threshold(candidates: float) -> float:
-    """Normal score that the largest of so many effectively distinct ones exceeds as often as there are false alarms."""
+    """Threshold of the largest of several effectively distinct normal scores, at the rate of false alarms."""
     return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
 
 
 def _shared(design: Floats, target: Floats) -> Floats:
-    """Least squares in which columns that work alike share what they explain."""
+    """Minimum-norm least squares, in which collinear columns share what they explain."""
     scale = np.maximum(np.linalg.norm(design, axis=0), np.finfo(float).tiny)
     return np.asarray(np.linalg.lstsq(design / scale, target, _ALIKE)[0] / scale, dtype=float)
 
@@ -328,34 +331,36 @@ class _Point:
     rivals: tuple[Hidden, ...]
 
     @property
-    def figures(self) -> Floats:
+    def nuisances(self) -> Floats:
         """Nuisances of every window, (W, 11)."""
-        figures = np.tile(self.shared, (self.local.shape[0], 1))
-        figures[:, list(LOCAL)] += self.local
-        return figures
+        nuisances = np.tile(self.shared, (self.local.shape[0], 1))
+        nuisances[:, list(LOCAL)] += self.local
+        return nuisances
 
     def response(self, theory: Theory, window: int) -> Floats:
         """Whitened responses of a window."""
-        return theory.response(window, self.rivals, self.figures[window])
+        return theory.response(window, self.rivals, self.nuisances[window])
 
     def slopes(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
         """Derivatives of the responses to the rivals' sizes."""
-        found = []
-        for place, one in enumerate(self.rivals):
-            step = _SIZE_STEP * one.size or _SIZE_STEP
-            moved = (*self.rivals[:place], replace(one, size=one.size + step), *self.rivals[place + 1 :])
-            found.append((theory.response(window, moved, self.figures[window]) - here) / step)
-        return found
+        slopes = []
+        for place, rival in enumerate(self.rivals):
+            step = _SIZE_STEP * rival.size or _SIZE_STEP
+            moved = (*self.rivals[:place], replace(rival, size=rival.size + step), *self.rivals[place + 1 :])
+            slopes.append((theory.response(window, moved, self.nuisances[window]) - here) / step)
+        return slopes
 
     def scaled(self, factor: float) -> "_Point":
-        """All of it times a factor."""
-        rivals = tuple(replace(one, size=factor * one.size) for one in self.rivals)
+        """The point times a factor."""
+        rivals = tuple(replace(rival, size=factor * rival.size) for rival in self.rivals)
         return _Point(factor * self.shared, factor * self.local, rivals)
 
     def moved(self, step: Floats, share: float) -> "_Point":
-        """Some way along a step."""
+        """The point moved by a share of a step."""
         count, size = self.shared.size, self.local.size
         sizes = share * step[count + size :]
-        rivals = tuple(replace(one, size=one.size + float(more)) for one, more in zip(self.rivals, sizes, strict=True))
+        rivals = tuple(
+            replace(rival, size=rival.size + float(more)) for rival, more in zip(self.rivals, sizes, strict=True)
+        )
         local = self.local + share * step[count : count + size].reshape(self.local.shape)
         return _Point(self.shared + share * step[:count], local, rivals)

@@ -164,9 +164,9 @@ def test_a_drift_that_the_catalogue_lacks_is_no_jump() -> None:
 def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tried() -> None:
     taper = Hidden("tapered_string", 0.8, 0.04)
     case = replace(plain_case(2052, 1)[0], hidden=(taper,))
-    quiet = tuple(replace(one, bit_noise=one.bit_noise / 10) for one in case.stretches)
+    quiet = tuple(replace(one, bit_noise=one.bit_noise / 10) for one in case.segments)
     case = replace(
-        case, stretches=quiet, equipment=replace(case.equipment, sensor_noise=case.equipment.sensor_noise / 10)
+        case, segments=quiet, equipment=replace(case.equipment, sensor_noise=case.equipment.sensor_noise / 10)
     )
     found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
     assert [one.verdict for one in found.verdicts] == [taper.name]

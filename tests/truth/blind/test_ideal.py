@@ -41,7 +41,7 @@ def test_response_and_noise_are_those_of_the_simulator(
 ) -> None:
     monkeypatch.setattr(cases, "FOLDER", tmp_path)
     low, high = EFFECTS[name].range(case.world(0), case.context(Hidden(name, 0.0, 0.5)))
-    loaded = replace(case, hidden=(Hidden(name, float(np.sqrt(low * high)), 0.5),), stretches=case.stretches[:1])
+    loaded = replace(case, hidden=(Hidden(name, float(np.sqrt(low * high)), 0.5),), segments=case.segments[:1])
     evidence = evidence_of(loaded)
     world, used, s = loaded.world(0), evidence.used[0], laplace(evidence.frequency)
     expected = command_mobility(world.linear(0.5), s) * world.recording(0.5, 600.0).transfer(s)
@@ -65,7 +65,7 @@ def test_a_twin_is_the_same_and_a_stranger_is_not(case: Case, ideal: Ideal) -> N
 
 def test_a_section_above_the_collars_is_a_string_of_two_sizes(case: Case, ideal: Ideal) -> None:
     """Where the change lies is no shape that is tried, and the size is larger than any that is hidden."""
-    heaviest = Hidden("extra_section", 0.3 * case.stretches[0].pipe_length, 0.9)
+    heaviest = Hidden("extra_section", 0.3 * case.segments[0].pipe_length, 0.9)
     assert "tapered_string" in same(ideal, heaviest)
     assert "extra_section" not in same(ideal, Hidden("tapered_string", 1.0, 0.1))
 
