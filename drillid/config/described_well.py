@@ -2,9 +2,10 @@
 
 from dataclasses import fields
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from drillid.config.validation import KeyFault, Strict
+from drillid.config.rig import Tube
+from drillid.config.validation import Strict
 from drillid.physics.equipment import Controller, TopDrive
 from drillid.simulation.start_up import WellEquipment, WellFriction
 from drillid.units import Density, Metres, Pressure, TorsionalDamping, TorsionalInertia, TorsionalStiffness
@@ -21,26 +22,7 @@ class DescribedTopDrive(Strict):
     """Integral gain of the speed control."""
 
 
-class DescribedPipe(Strict):
-    """Pipe of one size."""
-
-    outer_diameter: Metres = Field(gt=0)
-    """Outer diameter of the body."""
-    inner_diameter: Metres = Field(ge=0)
-    """Inner diameter of the body."""
-
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> "DescribedPipe":
-        if self.inner_diameter >= self.outer_diameter:
-            raise KeyFault(
-                "inner_diameter",
-                f"{self.inner_diameter} m is not smaller than the outer diameter, {self.outer_diameter} m",
-                "Correct the diameters and their units",
-            )
-        return self
-
-
-class DescribedSection(DescribedPipe):
+class DescribedSection(Tube):
     """One section of the bottom-hole assembly."""
 
     length: Metres = Field(gt=0)
@@ -79,7 +61,7 @@ class DescribedWell(Strict):
 
     top_drive: DescribedTopDrive
     """Top drive and speed control."""
-    pipe: DescribedPipe
+    pipe: Tube
     """The pipe, from the assembly to the surface."""
     pipe_shear_modulus: Pressure = Field(default=79.3e9, gt=0)
     """Shear modulus of the pipe, tool joints included."""

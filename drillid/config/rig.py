@@ -1,6 +1,6 @@
 """The description of a rig: its log columns, its top drive and its drill string."""
 
-from typing import Literal
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -104,18 +104,16 @@ class SpeedControl(Strict):
     """Standard uncertainty of the gains."""
 
 
-class Tubular(Strict):
-    """One kind of pipe, by its size."""
+class Tube(Strict):
+    """A tube by its size."""
 
     outer_diameter: Metres = Field(gt=0)
     """Outer diameter of the body."""
     inner_diameter: Metres = Field(ge=0)
     """Inner diameter of the body."""
-    relative: Fraction = Field(default=0.05, gt=0)
-    """Standard uncertainty of the polar moment (wear, tool joints)."""
 
     @model_validator(mode="after")
-    def _has_a_wall(self) -> "Tubular":
+    def _has_a_wall(self) -> Self:
         if self.inner_diameter >= self.outer_diameter:
             raise KeyFault(
                 "inner_diameter",
@@ -123,6 +121,13 @@ class Tubular(Strict):
                 "Correct the diameters and their units",
             )
         return self
+
+
+class Tubular(Tube):
+    """One kind of pipe, with how well its size is known."""
+
+    relative: Fraction = Field(default=0.05, gt=0)
+    """Standard uncertainty of the polar moment (wear, tool joints)."""
 
 
 class DrillPipe(Tubular):
