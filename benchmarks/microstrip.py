@@ -94,23 +94,23 @@ def read_touchstone(path: Path) -> tuple[Floats, Complex]:
     return network.f, network.s[:, 0, 0]
 
 
-def line_section(figures: Mapping[str, float]) -> Section:
+def line_section(parameters: Mapping[str, float]) -> Section:
     """The line as a section of unit polar moment."""
-    per_metre = figures["delay_ns"] * 1e-9 / LENGTH
-    capacitance, inductance = per_metre / figures["impedance_ohm"], per_metre * figures["impedance_ohm"]
-    laws = (ConductorLoss(figures["conductor_loss"] * 1e-4), DielectricLoss(figures["dielectric_loss"]))
+    per_metre = parameters["delay_ns"] * 1e-9 / LENGTH
+    capacitance, inductance = per_metre / parameters["impedance_ohm"], per_metre * parameters["impedance_ohm"]
+    laws = (ConductorLoss(parameters["conductor_loss"] * 1e-4), DielectricLoss(parameters["dielectric_loss"]))
     return Section(LENGTH, 1.0, density=capacitance, shear_modulus=1 / inductance, laws=laws)
 
 
-def reflection(figures: Mapping[str, float], end: str, s: Complex) -> Complex:
-    """Reflection against 50 Ω of the line with one of the three ends, with the connector where it is in `figures`."""
-    line = line_section(figures)
-    short = s * figures.get("short_nh", 0.0) * 1e-9 + 1e-6
-    load = figures["load_ohm"] + s * figures.get("load_nh", 0.0) * 1e-9
-    ends = {"open": s * figures.get("open_pf", 0.0) * 1e-12, "short": 1 / short, "load": 1 / load}
-    seen = input_admittance(line, ends[end], s) + s * figures.get("connector_pf", 0.0) * 1e-12
-    seen = REFERENCE_OHM / (1 / seen + s * figures.get("connector_nh", 0.0) * 1e-9)
-    turned: Complex = (1 - seen) / (1 + seen) * np.exp(-2e-9 * s * figures.get("connector_delay_ns", 0.0))
+def reflection(parameters: Mapping[str, float], end: str, s: Complex) -> Complex:
+    """Reflection against 50 Ω of the line with one of the three ends, and the connector if `parameters` have it."""
+    line = line_section(parameters)
+    short = s * parameters.get("short_nh", 0.0) * 1e-9 + 1e-6
+    load = parameters["load_ohm"] + s * parameters.get("load_nh", 0.0) * 1e-9
+    ends = {"open": s * parameters.get("open_pf", 0.0) * 1e-12, "short": 1 / short, "load": 1 / load}
+    seen = input_admittance(line, ends[end], s) + s * parameters.get("connector_pf", 0.0) * 1e-12
+    seen = REFERENCE_OHM / (1 / seen + s * parameters.get("connector_nh", 0.0) * 1e-9)
+    turned: Complex = (1 - seen) / (1 + seen) * np.exp(-2e-9 * s * parameters.get("connector_delay_ns", 0.0))
     return turned
 
 
@@ -118,7 +118,7 @@ def reflection(figures: Mapping[str, float], end: str, s: Complex) -> Complex:
 class LineFit:
     """A joint fit of the three ends."""
 
-    figures: dict[str, float]
+    parameters: dict[str, float]
     misfit: float
     """Rms of the complex reflection's misfit over all ends and frequencies."""
     by_end: dict[str, float]
@@ -134,8 +134,8 @@ def fit_line(
     start, low, high = np.array(list(ranges.values())).T
 
     def errors(values: Floats) -> Complex:
-        figures = dict(zip(ranges, values.tolist(), strict=True))
-        return np.array([reflection(figures, end, s) - seen for end, seen in measured.items()])
+        parameters = dict(zip(ranges, values.tolist(), strict=True))
+        return np.array([reflection(parameters, end, s) - seen for end, seen in measured.items()])
 
     def residuals(values: Floats) -> Floats:
         misfit = errors(values)
@@ -162,7 +162,7 @@ def main() -> None:
     for name, ranges in (("plain line", PLAIN), ("with connector and ends", CONNECTED)):
         fit = fit_line(ranges, frequency, measured)
         print(f"{name:26} {fit.misfit:8.4f} " + " ".join(f"{fit.by_end[end]:8.4f}" for end in measured))
-        print("   " + ", ".join(f"{key} {value:.4g}" for key, value in fit.figures.items()))
+        print("   " + ", ".join(f"{key} {value:.4g}" for key, value in fit.parameters.items()))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The field well's start of rotation: what a viscous simulation gets wrong, and what each further part gains.
 
-The models and their figures are those of `benchmarks.field.start_up`, fitted to 0–45 s; the gain is that on
+The models and their parameters are those of `benchmarks.field.start_up`, fitted to 0–45 s; the gain is that on
 45–60 s, which had no part in the fits, and which
 each model reaches from its own simulated past. What is compared are simulations in
 time, whose errors are correlated over a cycle of stick-slip: a cycle counts as one value of each series.
@@ -25,7 +25,7 @@ from drillid.units import RPM
 CYCLE_S = 1 / 0.261
 """s; the measured torque's main line is at 0.261 Hz."""
 _STEP = 0.01
-"""Of the logarithm of a figure, for derivatives."""
+"""Of the logarithm of a parameter, for derivatives."""
 _SIMULATED_STEP = 0.01
 """s."""
 SERIES = {"torque": (1e-3, "kN m rms"), "bit speed": (1 / RPM, "rpm rms")}
@@ -38,7 +38,7 @@ class Misses:
 
     friction: WellFriction
     fitted: tuple[str, ...]
-    """Names of its figures that were fitted."""
+    """Names of its parameters that were fitted."""
     miss: Mapping[str, Floats]
 
     def rms(self, series: str, first: float, last: float) -> float:
@@ -78,7 +78,7 @@ def _stiffened(rig: NonlinearRig, stiffness: float) -> NonlinearRig:
 
 
 def gain(before: Misses, after: Misses, series: str, last: float = 60.0) -> tuple[float, float, float]:
-    """Fall of the rms miss after the fitted stretch, with a 90 % interval by a jackknife over cycles."""
+    """Fall of the rms miss after the fitted interval, with a 90 % interval by a jackknife over cycles."""
     from scipy.stats import t
 
     squares = [one.squares(series, FITTED_S, last) for one in (before, after)]
@@ -98,9 +98,9 @@ def log_odds(before: Misses, after: Misses) -> float:
 
 
 def intervals(model: Misses, log: FieldLog) -> dict[str, tuple[float, float, float]]:
-    """Fitted figures with 95 % intervals by the curvature of the miss, all fitted together, a cycle one value.
+    """Fitted parameters with 95 % intervals by the curvature of the miss, all fitted together, a cycle one value.
 
-    Bounds of the fit stand in as priors: a figure that the miss does not hold is given the whole range.
+    Bounds of the fit stand in as priors: a parameter that the miss does not hold is given the whole range.
     """
     scale = {name: model.rms(name, 0, FITTED_S) for name in SERIES}
     cut = slice(None, round(FITTED_S * RATE) + 1)
@@ -127,6 +127,6 @@ def intervals(model: Misses, log: FieldLog) -> dict[str, tuple[float, float, flo
 
 
 def _inside(friction: WellFriction, name: str, step: float) -> float:
-    """The figure moved by a step, a breakaway not below 1."""
+    """The parameter moved by a step, a breakaway not below 1."""
     value = float(getattr(friction, name) * np.exp(step))
     return max(value, 1.0) if name.endswith("breakaway") else value

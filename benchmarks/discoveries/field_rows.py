@@ -30,7 +30,7 @@ MODELS: Mapping[str, tuple[WellFriction, tuple[str, ...], float]] = {
     STIFFER: (STIFFER_PIPE, (*_OWN_FRICTION, "pipe's stiffness"), STIFFNESS),
     **{name: (*LADDER[name], 1.0) for name in (CONTACT, REST)},
 }
-"""Friction, names of the fitted figures, shear modulus of the pipe per described one."""
+"""Friction, names of the fitted parameters, shear modulus of the pipe per described one."""
 AXIAL_S = 50.0
 """The string begins to move along the hole, which no model here does."""
 
@@ -43,12 +43,12 @@ class Question:
     before: str
     after: str
     verdict: str
-    figures: Mapping[str, str]
-    """The part's own figures and what they are called; the size is the first."""
+    parameters: Mapping[str, str]
+    """The part's own parameters and what they are called; the size is the first."""
     words: str
     what_would_separate: str
     instead: str = ""
-    """Another model with as many figures, which the part is held against too."""
+    """Another model with as many parameters, which the part is held against too."""
 
 
 QUESTIONS = (
@@ -111,8 +111,8 @@ def _row(
     odds, unit = log_odds(before, after), SERIES[series][1]
     gained = gain(before, after, series)
     named = question.verdict != UNKNOWN
-    figures = ", ".join(
-        "{} {:.3g} ({:.3g} to {:.3g})".format(words, *sizes[name]) for name, words in question.figures.items()
+    parameters = ", ".join(
+        "{} {:.3g} ({:.3g} to {:.3g})".format(words, *sizes[name]) for name, words in question.parameters.items()
     )
     spans = ", ".join(
         f"{first:.0f}–{last:.0f} s {before.rms(series, first, last):.2f} → {after.rms(series, first, last):.2f}"
@@ -129,12 +129,13 @@ def _row(
         f"{question.label}: {series}",
         question.verdict,
         float(expit(odds)),
-        f"{question.words}; {figures}; {series} in {unit}: {spans}; log Bayes factor {odds:.1f} on both series{doubt}",
+        f"{question.words}; {parameters}; {series} in {unit}: {spans}; "
+        f"log Bayes factor {odds:.1f} on both series{doubt}",
         family=CATALOGUE[question.verdict].family if named else "string",
         cause=question.verdict if named else "",
         from_m=DEPTH,
         to_m=DEPTH,
-        size=sizes[next(iter(question.figures))],
+        size=sizes[next(iter(question.parameters))],
         unit="1",
         gain=gained,
         gain_unit=unit,

@@ -78,16 +78,16 @@ class RecordSetup(WindowModel):
         return self.recording.transfer(s)
 
 
-def motor(figures: Sequence[Any]) -> MotorSetup:
-    """The base model from figures in the order of START."""
-    inertia, load, stiffness, damping, drag, load_drag, delay = figures
+def motor(parameters: Sequence[Any]) -> MotorSetup:
+    """The base model from parameters in the order of START."""
+    inertia, load, stiffness, damping, drag, load_drag, delay = parameters
     coupling = Section(1.0, 1.0, delta=damping, density=_SHAFT_SHARE * load, shear_modulus=stiffness)
     system = DrillingSystem(TopDrive(inertia, delay, Controller(0.0)), (coupling,), Bit(load, load_drag))
     return MotorSetup(system, Recording(), drag=drag)
 
 
-def record(figures: Sequence[Any]) -> RecordSetup:
-    """A perfect record: no figures."""
+def record(parameters: Sequence[Any]) -> RecordSetup:
+    """A perfect record: no parameters."""
     system = DrillingSystem(TopDrive(1.0, 0.0, Controller(0.0)), (), Bit(1.0))
     return RecordSetup(system, Recording())
 
@@ -158,7 +158,7 @@ def examine_motor(data: MotorRecord) -> MotorExamined:
     ratio = odd_and_even(data.turned, data.speed)
     by_speed, by_angle = (look(base_fit, one[0], CANDIDATES) for one in (speed, angle))
     of_record = look(record_fit, ratio[0], RECORD_CANDIDATES)
-    delay = float(START[-1] * np.exp(by_angle.base.figures[-1]))
+    delay = float(START[-1] * np.exp(by_angle.base.parameters[-1]))
     terms = balances(data.current, data.turned, data.load_turned, data.twist, delay)
     return MotorExamined(speed, angle, ratio, by_speed, by_angle, of_record, terms)
 

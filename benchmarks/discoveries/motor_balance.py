@@ -1,7 +1,7 @@
 """The coupling's twist in the balances of torque of motor and load, line by line: what in it is not linear.
 
 Current = J ω̇ + c ω + k φ + term for the motor, ω̇ = k/J φ + c/J φ̇ + d/J ω + term for the load, with twist φ. All are
-linear in their figures, so a further term costs one column of least squares, and is judged on other periods.
+linear in their parameters, so a further term costs one column of least squares, and is judged on other periods.
 """
 
 from collections.abc import Mapping
@@ -62,17 +62,17 @@ def _term(left: Complex, right: list[Complex], term: Complex, scale: float) -> T
     columns = np.stack([*right, term], axis=-1)
     fitted, held = columns[odd].mean(0), columns[even].mean(0)
     wanted, kept = left[odd].mean(0), left[even].mean(0)
-    figures, plain = _solved(fitted, wanted), _solved(fitted[:, :-1], wanted)
+    parameters, plain = _solved(fitted, wanted), _solved(fitted[:, :-1], wanted)
     places = np.arange(_LINES.size) // _BLOCK
     each = [_share(_solved(fitted[places != one], wanted[places != one]), scale) for one in np.unique(places)]
     size = np.sqrt(np.mean(np.abs(kept) ** 2))
-    misses = (kept - held[:, :-1] @ plain, kept - held @ figures)
+    misses = (kept - held[:, :-1] @ plain, kept - held @ parameters)
     before, after = (float(np.sqrt(np.mean(np.abs(one) ** 2)) / size) for one in misses)
-    return Term(_share(figures, scale), jackknife_error(each), before, after)
+    return Term(_share(parameters, scale), jackknife_error(each), before, after)
 
 
-def _share(figures: Floats, scale: float) -> float:
-    return float(figures[-1] / figures[0] * scale)
+def _share(parameters: Floats, scale: float) -> float:
+    return float(parameters[-1] / parameters[0] * scale)
 
 
 def _solved(columns: Complex, wanted: Complex) -> Floats:

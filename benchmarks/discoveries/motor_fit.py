@@ -19,8 +19,8 @@ from drillid.physics.equipment import Controller, TopDrive
 from drillid.physics.lumped import LumpedString
 from drillid.physics.responses import laplace
 
-Figures = Mapping[str, float]
-Model = Callable[[Figures, Complex], Complex]
+Parameters = Mapping[str, float]
+Model = Callable[[Parameters, Complex], Complex]
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "bench" / "MultisineTypeA.mat"
 PERIOD = 2500
@@ -68,34 +68,36 @@ def motor_mobility(current: Floats, speed: Floats) -> MotorMobility:
     return MotorMobility(lines * RATE / PERIOD, np.asarray(mobility, dtype=complex), np.asarray(deviation, dtype=float))
 
 
-def two_inertias(figures: Figures, s: Complex) -> Complex:
+def two_inertias(parameters: Parameters, s: Complex) -> Complex:
     """Motor and load with a damped coupling, behind a delay and a first-order lag."""
-    return _mobility(figures, s, figures["load_drag"], figures["stiffness"])
+    return _mobility(parameters, s, parameters["load_drag"], parameters["stiffness"])
 
 
-def complex_stiffness(figures: Figures, s: Complex) -> Complex:
+def complex_stiffness(parameters: Parameters, s: Complex) -> Complex:
     """The same with a coupling that loses the same share of its energy in each cycle."""
-    return _mobility(figures, s, figures["load_drag"], figures["stiffness"] * (1 + 1j * figures["loss_factor"]))
+    return _mobility(
+        parameters, s, parameters["load_drag"], parameters["stiffness"] * (1 + 1j * parameters["loss_factor"])
+    )
 
 
-def three_inertias(figures: Figures, s: Complex) -> Complex:
+def three_inertias(parameters: Parameters, s: Complex) -> Complex:
     """The same with a third inertia on a spring behind the load."""
     third = LumpedString(
-        figures["third_stiffness"], figures["third_inertia"], internal_damping=figures["third_damping"]
+        parameters["third_stiffness"], parameters["third_inertia"], internal_damping=parameters["third_damping"]
     ).admittance(s)
-    return _mobility(figures, s, figures["load_drag"] + third, figures["stiffness"])
+    return _mobility(parameters, s, parameters["load_drag"] + third, parameters["stiffness"])
 
 
-def second_filter(figures: Figures, s: Complex) -> Complex:
+def second_filter(parameters: Parameters, s: Complex) -> Complex:
     """The same with one more first-order lag."""
-    return two_inertias(figures, s) / (1 + s * figures["second_lag"])
+    return two_inertias(parameters, s) / (1 + s * parameters["second_lag"])
 
 
-def _mobility(figures: Figures, s: Complex, load_drag: complex | Complex, stiffness: complex) -> Complex:
+def _mobility(parameters: Parameters, s: Complex, load_drag: complex | Complex, stiffness: complex) -> Complex:
     string = LumpedString(
-        stiffness, figures["load"], figures["damping"], load_drag, external_damping_top=figures["drag"]
+        stiffness, parameters["load"], parameters["damping"], load_drag, external_damping_top=parameters["drag"]
     )
-    motor = TopDrive(figures["motor"], figures["delay"], Controller(0.0), lag=figures.get("lag", 0.0))
+    motor = TopDrive(parameters["motor"], parameters["delay"], Controller(0.0), lag=parameters.get("lag", 0.0))
     return string.command_mobility(motor, s)
 
 
@@ -110,7 +112,7 @@ _PLAIN = {
 }
 _LAG = _PLAIN | {"lag": 3e-3}
 _THIRD = {"third_stiffness": 3000.0, "third_inertia": 1e-3, "third_damping": 0.1}
-CANDIDATES: Mapping[str, tuple[Model, Figures]] = {
+CANDIDATES: Mapping[str, tuple[Model, Parameters]] = {
     "two inertias, delay": (two_inertias, _PLAIN),
     "+ loss factor of the coupling": (complex_stiffness, _PLAIN | {"loss_factor": 0.01}),
     "+ third inertia": (three_inertias, _PLAIN | _THIRD),
@@ -127,7 +129,7 @@ class MotorFit:
     """A fitted model and its misfit."""
 
     name: str
-    figures: dict[str, float]
+    parameters: dict[str, float]
     errors: dict[str, float]
     """Relative standard errors, from the spread between periods."""
     misfit: float
@@ -141,7 +143,7 @@ class MotorFit:
 
 
 def fit_motor(name: str, fitted: MotorMobility, held_out: MotorMobility) -> MotorFit:
-    """Weighted least squares of one of the candidates from some starting values; all figures are positive."""
+    """Weighted least squares of one of the candidates from some starting values; all parameters are positive."""
     from scipy.optimize import OptimizeResult, least_squares
 
     model, start = CANDIDATES[name]
@@ -156,15 +158,15 @@ def fit_motor(name: str, fitted: MotorMobility, held_out: MotorMobility) -> Moto
         bounds = (moved - 12, moved + 12)
         trials.append(least_squares(residuals, moved, bounds=bounds, max_nfev=400))
     best = min(trials, key=lambda trial: float(trial.cost))
-    figures = _named(start, best.x)
+    parameters = _named(start, best.x)
     curvature = best.jac.T @ best.jac / 2
     errors = np.sqrt(np.diag(np.linalg.pinv(curvature)) / 2)
-    modelled = model(figures, laplace(held_out.frequency))
+    modelled = model(parameters, laplace(held_out.frequency))
     relative = modelled / held_out.mobility - 1
     jumps = (relative[1:-1] - (relative[:-2] + relative[2:]) / 2) / np.sqrt(1.5)
     return MotorFit(
         name,
-        figures,
+        parameters,
         dict(zip(start, errors.tolist(), strict=True)),
         float(2 * best.cost / s.size),
         float(np.mean(np.abs((modelled - held_out.mobility) / held_out.deviation) ** 2)),
@@ -173,7 +175,7 @@ def fit_motor(name: str, fitted: MotorMobility, held_out: MotorMobility) -> Moto
     )
 
 
-def _starts(start: Figures) -> list[Floats]:
+def _starts(start: Parameters) -> list[Floats]:
     """Logarithms of the starting values as they are, for a stiffer and for a lighter assembly, and a damped one."""
     moves: list[dict[str, float]] = [
         {},
@@ -186,7 +188,7 @@ def _starts(start: Figures) -> list[Floats]:
     return [np.log(np.array([value * move.get(key, 1.0) for key, value in start.items()])) for move in moves]
 
 
-def _named(start: Figures, logs: Floats) -> dict[str, float]:
+def _named(start: Parameters, logs: Floats) -> dict[str, float]:
     return dict(zip(start, np.exp(logs).tolist(), strict=True))
 
 
@@ -203,8 +205,8 @@ def table(fits: list[MotorFit]) -> str:
         f"{one.name:32} {one.misfit:9.1f} {one.held_out:9.1f} {one.relative:12.2%} {one.rough:8.2%}" for one in fits
     ]
     best = min(fits, key=lambda one: one.held_out)
-    lines.append(f"figures of '{best.name}':")
-    lines += [f"  {key:16} {value:12.5g} ± {best.errors[key]:.1%}" for key, value in best.figures.items()]
+    lines.append(f"parameters of '{best.name}':")
+    lines += [f"  {key:16} {value:12.5g} ± {best.errors[key]:.1%}" for key, value in best.parameters.items()]
     return "\n".join(lines)
 
 
@@ -220,7 +222,7 @@ def draw(measured: MotorMobility, fits: list[MotorFit], path: Path) -> None:
     axes[1].semilogx(measured.frequency, np.degrees(np.unwrap(np.angle(measured.mobility))), "k.")
     axes[2].loglog(measured.frequency, measured.deviation / np.abs(measured.mobility), "k.", label="spread")
     for one in fits:
-        modelled = CANDIDATES[one.name][0](one.figures, laplace(measured.frequency))
+        modelled = CANDIDATES[one.name][0](one.parameters, laplace(measured.frequency))
         axes[0].loglog(measured.frequency, np.abs(modelled), label=one.name)
         axes[1].semilogx(measured.frequency, np.degrees(np.unwrap(np.angle(modelled))))
         axes[2].loglog(measured.frequency, np.abs(modelled / measured.mobility - 1))

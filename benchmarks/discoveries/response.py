@@ -1,8 +1,8 @@
 """Causes weighed on one measured response: their evidence, and their gain on lines that had no part in the fit.
 
-The engine of `drillid.discrepancy` knows the drill string's eleven figures. Here the same reckoning (Laplace's
+The engine of `drillid.discrepancy` knows the drill string's eleven coordinates. Here the same reckoning (Laplace's
 approximation, equal prior odds, smooth disturbances at the ports as the unknown cause) is done for any base model
-whose figures are positive.
+whose coordinates are positive.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -19,10 +19,10 @@ from drillid.physics.dual_numbers import Dual, derivatives
 from drillid.physics.responses import laplace
 
 Base = Callable[[Sequence[Any]], WindowModel]
-"""Base model from its figures."""
+"""Base model from its coordinates."""
 
 _PRIOR_LOGARITHM = 3.0
-"""Standard deviation of the logarithm of each of the base's figures."""
+"""Standard deviation of the logarithm of each of the base's coordinates."""
 _REACH = 12.0
 _NEIGHBOURS = 21
 """Lines over which the jumps from line to line are averaged."""
@@ -74,54 +74,59 @@ class Problem:
 
     base: Base
     start: Floats
-    """(P,) expected figures of the base."""
+    """(P,) expected coordinates of the base."""
     measured: Response
     given: tuple[Candidate, ...] = ()
     disturbance: Disturbance | None = None
     ports: tuple[str, ...] = PORTS
     """At which something unknown may act."""
 
-    def mobility(self, figures: Sequence[Any], s: Complex, value: Any = 0.0) -> Any:
+    def mobility(self, coordinates: Sequence[Any], s: Complex, value: Any = 0.0) -> Any:
         """The response with the given causes and the disturbance's value.
 
         Figures are logarithms relative to the start, then sizes per usual size.
         """
         count = self.start.size
-        window_model = self.base([first * np.exp(one) for first, one in zip(self.start, figures[:count], strict=True)])
-        for candidate, size in zip(self.given, figures[count:], strict=True):
+        window_model = self.base(
+            [first * np.exp(one) for first, one in zip(self.start, coordinates[:count], strict=True)]
+        )
+        for candidate, size in zip(self.given, coordinates[count:], strict=True):
             cause = CATALOGUE[candidate.cause]
             window_model = cause.extend(window_model, size * candidate.typical, candidate.shape, _NOWHERE)
         return (
             window_model.mobility(s) if self.disturbance is None else self.disturbance.mobility(window_model, value, s)
         )
 
-    def window_model(self, figures: Floats) -> WindowModel:
+    def window_model(self, coordinates: Floats) -> WindowModel:
         """The base without its causes."""
-        return self.base(list(self.start * np.exp(figures[: self.start.size])))
+        return self.base(list(self.start * np.exp(coordinates[: self.start.size])))
 
-    def whitened(self, figures: Floats) -> tuple[Complex, Complex]:
+    def whitened(self, coordinates: Floats) -> tuple[Complex, Complex]:
         """Residual (F,) with real and imaginary parts of unit variance, and the model's derivatives (P, F)."""
         s, weight = laplace(self.measured.frequency), np.sqrt(2) / self.measured.deviation
         count = self.start.size + len(self.given)
         if self.disturbance is None:
-            value, slopes = derivatives(lambda *each: self.mobility(each, s), figures)
+            value, slopes = derivatives(lambda *each: self.mobility(each, s), coordinates)
             return (self.measured.value - value) * weight, slopes * weight
         # each coefficient acts through the value at every frequency: one direction serves all of them
         basis, directions = self.disturbance.basis, np.eye(count + 1)
-        own = [Dual(figure, direction) for figure, direction in zip(figures[:count], directions[:-1], strict=True)]
-        response = self.mobility(own, s, Dual(figures[count:] @ basis, directions[-1]))
+        own = [
+            Dual(coordinate, direction)
+            for coordinate, direction in zip(coordinates[:count], directions[:-1], strict=True)
+        ]
+        response = self.mobility(own, s, Dual(coordinates[count:] @ basis, directions[-1]))
         tangents = response.full_tangents()
         slopes = np.concatenate([tangents[:-1], tangents[-1] * basis])
         return (self.measured.value - response.value) * weight, slopes * weight
 
     @property
     def prior(self) -> Floats:
-        """Standard deviations of the figures' normal priors about zero."""
+        """Standard deviations of the coordinates' normal priors about zero."""
         further = 0 if self.disturbance is None else len(self.disturbance.basis)
         return np.repeat([_PRIOR_LOGARITHM, WIDE_PRIOR, 1.0], [self.start.size, len(self.given), further])
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Of the figures."""
+        """Of the coordinates."""
         sizes = [CATALOGUE[one.cause].size for one in self.given]
         low = [size.low / one.typical for size, one in zip(sizes, self.given, strict=True)]
         high = [size.high / one.typical for size, one in zip(sizes, self.given, strict=True)]
@@ -135,7 +140,7 @@ class Fit:
     """Optimum of a problem."""
 
     problem: Problem
-    figures: Floats
+    coordinates: Floats
     cost: float
     """Half the sum of squares of residuals and prior pulls."""
     information: Floats
@@ -148,11 +153,11 @@ class Fit:
         """Size of the last cause with its standard error."""
         typical = self.problem.given[-1].typical
         error = float(np.sqrt(np.linalg.inv(self.information)[-1, -1]))
-        return float(self.figures[-1]) * typical, error * typical
+        return float(self.coordinates[-1]) * typical, error * typical
 
     def predicted(self, frequency: Floats) -> Complex:
         """The model's response."""
-        return np.asarray(self.problem.mobility(list(self.figures), laplace(frequency)), dtype=complex)
+        return np.asarray(self.problem.mobility(list(self.coordinates), laplace(frequency)), dtype=complex)
 
 
 def fit(problem: Problem, starts: Iterable[Floats], evaluations: int = 400) -> Fit:
@@ -161,12 +166,12 @@ def fit(problem: Problem, starts: Iterable[Floats], evaluations: int = 400) -> F
 
     prior, bounds = problem.prior, problem.bounds()
 
-    def residuals(figures: Floats) -> Floats:
-        residual, _ = problem.whitened(figures)
-        return np.concatenate([residual.real, residual.imag, figures / prior])
+    def residuals(coordinates: Floats) -> Floats:
+        residual, _ = problem.whitened(coordinates)
+        return np.concatenate([residual.real, residual.imag, coordinates / prior])
 
-    def jacobian(figures: Floats) -> Floats:
-        _, slopes = problem.whitened(figures)
+    def jacobian(coordinates: Floats) -> Floats:
+        _, slopes = problem.whitened(coordinates)
         return np.concatenate([-slopes.real.T, -slopes.imag.T, np.diag(1 / prior)])
 
     if not prior.size:
@@ -183,11 +188,11 @@ def fit(problem: Problem, starts: Iterable[Floats], evaluations: int = 400) -> F
 
 
 def extended(base: Fit, candidate: Candidate) -> Fit:
-    """The base with one more cause, fitted from no size and from its usual size, from the base's figures and fresh."""
+    """The base with one more cause, fitted from no size and from its usual size, from the base's fit and afresh."""
     problem = replace(base.problem, given=(*base.problem.given, candidate))
-    fresh = np.zeros(base.figures.size)
+    fresh = np.zeros(base.coordinates.size)
     sizes = (0.01, 1.0) if CATALOGUE[candidate.cause].size.low >= 0 else (0.01, 1.0, -1.0)
-    starts = [np.append(origin, size) for origin in (base.figures, fresh) for size in sizes]
+    starts = [np.append(origin, size) for origin in (base.coordinates, fresh) for size in sizes]
     return fit(problem, starts)
 
 

@@ -89,8 +89,8 @@ def printed(rows: Sequence[Discovery]) -> str:
     return "\n".join(lines)
 
 
-def _range(figures: tuple[float, float, float], unit: str) -> str:
-    value, low, high = figures
+def _range(bounds: tuple[float, float, float], unit: str) -> str:
+    value, low, high = bounds
     if not isfinite(value):
         return ""
     interval = f" ({low:.4g} to {high:.4g})" if isfinite(low) else ""

@@ -59,15 +59,15 @@ def average(ports: Mapping[str, float]) -> float:
 def _evidence(base: Fit, port: str) -> float:
     from scipy.special import logsumexp
 
-    measured, inertia = base.problem.measured, base.problem.window_model(base.figures).system.top_drive.inertia
+    measured, inertia = base.problem.measured, base.problem.window_model(base.coordinates).system.top_drive.inertia
     real = unknown.smooth_functions(measured.frequency, unknown.FUNCTIONS)
     scale = 1.0 if port == "record" else float(inertia) * float(np.median(np.abs(laplace(measured.frequency))))
     both = np.concatenate([real, 1j * real]) * scale
-    rest, none, count = np.linalg.slogdet(base.information)[1], np.zeros(len(both)), base.figures.size
-    undisturbed, warm = np.append(base.figures, none), np.append(np.zeros(count), none)
+    rest, none, count = np.linalg.slogdet(base.information)[1], np.zeros(len(both)), base.coordinates.size
+    undisturbed, warm = np.append(base.coordinates, none), np.append(np.zeros(count), none)
     found: list[float] = []
     for amplitude in _AMPLITUDES:
         more = fit(replace(base.problem, disturbance=Smooth(port, both * amplitude)), [undisturbed, warm], _EVALUATIONS)
         found.append(base.cost - more.cost - 0.5 * (np.linalg.slogdet(more.information)[1] - rest))
-        warm = np.append(more.figures[:count], more.figures[count:] / _STEP)
+        warm = np.append(more.coordinates[:count], more.coordinates[count:] / _STEP)
     return float(logsumexp(found) - np.log(len(found)))

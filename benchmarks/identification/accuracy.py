@@ -28,7 +28,7 @@ from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import laplace
 
 WINDOWS = 600
-"""At each level of bit noise; chance then moves a coverage of 95 % by 0.9 %."""
+"""At each level of bit noise; random errors then move a coverage of 95 % by 0.9 %."""
 LEVEL = 0.01
 """Level of the tests of residuals."""
 
@@ -79,12 +79,12 @@ def fits_of(measured: Sequence[Measured], windows: Sequence[SimulatedWindow]) ->
 class Spread:
     """Errors of fits of one rig's windows; arrays of shape (level of bit noise, 8).
 
-    Six hundred windows tell a spread to 3 %. The linear estimate that reaches the bound has nearly the same errors on
+    Six hundred windows give a spread to 3 %. The linear estimate that reaches the bound has nearly the same errors on
     the same mobilities, so that the ratio of both is known far better; that ratio, times what the mobilities' own
     estimate costs, is the spread over the bound.
 
     plain : root mean square of errors over the Cramér–Rao bound
-    over_bound : the same freed of chance, as above
+    over_bound : the same less random errors of the drawn noise, as above
     identifiable : where the bound means something, as `Noise.identifiable`
     covered : share of windows whose 95 % interval holds the truth
     """
@@ -118,18 +118,18 @@ class Spread:
 
     @property
     def over_bound_max(self) -> float:
-        """Largest over parameters of the root mean square over the levels that can tell the parameter."""
+        """Largest over parameters of the root mean square over the levels that identify the parameter."""
         return self._largest(self.over_bound)
 
     @property
     def plain_max(self) -> float:
-        """The same with chance."""
+        """The same, random errors of the drawn noise included."""
         return self._largest(self.plain)
 
     def _largest(self, ratio: Floats) -> float:
-        told = self.identifiable.any(axis=0)
-        squares = np.sum(ratio**2, axis=0, where=self.identifiable)[told]
-        return float(np.sqrt(np.max(squares / self.identifiable.sum(axis=0)[told])))
+        identified = self.identifiable.any(axis=0)
+        squares = np.sum(ratio**2, axis=0, where=self.identifiable)[identified]
+        return float(np.sqrt(np.max(squares / self.identifiable.sum(axis=0)[identified])))
 
     @property
     def coverage(self) -> Floats:
@@ -170,7 +170,7 @@ def main() -> None:
     print(f"spread over bound {spread.over_bound_max:.3f}, intervals cover {spread.coverage.min():.3f} and more")
     for row, level in enumerate(spread.levels):
         for column, name in enumerate(PARAMETERS):
-            remark = "" if spread.identifiable[row, column] else "  (bound says nothing)"
+            remark = "" if spread.identifiable[row, column] else "  (bound does not apply)"
             print(
                 f"{level:5.0f} N m  {name:14s} spread over bound {spread.over_bound[row, column]:5.2f}, "
                 f"covered {100 * spread.covered[row, column]:5.1f} %{remark}"

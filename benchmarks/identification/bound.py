@@ -19,7 +19,7 @@ from drillid.physics.responses import laplace
 from tests.simulated import WINDOW_S, Truth
 
 WIDEST = 0.25
-"""Largest bound, as a share of the parameter's true value, at which a window counts as able to tell the parameter."""
+"""Largest bound, as a share of the parameter's true value, at which a window counts as identifying the parameter."""
 REACH = 3.0
 """Bounds to either side of the truth between which the likelihood is to be a parabola."""
 SKEW = 0.2
@@ -84,7 +84,7 @@ class Noise:
         return float(np.sqrt(np.mean(np.abs(mobility - truth) ** 2 / (self.variance * bit_noise**2))))
 
     def identifiable(self, bit_noise: float) -> Booleans:
-        """Parameters that one window tells, so that the bound means something; shape (8,).
+        """Parameters that one window identifies, so that the bound applies; shape (8,).
 
         The bound is at most WIDEST of the true value, and the likelihood of a window without error of its own
         is a parabola: at REACH bounds to either side its fall is that of the parabola within SKEW.

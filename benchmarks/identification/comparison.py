@@ -101,10 +101,10 @@ class Speed:
 
 @dataclass(frozen=True)
 class Scores:
-    """Accuracy of one way.
+    """Accuracy of one estimator.
 
     errors : root mean square relative errors of the parameters SHOWN
-    over_bound : root mean square error over bound, the largest over parameters, of windows that tell the parameter
+    over_bound : root mean square error over bound, the largest over parameters, of windows that identify the parameter
     worse, better : windows in which its optimum has more or less cost than `drillid`'s on the same data
     """
 
@@ -118,8 +118,10 @@ class Scores:
         """Of windows of one rig."""
         truth = noise.truth.parameters
         levels = {window.truth.bit_noise for window in windows}
-        bounds, told = ({level: made(level) for level in levels} for made in (noise.cramer_rao, noise.identifiable))
-        usable = np.array([told[window.truth.bit_noise] for window in windows])
+        bounds, identifiable = (
+            {level: made(level) for level in levels} for made in (noise.cramer_rao, noise.identifiable)
+        )
+        usable = np.array([identifiable[window.truth.bit_noise] for window in windows])
         ratio = (found.values - truth) / np.array([bounds[window.truth.bit_noise] for window in windows])
         some = usable.any(axis=0)
         squares = np.sum(ratio**2, axis=0, where=usable)[some] / usable.sum(axis=0)[some]

@@ -1,7 +1,7 @@
 """How often a fit without advance information ends at the global optimum, over rigs drawn at random.
 
-Judged are rigs whose window can tell the length of their string at all: its Cramér–Rao bound is a tenth of it at most.
-Where it cannot, strings of many lengths explain the window equally well.
+Judged are rigs whose window identifies the length of their string at all: its Cramér–Rao bound is a tenth of it at
+most. Where it does not, strings of many lengths explain the window equally well.
 
 Run it as `python -m benchmarks.identification.fits` at the root of the project.
 """
@@ -39,7 +39,7 @@ def cost_from(start: Floats, measured: Measured, window: SimulatedWindow) -> flo
 
 
 def is_usable(measured: Measured, window: SimulatedWindow) -> bool:
-    """Whether the window can tell the length of its string."""
+    """Whether the window can identify the length of its string."""
     truth, gradient, hessian = window.truth.parameters, np.empty(8), np.empty((8, 8))
     curvature(to_scaled(truth), likelihood(measured, window.truth.known, Prior.silent()), True, gradient, hessian)
     return bool(np.sqrt(np.linalg.inv(hessian)[LENGTH, LENGTH]) * SCALES[LENGTH] <= USABLE * truth[LENGTH])

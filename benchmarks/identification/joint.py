@@ -117,7 +117,7 @@ class Truth24:
 
     @staticmethod
     def of(rows: Sequence[Sequence[SimulatedWindow]]) -> "Truth24":
-        """From all repeats, which tell the noise."""
+        """From all repeats, which give the noise."""
         places = stands()
         truth = np.stack([stand.truth.parameters for stand in places])
         logged = np.array([stand.bit_depth - stand.truth.collars.length for stand in places])
@@ -133,7 +133,7 @@ class Truth24:
         """Least standard deviation of each window's parameters from all windows, shape (window, 8), SI.
 
         Fisher's information at the truth with the simulator's own noise, and the law by which the
-        walking figures were drawn: the bound for a mixture of fixed and random figures (Van Trees 1968).
+        varying parameters were drawn: the bound for a mixture of fixed and random parameters (Van Trees 1968).
         """
         information = np.stack(
             [noise.information(stand.truth.bit_noise) for noise, stand in zip(self.noise, stands(), strict=True)]
@@ -146,15 +146,15 @@ class Truth24:
     def efficient_errors(self, measured: Sequence[Measured]) -> Floats:
         """Errors of the estimate that reaches the bound, shape (window, 8), SI.
 
-        One step of scoring from the truth, told the true noise and the law of the walks.
+        One step of scoring from the truth, given the true noise and the law of the random walks.
         """
-        told = []
+        exact = []
         for window, noise, stand in zip(measured, self.noise, stands(), strict=True):
             lines = np.searchsorted(grid(), window.frequency - 1e-9)
             variance = noise.variance[lines] * stand.truth.bit_noise**2
-            told.append(replace(window, variance=variance, degrees_of_freedom=np.full(lines.size, 1e9)))
+            exact.append(replace(window, variance=variance, degrees_of_freedom=np.full(lines.size, 1e9)))
         known = [stand.truth.known for stand in stands()]
-        windows = Windows(told, known, np.array([stand.bit_depth for stand in stands()]))
+        windows = Windows(exact, known, np.array([stand.bit_depth for stand in stands()]))
         factors = Gaussian.expanded(self.states, *windows.terms(self.states))
         away = smoothed(self.prior, factors, self.steps).moments()[0] - self.states
         return np.asarray(np.einsum("wis,ws->wi", self.slopes, away))
@@ -164,7 +164,7 @@ class Truth24:
 class JointAccuracy:
     """How near joint fits come to their bound, and how often their bands hold the truth; by parameter.
 
-    Of what all windows share; of the length, in the middle window. Twenty repeats tell a spread
+    Of what all windows share; of the length, in the middle window. Twenty repeats give a spread
     to 16 %. The estimate that reaches the bound has nearly the same errors on the same noise, so that
     the ratio of both spreads is known far better.
     """
@@ -229,8 +229,8 @@ def main() -> None:
     accuracy = joint_accuracy(found, rows)
     print(f"Joint fits of {WINDOWS} windows, {REPEATS} repeats")
     for name, ratio in accuracy.over_bound.items():
-        told = f"spread {accuracy.spread[name]:.2f} and mean {accuracy.offset[name]:+.2f} of the bound"
-        print(f"  {name:14} error over that of the estimate that reaches the bound {ratio:.2f}; {told}")
+        remark = f"spread {accuracy.spread[name]:.2f} and mean {accuracy.offset[name]:+.2f} of the bound"
+        print(f"  {name:14} error over that of the estimate that reaches the bound {ratio:.2f}; {remark}")
     for name, share in accuracy.coverage.items():
         print(f"  {name:14} 95 % bands hold the truth in {100 * share:.1f} %")
     print(f"  repeats with a change where there is none: {sum(bool(each.changes) for each in found)}")

@@ -1,7 +1,7 @@
 """From a regular record to fitted parameters: how many times real time on one core, and growth with the log's length.
 
 Wells of one and of ten lengths are written as the records stage leaves them. A process of its own takes each from its
-records to fits with intervals, a block of windows after the other, and tells its processor time and largest memory.
+records to fits with intervals, a block of windows after the other, and reports its processor time and largest memory.
 A small well goes first, so that neither holds what is done once a process. The workflow's stages, which write
 spectrograms, stacks and joint fits as well, are timed apart.
 """
@@ -76,8 +76,8 @@ def passages(windows: Sequence[SimulatedWindow], size: Size, repeats: int = 3, w
     command = [sys.executable, "-m", "benchmarks.identification.throughput", size, way]
     found = []
     for _ in range(repeats):
-        told = subprocess.run(command, check=True, capture_output=True, text=True)
-        found.append(Passage(**json.loads(told.stdout.splitlines()[-1])))
+        finished = subprocess.run(command, check=True, capture_output=True, text=True)
+        found.append(Passage(**json.loads(finished.stdout.splitlines()[-1])))
     return found
 
 

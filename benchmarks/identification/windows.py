@@ -85,12 +85,12 @@ class Run:
             yield SimulatedWindow(self.truth, sweep[part], speed[part], command[part])
 
 
-def windows_of(runs: Sequence[Run], told: str = "Simulating windows") -> list[SimulatedWindow]:
+def windows_of(runs: Sequence[Run], progress: str = "Simulating windows") -> list[SimulatedWindow]:
     """Windows of all runs in order; what is not there yet is simulated with two processes."""
     missing = [run for run in runs if not run.path.is_file()]
     if missing:
         with ProcessPoolExecutor(PROCESSES) as pool:
-            for _ in track(pool.map(Run.make, missing), told, total=len(missing)):
+            for _ in track(pool.map(Run.make, missing), progress, total=len(missing)):
                 pass
     return [window for run in runs for window in run.read()]
 

@@ -73,7 +73,7 @@ _STATED = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMEN
 
 
 def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
-    """What a rig's description says with the bit at `bit_depth` (m); `controller` is stated, or read from the log."""
+    """Equipment and prior of a rig with the bit at `bit_depth` (m); `controller` is stated, or read from the log."""
     stated: dict[str, float] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
     if rig.drive_delay:
         stated |= {"delay": rig.drive_delay.value, "delay_error": rig.drive_delay.tolerance}
@@ -100,8 +100,8 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
         If the torque command is not logged either.
     """
     if rig.controller:
-        told = rig.controller
-        return Controller(told.proportional, told.integral, told.speed_filter, told.torque_filter)
+        stated = rig.controller
+        return Controller(stated.proportional, stated.integral, stated.speed_filter, stated.torque_filter)
     gains = logged_gains(spectra, Controller(0.0))
     if not gains.size:
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
@@ -139,19 +139,19 @@ def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
     """A row where the logged torque command shows other gains than the data sheets, beyond their tolerance."""
     if rig.controller is None:
         return []
-    told = np.array([rig.controller.proportional, rig.controller.integral])
+    stated = np.array([rig.controller.proportional, rig.controller.integral])
     gains = logged_gains(spectra, speed_controller(rig, spectra))
     if not gains.size:
         return []
     found = np.median(gains, axis=0)
-    error = np.hypot(rig.controller.relative * told, np.std(gains, axis=0) / np.sqrt(len(gains)))
-    if np.all(np.abs(found - told) <= _CONTRADICTION * error):
+    error = np.hypot(rig.controller.relative * stated, np.std(gains, axis=0) / np.sqrt(len(gains)))
+    if np.all(np.abs(found - stated) <= _CONTRADICTION * error):
         return []
     return [
         Problem(
             f"rig {rig.name}, controller",
             f"the logged command answers the speed with P {found[0]:.4g} N m s/rad and I {found[1]:.4g} N m/rad, "
-            f"the data sheets say {told[0]:.4g} and {told[1]:.4g}",
+            f"the data sheets say {stated[0]:.4g} and {stated[1]:.4g}",
             "Check sign and unit of the sweep, then the gains in the rig description, then for filters in the control",
         )
     ]

@@ -170,9 +170,9 @@ def _contiguous(*arrays: Array) -> Iterator[Array]:
 
 
 def _interval(data: Data, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
-    """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not tell apart.
+    """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not separate.
 
-    The interval of internal damping is the wider of those with and without its prior: what the data alone say,
+    The interval of internal damping is the wider of those with and without its prior: what the data alone give,
     but no less than what is left where noise is fitted by resonances too sharp for any string.
     """
     low, high = _LOW.copy(), _HIGH.copy()
@@ -185,7 +185,7 @@ def _interval(data: Data, points: Floats, costs: Floats) -> tuple[Floats, Floats
 
 
 def _status(lower: Floats, upper: Floats) -> NDArray[np.int8]:
-    """What intervals in SI tell: one that holds all values that are met tells nothing."""
+    """Status of intervals in SI: one that spans all values met in practice carries no information."""
     edge = to_scaled(BOUNDS)
     edge[:, DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
     reach = 1e-6 * (edge[1] - edge[0])

@@ -13,7 +13,7 @@ from drillid.physics.top_drive import torque_transfers
 
 @dataclass(frozen=True)
 class LumpedString:
-    """A spring with the bottom-hole assembly's inertia at its end; without damping it is the figure's upper graph.
+    """A spring with the bottom-hole assembly's inertia at its end; undamped, it is that figure's upper graph.
 
     The paper's lumped model has no inertia of the string itself; `of_section` distributes it as
     one element of the ladder does, half at the top and half below.

@@ -97,7 +97,7 @@ def motor_fits() -> Values:
     for one in fits:
         found |= {f"{one.name}: misfit": one.misfit, f"{one.name}: held out": one.held_out}
         found |= {f"{one.name}: relative": one.relative, f"{one.name}: rough": one.rough}
-    return found | {"lag, s": next(one for one in fits if one.name == "+ first-order lag").figures["lag"]}
+    return found | {"lag, s": next(one for one in fits if one.name == "+ first-order lag").parameters["lag"]}
 
 
 def line_fits() -> Values:

@@ -22,8 +22,8 @@ def test_connector_and_ends_explain_what_the_plain_line_leaves(ends: tuple[np.nd
     plain, connected = (fit_line(ranges, *ends) for ranges in (PLAIN, CONNECTED))
     assert plain.misfit > 2 * connected.misfit
     assert connected.misfit < 0.0115
-    assert connected.figures["impedance_ohm"] == pytest.approx(50, abs=2)
-    assert connected.figures["load_ohm"] == pytest.approx(50, abs=1)
+    assert connected.parameters["impedance_ohm"] == pytest.approx(50, abs=2)
+    assert connected.parameters["load_ohm"] == pytest.approx(50, abs=1)
 
 
 def test_a_fit_recovers_a_line_that_obeys_the_model() -> None:
@@ -32,7 +32,7 @@ def test_a_fit_recovers_a_line_that_obeys_the_model() -> None:
     measured = {end: reflection(truth, end, laplace(frequency)) for end in ("open", "short", "load")}
     fit = fit_line(CONNECTED, frequency, measured)
     assert fit.misfit < 1e-5
-    assert fit.figures["impedance_ohm"] == pytest.approx(47.0, rel=1e-3)
+    assert fit.parameters["impedance_ohm"] == pytest.approx(47.0, rel=1e-3)
 
 
 def test_the_line_is_passive_and_ideal_ends_without_loss_reflect_all() -> None:

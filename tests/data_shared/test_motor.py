@@ -78,7 +78,7 @@ def test_the_figure_is_drawn(
     np.testing.assert_allclose(frequency, measured[1].frequency)
     np.testing.assert_allclose(drawn, np.abs(measured[1].mobility))
     for name, fit, drawn_misfit in zip(fits, fits.values(), misfit.lines[1:], strict=True):
-        modelled = CANDIDATES[name][0](fit.figures, laplace(measured[1].frequency))
+        modelled = CANDIDATES[name][0](fit.parameters, laplace(measured[1].frequency))
         np.testing.assert_allclose(line(size, name)[1], np.abs(modelled))
         rms = np.sqrt(np.mean(np.square(np.asarray(drawn_misfit.get_ydata(), dtype=float))))
         assert rms == pytest.approx(fit.relative, rel=1e-6)

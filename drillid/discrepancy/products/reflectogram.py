@@ -79,12 +79,3 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
     of_mobility = np.conj(weighted[:, None, :] * advance)
     of_control = np.zeros((*of_mobility.shape[:2], model.rows - s.size), dtype=complex)
     return np.concatenate([of_mobility, of_control], axis=-1)
-
-
-def echoes(result: Reflectogram) -> list[tuple[float, float]]:
-    """Distance (m) and size of every local extreme beyond the level, largest first."""
-    size = np.abs(result.reflection)
-    inner = (size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > result.level[1:-1])
-    rows = np.flatnonzero(inner) + 1
-    extremes = ((float(result.distance[row]), float(result.reflection[row])) for row in rows)
-    return sorted(extremes, key=lambda echo: -abs(echo[1]))

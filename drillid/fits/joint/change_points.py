@@ -1,6 +1,6 @@
 """How fast parameters walk with depth, and where they jump instead: formations, hole sections, BHA runs.
 
-Both are judged by evidence, the integral of likelihood times prior over all figures. Under the
+Both are judged by evidence, the integral of likelihood times prior over all coordinates. Under the
 model without a jump, the evidence with it over that without has an expectation of at most one,
 so it exceeds tests/α with a chance of at most α/tests (Markov's inequality; Robbins 1970):
 over all places, parameters and lengths, at most a share α of wells without a change is given one.
@@ -28,7 +28,7 @@ USUAL_JUMP = float(np.log(3.0))
 _LEAST_GAP = 1.0
 """m; windows nearer to each other walk as much as over so far."""
 _PER = 100.0
-"""m over which a walk is told."""
+"""m of depth to which the variance of a random walk refers."""
 _LONGEST = 12
 """Windows of the longest interval that is looked for with both its ends at once."""
 _ROUNDS = 3
@@ -41,11 +41,11 @@ def walked_distance(bit_depth: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump of one walking figure between two successive windows."""
+    """A jump of one walking coordinate between two successive windows."""
 
     before: int
     """Window below which it lies."""
-    figure: int
+    coordinate: int
     """Place in the state."""
 
 
@@ -68,7 +68,7 @@ class Change:
 class Track:
     """Factors of successive windows, what is known beforehand, and how the state moves between them.
 
-    walks : rms change of each walking figure over 100 m, shape (walking,)
+    walks : rms change of each walking coordinate over 100 m, shape (walking,)
     jumps : places where one of them may jump
     """
 
@@ -88,13 +88,13 @@ class Track:
         """Variance of the state's step between successive windows, shape (window − 1, walking)."""
         steps = self.gaps[:, None] * self.walks**2
         for jump in self.jumps:
-            steps[jump.before, jump.figure] += USUAL_JUMP**2
+            steps[jump.before, jump.coordinate] += USUAL_JUMP**2
         return np.asarray(steps)
 
-    def trials(self, figure: int) -> Floats:
-        """Steps with each walk of the grid for one figure, shape (window − 1, grid, walking)."""
+    def trials(self, coordinate: int) -> Floats:
+        """Steps with each walk of the grid for one coordinate, shape (window − 1, grid, walking)."""
         tried = np.tile(self.steps[:, None, :], (1, _GRID.size, 1))
-        tried[..., figure] += self.gaps[:, None] * (_GRID**2 - self.walks[figure] ** 2)
+        tried[..., coordinate] += self.gaps[:, None] * (_GRID**2 - self.walks[coordinate] ** 2)
         return tried
 
 
@@ -102,10 +102,10 @@ def probable_walks(track: Track) -> Floats:
     """Walks of largest posterior probability, one after the other over the grid, shape (walking,)."""
     for _ in range(_ROUNDS):
         before = track.walks
-        for figure in range(track.walks.size):
-            evidence = forward(track.prior, track.factors, track.trials(figure))[-1].log_integral()
+        for coordinate in range(track.walks.size):
+            evidence = forward(track.prior, track.factors, track.trials(coordinate))[-1].log_integral()
             walks = track.walks.copy()
-            walks[figure] = _GRID[int(np.argmax(evidence + _LOG_PRIOR))]
+            walks[coordinate] = _GRID[int(np.argmax(evidence + _LOG_PRIOR))]
             track = replace(track, walks=walks)
         if np.array_equal(before, track.walks):
             break
@@ -118,20 +118,20 @@ def strongest_jumps(track: Track, error_rate: float) -> tuple[Jump, ...]:
     Half of the error rate goes to single jumps, half to intervals.
     """
     for look in (log_gains_of_jumps, log_gains_of_intervals):
-        gains = np.stack([look(track, figure) for figure in range(track.walks.size)], axis=-1)
+        gains = np.stack([look(track, coordinate) for coordinate in range(track.walks.size)], axis=-1)
         tests = np.count_nonzero(np.isfinite(gains))
         if not tests:
             continue
         place = np.unravel_index(int(np.nanargmax(gains)), gains.shape)
         if float(gains[place]) > np.log(tests / (error_rate / 2)):
-            first, *lengths, figure = (int(each) for each in place)
-            return tuple(Jump(end, figure) for end in (first, *(first + 1 + length for length in lengths)))
+            first, *lengths, coordinate = (int(each) for each in place)
+            return tuple(Jump(end, coordinate) for end in (first, *(first + 1 + length for length in lengths)))
     return ()
 
 
 @dataclass(frozen=True)
 class _Sides:
-    """What lies on either side of a jump of one figure, for all places and walks of the grid.
+    """What lies on either side of a jump of one coordinate, for all places and walks of the grid.
 
     steps : shape (window − 1, grid, walking)
     without : logarithm of the evidence without the jump
@@ -144,34 +144,34 @@ class _Sides:
     without: float
 
     @staticmethod
-    def of(track: Track, figure: int) -> _Sides:
-        steps = track.trials(figure)
+    def of(track: Track, coordinate: int) -> _Sides:
+        steps = track.trials(coordinate)
         ahead = forward(track.prior, track.factors, steps)
-        leap = USUAL_JUMP**2 * (np.arange(track.walks.size) == figure)
+        leap = USUAL_JUMP**2 * (np.arange(track.walks.size) == coordinate)
         without = float(logsumexp(ahead[-1].log_integral() + _LOG_PRIOR))
         return _Sides(steps, leap, ahead, backward(track.factors, steps), without)
 
 
-def log_gains_of_jumps(track: Track, figure: int) -> Floats:
+def log_gains_of_jumps(track: Track, coordinate: int) -> Floats:
     """Logarithm of the evidence with a jump over that without it, each averaged over the walks of the grid.
 
     Returns
     -------
     Gains below each window, shape (window − 1,)
     """
-    sides = _Sides.of(track, figure)
+    sides = _Sides.of(track, coordinate)
     crossed = sides.ahead[:-1].walked(sides.steps + sides.leap) * sides.behind[1:]
     return np.asarray(logsumexp(crossed.log_integral() + _LOG_PRIOR, axis=-1) - sides.without)
 
 
-def log_gains_of_intervals(track: Track, figure: int) -> Floats:
+def log_gains_of_intervals(track: Track, coordinate: int) -> Floats:
     """The same for two jumps, below a window and below another a little deeper.
 
     Returns
     -------
     Gains, shape (window − 1, longest interval − 1); NaN where the second place lies behind the last window
     """
-    sides, factors = _Sides.of(track, figure), track.factors
+    sides, factors = _Sides.of(track, coordinate), track.factors
     count = sides.steps.shape[0]
     state = sides.ahead[:-1].walked(sides.steps + sides.leap)
     longest = max(min(_LONGEST, count - 1), 0)
@@ -193,8 +193,8 @@ def dated(track: Track) -> tuple[Change, ...]:
     changes = []
     for jump in track.jumps:
         others = replace(track, jumps=tuple(other for other in track.jumps if other != jump))
-        gains = log_gains_of_jumps(others, jump.figure)
-        taken = [other.before for other in others.jumps if other.figure == jump.figure]
+        gains = log_gains_of_jumps(others, jump.coordinate)
+        taken = [other.before for other in others.jumps if other.coordinate == jump.coordinate]
         gains[taken] = -np.inf
         share = np.exp(gains - logsumexp(gains))
         sums = np.cumsum(share)
@@ -203,7 +203,7 @@ def dated(track: Track) -> tuple[Change, ...]:
         odds = np.exp(min(float(logsumexp(gains)) - np.log(gains.size * track.walks.size), 700.0))
         changes.append(
             Change(
-                WALKING[jump.figure],
+                WALKING[jump.coordinate],
                 float(track.bit_depth[best : best + 2].mean()),
                 float(track.bit_depth[min(first, best)]),
                 float(track.bit_depth[min(max(last, best), gains.size - 1) + 1]),

@@ -1,6 +1,6 @@
 """What a joint fit estimates, and how the eight parameters of each window follow from it.
 
-Four figures walk with depth: κ, δ, and damping and inertia of the BHA. Five are the same in
+Four coordinates are random walks of depth: κ, δ, and damping and inertia of the BHA. Five are the same in
 all windows: delay, top-drive inertia, polar moment of the pipe, and the factor and offset
 that turn the logged length of the pipe into the one that waves see.
 """
@@ -32,7 +32,7 @@ WALKING = (KAPPA, DELTA, DAMPING_BHA, INERTIA_BHA)
 ONCE = (DELAY, INERTIA_TD, POLAR_MOMENT)
 """Parameters that all windows share, in the order of the state, after those that walk."""
 SHARED = ("delay", "inertia_td", "polar_moment", "length_factor", "length_offset")
-"""Shared figures in the order of the state."""
+"""Shared coordinates in the order of the state."""
 SIZE = len(WALKING) + len(SHARED)
 _FACTOR, _OFFSET = len(WALKING) + 3, len(WALKING) + 4
 _OFFSET_SCALE = 10.0
@@ -118,11 +118,11 @@ def to_parameters(state: Floats, logged_length: Floats) -> tuple[Floats, Floats]
 
 
 def shared_figures(state: Floats) -> Floats:
-    """Shared figures in SI (delay s, inertia kg m², polar moment m⁴, factor, offset m) of states (..., 9)."""
+    """Shared coordinates in SI (delay s, inertia kg m², polar moment m⁴, factor, offset m) of states (..., 9)."""
     return np.asarray(state[..., len(WALKING) :] * SHARED_SCALES)
 
 
 SHARED_SCALES = np.array([*SCALES[list(ONCE)], 1.0, _OFFSET_SCALE])
-"""Shared figures in SI per unit of the state, shape (5,)."""
+"""Shared coordinates in SI per unit of the state, shape (5,)."""
 OWN = np.delete(np.arange(SIZE), _FACTOR)
-"""Directions of the state that one window alone can tell: its length counts once."""
+"""Directions of the state that one window alone can identify: its length counts once."""

@@ -72,11 +72,11 @@ def counted_once(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) -> 
 def _as_dataset(fit: JointFit) -> xr.Dataset:
     newest = forward(fit.track.prior, fit.track.factors, fit.track.steps)[-1]
     by_parameter = {"value": fit.value, "standard_error": fit.error, "lower": fit.lower, "upper": fit.upper}
-    figures = [
+    rows = [
         (list(PARAMETERS)[change.parameter], change.depth, change.depth_from, change.depth_to, change.probability)
         for change in fit.changes
     ]
-    columns = zip(*figures, strict=True) if figures else [()] * len(_CHANGE)
+    columns = zip(*rows, strict=True) if rows else [()] * len(_CHANGE)
     changes = {f"change_{name}": ("change", np.array(column)) for name, column in zip(_CHANGE, columns, strict=True)}
     return xr.Dataset(
         {name: (("window", "parameter"), values) for name, values in by_parameter.items()}

@@ -48,7 +48,7 @@ class JointFit:
     is nearly linear in κ and Y_bha, however large their errors.
 
     shared, shared_error : as `SHARED`, SI, shape (5,)
-    walks : rms change of the walking figures over 100 m, shape (4,)
+    walks : rms change of the walking coordinates over 100 m, shape (4,)
     weight : share of each window's information that was used; below 1 where it contradicts the others
     agreement : p-value of the window's distance from the common fit
     log_evidence : of the data given the walks and changes, comparable between models of the same windows
@@ -80,7 +80,7 @@ def joint_fit(
     settings: FitsSettings,
     share: Floats | None = None,
 ) -> JointFit:
-    """Fit of all windows with shared figures, walks with depth and jumps.
+    """Fit of all windows with shared coordinates, walks with depth and jumps.
 
     The optimum is found by Gauss–Newton steps over all windows at once, whose systems a
     smoother solves in a time linear in the windows. Walks and jumps follow from the evidence by
@@ -123,8 +123,8 @@ def joint_fit(
 
 def prior_levels(prior: Prior, known: Sequence[KnownEquipment], settings: FitsSettings) -> Levels:
     """Prior of the first window's state; without collars on the data sheets, the offset stands for them too."""
-    told = np.isfinite(prior.value[LENGTH])
-    factor_error = prior.error[LENGTH] / prior.value[LENGTH] if told else settings.length_factor_error
+    stated = np.isfinite(prior.value[LENGTH])
+    factor_error = prior.error[LENGTH] / prior.value[LENGTH] if stated else settings.length_factor_error
     listed = all(equipment.collar_length > 0 for equipment in known)
     offset = settings.length_offset_m if listed else settings.collars_offset_m
     return levels(prior.value, prior.error, float(factor_error), offset)
@@ -161,7 +161,7 @@ def _settled(
 def _weights(windows: Windows, mode: Mode, known_state: Levels, error_rate: float) -> tuple[Floats, Floats]:
     """Weight of each window and the p-value of its distance, each (window,).
 
-    The gain that a window would have from figures of its own follows χ² with eight degrees of
+    The gain that a window would have from coordinates of its own follows χ² with eight degrees of
     freedom at most; its residuals are judged as those of a single fit. Both bounds hold for
     all windows together.
     """

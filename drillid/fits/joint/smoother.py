@@ -1,4 +1,4 @@
-"""Information filter and smoother of windows that follow each other in depth: some figures walk, the others are shared.
+"""Information filter and smoother of windows in order of depth: some coordinates are random walks, the others shared.
 
 The state of a window is what walks from one to the next, followed by what is the same in all
 of them. A window's likelihood, expanded to second order, is a Gaussian factor of its state, so
@@ -38,12 +38,12 @@ class Gaussian:
 
     @staticmethod
     def normal(mean: Floats, deviation: Floats) -> Gaussian:
-        """Density of independent normal figures, each of shape (state,); an infinite deviation says nothing."""
-        told = np.isfinite(deviation)
-        precision = np.where(told, 1 / np.where(told, deviation, 1.0) ** 2, 0.0)
-        centre = np.where(told, mean, 0.0)
-        spread = np.log(2 * np.pi * np.where(told, deviation, 1.0) ** 2)
-        log_scale = -0.5 * np.sum(precision * centre**2 + np.where(told, spread, 0.0))
+        """Density of independent normal coordinates, each of shape (state,); infinite deviations carry no weight."""
+        known = np.isfinite(deviation)
+        precision = np.where(known, 1 / np.where(known, deviation, 1.0) ** 2, 0.0)
+        centre = np.where(known, mean, 0.0)
+        spread = np.log(2 * np.pi * np.where(known, deviation, 1.0) ** 2)
+        log_scale = -0.5 * np.sum(precision * centre**2 + np.where(known, spread, 0.0))
         return Gaussian(np.diag(precision), precision * centre, np.asarray(log_scale))
 
     def __mul__(self, other: Gaussian) -> Gaussian:
@@ -56,11 +56,11 @@ class Gaussian:
         return Gaussian(self.information[index], self.vector[index], self.log_scale[index])
 
     def walked(self, variance: Floats) -> Gaussian:
-        """After a random step of the first figures, of variance (..., walking); 0 is no step.
+        """After a random step of the first coordinates, of variance (..., walking); 0 is no step.
 
-        The figures before the step are integrated over. With M their information and Q the
+        The coordinates before the step are integrated over. With M their information and Q the
         variance, information goes to (I + M Q)⁻¹ M, which exists for steps of any size and for
-        figures of which nothing is known.
+        coordinates of which nothing is known.
         """
         walking = variance.shape[-1]
         both = np.concatenate([self.information, self.vector[..., None]], axis=-1)[..., :walking, :]
@@ -73,12 +73,12 @@ class Gaussian:
         return Gaussian((information + np.swapaxes(information, -1, -2)) / 2, rest[..., -1], self.log_scale + shift)
 
     def log_integral(self) -> Floats:
-        """Logarithm of the integral over all figures."""
+        """Logarithm of the integral over all coordinates."""
         size = self.vector.shape[-1]
         mean = np.linalg.solve(self.information, self.vector[..., None])[..., 0]
         determinant = np.linalg.slogdet(self.information)[1]
-        figure = self.log_scale + 0.5 * np.vecdot(self.vector, mean) - 0.5 * determinant
-        return np.asarray(figure + 0.5 * size * np.log(2 * np.pi))
+        log_integral = self.log_scale + 0.5 * np.vecdot(self.vector, mean) - 0.5 * determinant
+        return np.asarray(log_integral + 0.5 * size * np.log(2 * np.pi))
 
     def moments(self) -> tuple[Floats, Floats]:
         """Mean (..., state) and covariance (..., state, state)."""

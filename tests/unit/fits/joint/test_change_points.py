@@ -61,7 +61,7 @@ def test_a_jump_is_found_in_its_parameter_and_dated() -> None:
     for seed in range(5):
         jumping = settled(track(16, 0.05, seed, {9: np.array([0.0, 0.0, 0.0, -0.7])}))
         [jump] = strongest_jumps(jumping, ERROR_RATE)
-        assert WALKING[jump.figure] == INERTIA_BHA
+        assert WALKING[jump.coordinate] == INERTIA_BHA
         [change] = dated(settled(replace(jumping, jumps=(jump,))))
         assert change.parameter == INERTIA_BHA
         assert change.depth_from <= 1000 + GAP * 9.5 <= change.depth_to
@@ -79,7 +79,7 @@ def test_an_interval_is_found_with_both_its_ends() -> None:
     jumps = strongest_jumps(found, ERROR_RATE)
     if len(jumps) == 1:
         jumps += strongest_jumps(settled(replace(found, jumps=jumps)), ERROR_RATE)
-    assert [(WALKING[jump.figure], jump.before) for jump in jumps] == [(DAMPING_BHA, 6), (DAMPING_BHA, 9)]
+    assert [(WALKING[jump.coordinate], jump.before) for jump in jumps] == [(DAMPING_BHA, 6), (DAMPING_BHA, 9)]
 
 
 def test_walks_are_told_from_rest() -> None:
