@@ -3,7 +3,6 @@
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ _OF_IDEALS = (
     *("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.trace"),
     *("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation.torques"),
 )
+_CODE_OF_IDEALS = source_hash(*_OF_IDEALS)
 """Modules that compute the ideal test; those that they import are hashed with them."""
 _UNSIZED = ("stuck_slip_regimes",)
 """Causes whose size has another definition in the simulator than in the catalogue."""
@@ -127,14 +127,8 @@ def _kept_stands_in(case: Case, hidden: Hidden, name: str, near: float) -> bool:
     return stands
 
 
-@cache
-def _code_of_ideals() -> str:
-    """Hash of the code of the ideal tests at the first call."""
-    return source_hash(*_OF_IDEALS)
-
-
 def _kept(key: list[str], make: Callable[[], Any]) -> Any:
-    path = FOLDER.parent / "ideals" / f"{digest([_code_of_ideals(), *key])}.json"
+    path = FOLDER.parent / "ideals" / f"{digest([_CODE_OF_IDEALS, *key])}.json"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(make()))

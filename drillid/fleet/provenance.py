@@ -109,7 +109,10 @@ def closure(module: str) -> frozenset[str]:
 
 @functools.cache
 def _graph(package: str) -> ImportGraph:
-    """Imports among the modules of a package, those for type checkers apart."""
+    """Imports among the modules of a package, those for type checkers apart.
+
+    grimp starts threads, so a process that has built a graph must not fork children that build another one.
+    """
     import grimp
 
     try:
