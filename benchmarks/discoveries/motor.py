@@ -158,7 +158,7 @@ def examine_motor(data: MotorRecord) -> MotorExamined:
     ratio = odd_and_even(data.turned, data.speed)
     by_speed, by_angle = (look(base_fit, one[0], CANDIDATES) for one in (speed, angle))
     of_record = look(record_fit, ratio[0], RECORD_CANDIDATES)
-    delay = float(START[-1] * np.exp(by_angle.base.parameters[-1]))
+    delay = float(START[-1] * np.exp(by_angle.base.coordinates[-1]))
     terms = balances(data.current, data.turned, data.load_turned, data.twist, delay)
     return MotorExamined(speed, angle, ratio, by_speed, by_angle, of_record, terms)
 
