@@ -8,7 +8,9 @@ COMMAND := $(BIN)/drillid
 READY := .venv/ready
 PROFILE ?= workflow/profiles/default
 TUTORIAL ?= docs
-SNAKEMAKE := $(BIN)/snakemake --workflow-profile $(PROFILE)
+JOBS ?=
+STRICT ?= 1
+RUN := $(COMMAND) run --profile $(PROFILE) $(if $(JOBS),--jobs $(JOBS)) $(if $(filter 0,$(STRICT)),--no-strict)
 
 # compiled bytecode saves most of the imports' time; some machines switch it off
 unexport PYTHONDONTWRITEBYTECODE
@@ -17,7 +19,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.venv/numba
 
 help:
 	@echo "make demo    three small simulated wells from raw logs to results/demo/report.html"
-	@echo "make run     the wells of config/wells.tsv"
+	@echo "make run     the wells of config/wells.tsv; JOBS=4 for so many cores, STRICT=0 to end with 0 though wells failed"
 	@echo "make rigs    the wells of config/shared-rigs"
 	@echo "make field   start of rotation of a real well, beside its measurement in ../shared/data/field"
 	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
@@ -39,16 +41,16 @@ $(READY): requirements.lock
 $(COMMAND): scripts/drillid.sh $(READY)
 	install -m 755 scripts/drillid.sh $@
 
-demo: $(READY)
-	$(SNAKEMAKE) --configfile config/demo/config.yaml
+demo: setup
+	$(RUN) --configfile config/demo/config.yaml
 	@echo "The report is $(CURDIR)/results/demo/report.html"
 
-rigs: $(READY)
-	$(SNAKEMAKE) --configfile config/shared-rigs/config.yaml
+rigs: setup
+	$(RUN) --configfile config/shared-rigs/config.yaml
 	@echo "The report is $(CURDIR)/results/shared-rigs/report.html"
 
-run: $(READY)
-	$(SNAKEMAKE)
+run: setup
+	$(RUN)
 
 field: $(READY)
 	$(BIN)/python -m benchmarks.field.start_up
@@ -65,8 +67,8 @@ blind: $(READY)
 
 # the wells' verdicts first, as far as they are missing or out of date
 discoveries: export OPENBLAS_NUM_THREADS := 1
-discoveries: $(READY)
-	test ! -d ../shared/data/rig-logs || $(SNAKEMAKE) --configfile config/shared-rigs/config.yaml
+discoveries: setup
+	test ! -d ../shared/data/rig-logs || $(RUN) --configfile config/shared-rigs/config.yaml
 	$(BIN)/python -m benchmarks.discoveries
 
 # two processes on two cores: threads of one would wait for those of the other

@@ -28,7 +28,16 @@ wildcard_constraints:
 
 
 onstart:
+    begin()
     forget_forced()
+
+
+onsuccess:
+    end()
+
+
+onerror:
+    end()
 
 
 include: "workflow/rules/simulate.smk"

@@ -17,6 +17,28 @@ def _commands() -> None:
     """Torsional dynamics of drill strings. The workflow itself runs by `make run`."""
 
 
+@app.command("run", context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def run_workflow(
+    context: typer.Context,
+    configfile: Annotated[Path | None, typer.Option(help="Configuration; config/config.yaml by default.")] = None,
+    profile: Annotated[Path, typer.Option(help="Workflow profile.")] = Path("workflow/profiles/default"),
+    jobs: Annotated[str, typer.Option(help="Cores to use, or jobs on a cluster; the profile's by default.")] = "",
+    strict: Annotated[bool, typer.Option(help="End with code 3 where wells failed.")] = True,
+) -> None:
+    """Run the workflow of this folder; all other words go to Snakemake: targets, --dry-run, --until fits …
+
+    Exit codes: 0 all wells done, 1 a fault of workflow or machine, 3 wells failed, 128 + n ended by signal n.
+    """
+    from drillid.fleet.command import run
+
+    try:
+        code = run(context.args, profile, configfile, jobs, strict)
+    except DrillidError as error:
+        typer.echo(f"drillid: {error}", err=True)
+        raise typer.Exit(1) from None
+    raise typer.Exit(code)
+
+
 @simulations.command("start-up")
 def simulate_start_up(
     well: Annotated[Path, typer.Argument(help="YAML description of top drive, string, mud and friction.")],

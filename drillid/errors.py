@@ -31,5 +31,18 @@ class DatasetError(DrillidError):
     """A dataset that does not match its declared schema."""
 
 
+class DamageError(DatasetError):
+    """A stored dataset that is not as it was written.
+
+    Parameters
+    ----------
+    stage : stage that wrote it
+    """
+
+    def __init__(self, where: str, what: str, stage: str) -> None:
+        self.stage = stage
+        super().__init__(where, what, "The next run makes it again")
+
+
 class EstimationError(DrillidError):
     """Data that are insufficient for the requested estimate."""

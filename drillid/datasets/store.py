@@ -4,7 +4,7 @@ import contextlib
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -117,7 +117,7 @@ def _series_encoding(series: xr.Dataset) -> dict[str, dict[str, Any]]:
     return encoding
 
 
-def problems_table(well: str, stage: str, problems: list[Problem]) -> pd.DataFrame:
+def problems_table(well: str, stage: str, problems: Sequence[Problem]) -> pd.DataFrame:
     """The rows of a stage's problems.csv."""
     rows = [(well, stage, problem.where, problem.what, problem.remedy) for problem in problems]
     return pd.DataFrame(rows, columns=list(PROBLEM_COLUMNS))

@@ -6,19 +6,26 @@ folders are kept or done again well by well, by their keys.
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 KEY = "key.json"
 """File of a well's folder that says what its datasets were made from; without it they count as never made."""
 
 
+def stored(folder: Path) -> dict[str, Any]:
+    """What one stage of one well was made from; empty where it was never finished, or where the file is damaged."""
+    try:
+        content = json.loads((folder / KEY).read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) and isinstance(content.get("key"), str) else {}
+
+
 def stored_key(folder: Path) -> str:
     """The key of one stage of one well; empty where it was never finished."""
-    try:
-        return str(json.loads((folder / KEY).read_text())["key"])
-    except FileNotFoundError:
-        return ""
+    return str(stored(folder).get("key", ""))
 
 
 def write_manifest(path: str | Path, wells: Iterable[str]) -> None:
@@ -33,14 +40,26 @@ def write_manifest(path: str | Path, wells: Iterable[str]) -> None:
     write_whole(path, json.dumps({well: stored_key(path.parent / well) for well in wells}, indent=1) + "\n")
 
 
-def holds(path: Path) -> bool:
-    """Whether every folder is there with the key that the manifest names."""
+def holds(path: Path, failed_on: Callable[[str], str]) -> bool:
+    """Whether every folder is there with the key that the manifest names, and no well that failed has been mended.
+
+    Parameters
+    ----------
+    path : the manifest
+    failed_on : hash of everything that may make a well fail, as it is now, by the well's name
+    """
     try:
-        keys = json.loads(path.read_text())
-    except ValueError:
+        keys = json.loads(path.read_bytes())
+        return all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
+    except (ValueError, AttributeError, KeyError):
         return False
-    folders = {path.parent / well: key for well, key in keys.items()}
-    return all(folder.is_dir() and stored_key(folder) == key for folder, key in folders.items())
+
+
+def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:
+    content = stored(stage / well)
+    if not key or content.get("key") != key:
+        return False
+    return "failed_on" not in content or bool(content["failed_on"] == failed_on(well))
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -11,8 +11,9 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, holds
+from drillid.fleet.outcome import closing_line, failed_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
-from drillid.fleet.stages import STAGES, fingerprint
+from drillid.fleet.stages import STAGES, failed_on, fingerprint
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _BASE_MB = 1000
@@ -58,15 +59,20 @@ class Plan:
         return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
 
     def drop_untrue_manifests(self) -> None:
-        """Take away the manifests of batches with a well whose folder is gone or other than named there.
+        """Take away the manifests of batches with a well whose folder is gone or other than named there, or mended.
 
         Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
         there only while no job works on its batch, so a running workflow is not disturbed.
         """
         paths = (Path(self.settings.results, stage, f"{batch}.json") for stage in STAGES for batch in self.batches)
         for path in paths:
-            if path.exists() and not holds(path):
+            if path.exists() and not holds(path, lambda well: failed_on(self.wells[well])):
                 path.unlink(missing_ok=True)
+
+    def outcome(self) -> dict[str, Any]:
+        """How many wells failed, and the run's closing line."""
+        failed = failed_wells(Path(self.settings.results), tuple(self.wells))
+        return {"failed": len(failed), "line": closing_line(tuple(self.wells), failed)}
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
         """Take the wells' keys away, so that the stage and what follows from it are done again in any case."""

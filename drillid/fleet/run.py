@@ -26,10 +26,11 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
-from drillid.errors import DrillidError, SettingsError
+from drillid.errors import DamageError, DrillidError, SettingsError
+from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, stored_key, write_whole
 from drillid.fleet.provenance import PACKAGE, digest, package_hash
-from drillid.fleet.stages import STAGES, Stage, fingerprint
+from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -55,6 +56,9 @@ class Outcome:
     problems: int = 0
     seconds: float = 0.0
     trace: str = ""
+    """Of what nobody foresaw; such a well has no key and is tried again by the next run."""
+    fatal: bool = False
+    """Whether the machine was at fault (disk, memory), so that the job must fail."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +89,22 @@ def run_stage(stage: str, wells: Sequence[str], settings: Settings, log: str | P
     ------
     SettingsError
         If the sheets cannot be used, or a dask worker holds older code.
+    OSError
+        If disk or memory failed a well; all wells of the batch have been tried before.
     """
+    end_with_run()
     listings = read_sheets(settings)
     results = Path(settings.results).absolute()
     tasks = [Task(stage, listings[well].absolute(), settings, results, _LOADED) for well in wells]
     outcomes: list[Outcome] = []
-    with logged(log) as logger:
+    with logged(log) as logger, held(results / stage / f".{wells[0]}.lock"):
         for outcome in _counted(stage, len(tasks), _outcomes(tasks, settings)):
             message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {outcome.seconds:.1f} s"
             logger.info("%s", "\n".join(filter(None, [message, outcome.trace])))
             outcomes.append(outcome)
+    fatal = [outcome for outcome in outcomes if outcome.fatal]
+    if fatal:
+        raise OSError("\n".join(f"{outcome.well}: {outcome.trace}" for outcome in fatal))
     return outcomes
 
 
@@ -112,18 +122,21 @@ def process_well(task: Task) -> Outcome:
     stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.name)
     folder = folders.stage(stage.name)
     key = _key(stage, task.listing, task.settings, folders)
-    if stored_key(folder) == key["key"]:
+    failed = _failed_key(key, task.listing)
+    if stored_key(folder) in (key["key"], failed["key"]):
         return Outcome(task.listing.name, "kept", len(_read_problems(folder / _PROBLEMS)))
     _clear(folder)
-    status, problems, trace = "empty", list[Problem](), ""
+    end = _End("empty")
     if all(folders.has(*dataset) for dataset in stage.reads):
-        status, problems, trace = _attempt(stage, task, folders)
-    if status == "failed":
+        end = _attempt(stage, task, folders)
+    if end.status == "failed":
         _clear(folder)
-    problems_table(task.listing.name, stage.name, problems).to_csv(folder / _PROBLEMS, index=False)
-    if not trace:
-        write_whole(folder / KEY, json.dumps(key, indent=1))
-    return Outcome(task.listing.name, status, len(problems), time.perf_counter() - began, trace)
+    problems_table(task.listing.name, stage.name, end.problems).to_csv(folder / _PROBLEMS, index=False)
+    if not end.trace:
+        content = failed if end.status == "failed" else key
+        write_whole(folder / KEY, json.dumps({**content, "status": end.status}, indent=1))
+    seconds = time.perf_counter() - began
+    return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal)
 
 
 def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
@@ -133,15 +146,38 @@ def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 
 
-def _attempt(stage: Stage, task: Task, folders: WellFolders) -> tuple[str, list[Problem], str]:
-    """Status, problems and, for what nobody foresaw, the traceback."""
+@dataclass(frozen=True)
+class _End:
+    """How the work of one stage on one well ended; see Outcome."""
+
+    status: str
+    problems: tuple[Problem, ...] = ()
+    trace: str = ""
+    fatal: bool = False
+
+
+def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
     process = importlib.import_module(stage.module).process
     try:
-        return "done", list(process(task.listing.load(), folders, task.settings)), ""
+        problems = tuple(process(task.listing.load(), folders, task.settings))
+    except DamageError as error:
+        # the damaged dataset counts as never made, so that the next run makes it again
+        (folders.stage(error.stage) / KEY).unlink(missing_ok=True)
+        return _End("failed", (Problem(error.where, error.what, error.remedy),), traceback.format_exc())
     except DrillidError as error:
-        return "failed", [Problem(error.where, error.what, error.remedy)], ""
+        return _End("failed", (Problem(error.where, error.what, error.remedy),))
+    except (OSError, MemoryError) as error:
+        return _End("failed", (_machine_fault(error),), traceback.format_exc(), fatal=True)
     except Exception as error:  # the other wells go on; row, log and the missing key tell of it
-        return "failed", [_unforeseen(error)], traceback.format_exc()
+        return _End("failed", (_unforeseen(error),), traceback.format_exc())
+    made = stage.reads or folders.has(stage.name, stage.name)
+    return _End("done" if made else "failed", problems)
+
+
+def _machine_fault(error: OSError | MemoryError) -> Problem:
+    place = str(getattr(error, "filename", None) or "this machine")
+    what = f"{type(error).__name__}: {error}"
+    return Problem(place, what, "Mend disk, permissions or memory, then run again; nothing needs to be deleted")
 
 
 def _unforeseen(error: BaseException) -> Problem:
@@ -161,6 +197,12 @@ def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolder
     return {"key": digest(content), **content}
 
 
+def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:
+    """The key of a failure, which holds until rig description or logs change in any way."""
+    state = failed_on(listing)
+    return {**key, "key": digest([key["key"], "failed", state]), "failed_on": state}
+
+
 def _clear(folder: Path) -> None:
     """Empty the folder, its key first, so that what is half deleted never looks complete."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -175,7 +217,7 @@ def _clear(folder: Path) -> None:
 def _read_problems(path: Path) -> pd.DataFrame:
     try:
         return pd.read_csv(path, dtype=str, keep_default_na=False)
-    except FileNotFoundError:
+    except (FileNotFoundError, ValueError):
         return pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 
 
@@ -205,7 +247,7 @@ def _result(task: Task, future: Any) -> Outcome:
     problem = Problem(
         f"process of the stage {task.stage}",
         "the process was killed, probably out of memory",
-        f"Give the job more memory, or fewer processes, then delete the folder {folder} and run again",
+        "Give the job more memory, or fewer processes, then run again",
     )
     problems_table(task.listing.name, task.stage, [problem]).to_csv(folder / _PROBLEMS, index=False)
     return Outcome(task.listing.name, "failed", 1, trace=f"{type(error).__name__}: {error}")

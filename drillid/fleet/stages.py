@@ -70,6 +70,11 @@ STAGES: dict[str, Stage] = {
 """The stages in the order of the data's way."""
 
 
+def failed_on(listing: "Listing") -> str:
+    """Hash of everything that may make a well fail: its whole rig description and its logs, as they are now."""
+    return file_manifest([listing.rig_file, *listing.logs])
+
+
 def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulated: bool = False) -> dict[str, Any]:
     """Everything from outside the results that one well's stage depends on.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from drillid.fleet.stages import STAGES
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARED = ("config", "datasets", "fleet", "arrays.py", "errors.py", "units.py", "physics/parameters.py")
+SHARED = ("config", "datasets", "fleet", "__main__.py", "arrays.py", "errors.py", "units.py", "physics/parameters.py")
 """Rooms and modules of the library that are not replaced by toys."""
 READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
 DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
@@ -19,6 +19,7 @@ DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage =
 STAGE = '''
 """A toy stage: one line in the journal for each well, and a folder for each dataset."""
 
+import errno
 import os
 import signal
 import time
@@ -36,6 +37,10 @@ def process(well, folders, settings):
         if "die" in text:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(60 if "slow" in text else 0.2)
+        if "full" in text:
+            raise OSError(errno.ENOSPC, "No space left on device", str(folders.stage("records")))
+        if "memory" in text:
+            raise MemoryError("too little of it")
         if "crash" in text:
             raise RuntimeError("nobody foresaw this")
         if "bad" in text:

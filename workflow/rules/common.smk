@@ -1,8 +1,11 @@
 """Settings, sheets and batches of wells, and what all rules take from them."""
 
 import functools
+import json
+import os
 import re
 import sys
+from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
@@ -10,6 +13,8 @@ from snakemake.logging import logger
 # the library at the root is used as checked out
 sys.path.insert(0, workflow.basedir)
 
+from drillid.fleet.command import OUTCOME
+from drillid.fleet.lock import hold_results, name_run
 from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
 from drillid.fleet.stages import STAGES
@@ -29,6 +34,7 @@ if not PLAN.wells:
         f"{PLAN.settings.wells} lists no wells: nothing to do. Add a row for each well, as config/README.md says."
     )
 if workflow.is_main_process:
+    name_run()
     PLAN.drop_untrue_manifests()
 
 
@@ -89,6 +95,23 @@ def everything():
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [f"<results>/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "report.html")]
     return stages + expand("<results>/figures/{well}", well=PLAN.wells) + tables
+
+
+def begin():
+    """Keep other runs away from the results."""
+    try:
+        hold_results(Path(PLAN.settings.results))
+    except DrillidError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def end():
+    """Tell what became of the wells: to `drillid run`, or else on the terminal."""
+    outcome = PLAN.outcome()
+    if OUTCOME in os.environ:
+        Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))
+    else:
+        logger.info(outcome["line"])
 
 
 def forget_forced():

@@ -1,0 +1,91 @@
+"""`drillid run`: Snakemake with what a nightly run needs beside it.
+
+A run that was killed needs no unlocking, a signal ends all processes, and wells that failed are named in a closing line
+and in the exit code.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+
+from drillid.errors import SettingsError
+from drillid.fleet.lock import RUN, identity
+
+OUTCOME = "DRILLID_OUTCOME"
+"""Environment variable with the file into which the workflow writes what became of its wells."""
+FAILED_WELLS = 3
+"""Exit code where the workflow went through but wells failed."""
+_GRACE_S = 10.0
+"""Time for all processes to end by themselves before they are killed, s."""
+
+
+def run(arguments: Sequence[str], profile: Path, configuration: Path | None, jobs: str, strict: bool) -> int:
+    """Run the workflow of the current folder; its exit code, or FAILED_WELLS.
+
+    Parameters
+    ----------
+    arguments : targets and options for Snakemake
+    profile : workflow profile
+    configuration : configuration file; config/config.yaml where None
+    jobs : cores of this machine, or jobs on a cluster; the profile's where empty
+    strict : whether failed wells make the exit code FAILED_WELLS
+
+    Raises
+    ------
+    SettingsError
+        If the current folder holds no workflow.
+    """
+    if not Path("Snakefile").is_file():
+        raise SettingsError(str(Path.cwd()), "holds no workflow", "Start drillid in the folder with the Snakefile")
+    # targets come first: --configfile takes all words that follow it
+    command = [sys.executable, "-m", "snakemake", *arguments, "--nolock", "--workflow-profile", str(profile)]
+    command += ["--jobs", jobs] if jobs else []
+    command += ["--configfile", str(configuration)] if configuration else []
+    with tempfile.TemporaryDirectory(prefix="drillid-") as folder:
+        outcome = Path(folder, "outcome.json")
+        code = _supervised(command, os.environ | {RUN: identity(), OUTCOME: str(outcome)})
+        wells = json.loads(outcome.read_text()) if outcome.is_file() else {}
+    if wells:
+        print(wells["line"], file=sys.stderr)
+    return FAILED_WELLS if code == 0 and strict and wells.get("failed") else code
+
+
+def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:
+    """Exit code of a command in a group of its own, which ends as a whole when this process is asked to end."""
+    stopped: list[int] = []
+    with subprocess.Popen(command, env=environment, start_new_session=True) as child:
+
+        def stop(number: int, _: FrameType | None) -> None:
+            stopped.append(number)
+            _signal_group(child.pid, signal.SIGTERM)
+            signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
+
+        def kill(_: int, __: FrameType | None) -> None:
+            _signal_group(child.pid, signal.SIGKILL)
+
+        before = {number: signal.signal(number, stop) for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)}
+        before[signal.SIGALRM] = signal.signal(signal.SIGALRM, kill)
+        try:
+            code = child.wait()
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            for number, handler in before.items():
+                signal.signal(number, handler)
+        if stopped:
+            _signal_group(child.pid, signal.SIGKILL)
+    return 128 + stopped[0] if stopped else code
+
+
+def _signal_group(group: int, number: signal.Signals) -> None:
+    try:
+        os.killpg(group, number)
+    except ProcessLookupError:
+        return
