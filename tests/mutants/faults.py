@@ -271,11 +271,19 @@ FAULTS = (
     ),
     Fault(
         "units",
-        "drillid/units.py",
-        'parsed.to("kg").magnitude * STANDARD_GRAVITY',
-        'parsed.to("kg").magnitude',
-        ("tests/unit/test_units.py",),
+        "drillid/units/__init__.py",
+        "return unit.factor * STANDARD_GRAVITY / target.factor",
+        "return unit.factor / target.factor",
+        ("tests/truth/units/test_units.py",),
         "unit: a hook load in tonnes is a tenth of itself",
+    ),
+    Fault(
+        "units",
+        "drillid/units/expressions.py",
+        'unit.to(-1 if sign == "/" else 1)',
+        "unit.to(1)",
+        ("tests/truth/units/test_units.py",),
+        "sign: a solidus multiplies",
     ),
     Fault(
         "simulation",
