@@ -3,6 +3,10 @@
 numba recompiles a function when its own file changes, but not when it calls into another file that has changed,
 nor when a constant from there has. So the functions of some folders are cached in a directory that is named by a hash
 of all their files.
+
+A compiled function holds copies of those that it calls, optimised together with it. numba leaves all copies of one
+function visible under one name, and a process uses the one that it met first, so that the last bits of a result would
+depend on what was compiled or loaded before, and in which order. Here every function keeps its copies to itself.
 """
 
 import hashlib
@@ -11,11 +15,27 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core.codegen import CPUCodeLibrary
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _CONFIG: Any = numba.config
 _PACKAGE = Path(__file__).parent
+
+
+_LIBRARY: Any = CPUCodeLibrary
+_optimise: Callable[[Any], None] = _LIBRARY._optimize_final_module
+
+
+def _optimise_with_own_copies(library: Any) -> None:
+    """Make the copies of called functions private before numba optimises and stores them."""
+    for function in library._final_module.functions:
+        if not function.is_declaration and function.linkage.name == "linkonce_odr":
+            function.linkage = "internal"
+    _optimise(library)
+
+
+_LIBRARY._optimize_final_module = _optimise_with_own_copies
 
 
 def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[Function], Function]:
@@ -49,8 +69,8 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
 
 
 def _sources(folders: tuple[str, ...], root: Path) -> str:
-    """Hash of the names and contents of all sources in the folders."""
-    content = hashlib.sha256()
+    """Hash of this module, which decides how is compiled, and of names and contents of all sources in the folders."""
+    content = hashlib.sha256(Path(__file__).read_bytes())
     for folder in folders:
         if not (root / folder).is_dir():
             raise FileNotFoundError(f"{root / folder} is no folder of compiled functions")

@@ -1,5 +1,8 @@
 """The compiled solver within bounds and the profile's intervals, on noisy mobilities."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -13,6 +16,7 @@ from drillid.physics.eight_parameters import command_mobility_with_derivatives, 
 from drillid.physics.parameters import BOUNDS, DELTA, KAPPA, LENGTH, SCALES
 from drillid.physics.responses import command_mobility, laplace
 from tests.simulated import SHALLOW
+from tests.workflow.toys import ROOT
 
 FREQUENCY = np.arange(10, 400) / 100.0
 LOW, HIGH = to_scaled(BOUNDS)
@@ -132,3 +136,31 @@ def test_the_interval_holds_what_is_about_each_optimum() -> None:
     assert np.all(both[0] <= alone[0] + 1e-9)
     assert np.all(both[1] >= alone[1] - 1e-9)
     assert both[1, LENGTH] < 1.5 * alone[1, LENGTH]
+
+
+ORDER = """
+import numpy as np
+from tests.unit.fits.test_solver import SHALLOW, Prior, curvature, likelihood, noisy, optimum, to_scaled
+
+measured, start = noisy(0, 9.0), to_scaled(1.1 * SHALLOW.parameters)
+if {solver_first}:
+    optimum(measured, start)
+gradient, hessian = np.empty(8), np.empty((8, 8))
+cost = curvature(start, likelihood(measured, SHALLOW.known, Prior.silent()), True, gradient, hessian)
+print(cost.hex(), gradient.tobytes().hex(), hessian.tobytes().hex())
+"""
+
+
+def test_no_bit_depends_on_what_a_process_compiled_or_loaded_before() -> None:
+    """The solver holds a copy of the likelihood, optimised together with it, which must not stand in for it."""
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", ORDER.format(solver_first=first)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for first in (False, True)
+    ]
+    assert found[0] == found[1]
