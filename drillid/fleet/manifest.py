@@ -18,7 +18,7 @@ def stored(folder: Path) -> dict[str, Any]:
     """What one stage of one well was made from; empty where it was never finished, or where the file is damaged."""
     try:
         content = json.loads((folder / KEY).read_bytes())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) and isinstance(content.get("key"), str) else {}
 
@@ -50,9 +50,9 @@ def holds(path: Path, failed_on: Callable[[str], str]) -> bool:
     """
     try:
         keys = json.loads(path.read_bytes())
-        return all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
-    except (ValueError, AttributeError, KeyError):
+    except (OSError, ValueError, RecursionError):
         return False
+    return isinstance(keys, dict) and all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
 
 
 def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:
