@@ -39,6 +39,20 @@ def run_workflow(
     raise typer.Exit(code)
 
 
+@app.command("explain")
+def explain_result(
+    path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
+) -> None:
+    """How a result came to be: stages, code, settings, checksums of the logs and versions behind it."""
+    from drillid.fleet.explain import explain
+
+    try:
+        typer.echo(explain(path))
+    except DrillidError as error:
+        typer.echo(f"drillid: {error}", err=True)
+        raise typer.Exit(1) from None
+
+
 @simulations.command("start-up")
 def simulate_start_up(
     well: Annotated[Path, typer.Argument(help="YAML description of top drive, string, mud and friction.")],

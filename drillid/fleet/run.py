@@ -27,6 +27,7 @@ from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.errors import DamageError, DrillidError, SettingsError
+from drillid.fleet.explain import checksums, versions
 from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, stored_key, write_whole
 from drillid.fleet.provenance import PACKAGE, digest, package_hash
@@ -134,7 +135,9 @@ def process_well(task: Task) -> Outcome:
     problems_table(task.listing.name, stage.name, end.problems).to_csv(folder / _PROBLEMS, index=False)
     if not end.trace:
         content = failed if end.status == "failed" else key
-        write_whole(folder / KEY, json.dumps({**content, "status": end.status}, indent=1))
+        # beside the key, not in it: how the numbers came to be, for `drillid explain`
+        beside = {"status": end.status, "versions": versions(), "inputs": {} if stage.reads else _inputs(task)}
+        write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))
     seconds = time.perf_counter() - began
     return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal)
 
@@ -195,6 +198,10 @@ def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolder
     content = fingerprint(stage, listing, settings)
     content["upstream"] = {name: stored_key(folders.stage(name)) for name in stage.upstream}
     return {"key": digest(content), **content}
+
+
+def _inputs(task: Task) -> dict[str, str]:
+    return checksums([task.listing.rig_file, *task.listing.logs])
 
 
 def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`drillid run` killed or stopped at any moment, started twice, and with wells that fail: what it leaves, how it ends."""
+"""`drillid run` killed at any moment, started twice, stopped, and with wells that fail: what it leaves, how it ends."""
 
 import hashlib
 import os

@@ -1,0 +1,98 @@
+"""How a result came to be: the stages behind a file, each with its code, settings, inputs and versions."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.metadata
+import json
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from drillid.errors import SettingsError
+from drillid.fleet.manifest import stored
+from drillid.fleet.provenance import source_hash
+from drillid.fleet.stages import STAGES
+
+_PACKAGES = ("drillid", "numpy", "scipy", "xarray", "zarr", "numba", "pandas", "pyarrow")
+"""Those that make the numbers."""
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that make the numbers."""
+    found = {"python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "as checked out"
+    return found
+
+
+def checksums(paths: Sequence[Path]) -> dict[str, str]:
+    """SHA-256 of every file that is there, by its path."""
+    found = {}
+    for path in paths:
+        if path.is_file():
+            with path.open("rb") as file:
+                found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
+    return found
+
+
+def explain(path: Path) -> str:
+    """In words, from the file's own stage back to the logs.
+
+    Parameters
+    ----------
+    path : a file or folder below `<results>/<stage>/<well>`
+
+    Raises
+    ------
+    SettingsError
+        If it lies below no such folder, or the stage never finished there.
+    """
+    results, stage, well = _place(path.absolute())
+    lines = [f"{path} is of the stage {stage} of the well {well}."]
+    waiting, explained = [stage], set[str]()
+    while waiting:
+        name = waiting.pop(0)
+        if name in explained:
+            continue
+        explained.add(name)
+        content = stored(results / name / well)
+        if not content:
+            raise SettingsError(str(results / name / well), "was never finished", "Run the workflow again")
+        lines += _of_stage(name, content)
+        waiting += sorted(content.get("upstream", {}), key=list(STAGES).index, reverse=True)
+    return "\n".join(lines)
+
+
+def _place(path: Path) -> tuple[Path, str, str]:
+    for folder in (path, *path.parents):
+        if folder.parent.name in STAGES and (folder / "problems.csv").exists():
+            return folder.parent.parent, folder.parent.name, folder.name
+    remedy = "Name a dataset, table or figure below <results>/<stage>/<well>"
+    raise SettingsError(str(path), "is no result of a stage of a well", remedy)
+
+
+def _of_stage(name: str, content: dict[str, Any]) -> list[str]:
+    stage = STAGES[name]
+    now = source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else []))
+    same = "the code as it is now" if content["source"] == now else "other code than now"
+    lines = [
+        "",
+        f"{name}: {content.get('status', 'done')}, key {content['key']}",
+        f"  code      {content['source']}, {same}",
+    ]
+    for section, values in content["settings"].items():
+        lines.append(f"  settings  {section}: {json.dumps(values)}")
+    if content["rig"]:
+        lines.append(f"  rig       {', '.join(stage.rig)}: {content['rig']}")
+    lines += [f"  log       {path}: sha256 {digest}" for path, digest in content.get("inputs", {}).items()]
+    lines += [f"  from      {upstream}: key {key}" for upstream, key in content.get("upstream", {}).items()]
+    if content.get("versions"):
+        lines.append("  versions  " + ", ".join(f"{name} {version}" for name, version in content["versions"].items()))
+    return lines
