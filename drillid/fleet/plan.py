@@ -9,7 +9,9 @@ from typing import Any, Self
 
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
+from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
+from drillid.fleet.aside import forget_aside
 from drillid.fleet.manifest import KEY, holds
 from drillid.fleet.outcome import closing_line, failed_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
@@ -82,6 +84,7 @@ class Plan:
                 again.add(later.name)
         for name, well in itertools.product(again, wells):
             Path(self.settings.results, name, well, KEY).unlink(missing_ok=True)
+            forget_aside(WellFolders(Path(self.settings.results), well), name)
 
     def threads(self, wells: Sequence[str]) -> int:
         """Processes that a job over these wells starts on its own machine."""
