@@ -38,16 +38,25 @@ class WellFolders:
 
     results: Path
     well: str
+    basis: str = ""
+    """Hash of code, settings and rig description that the stage at work uses: a part of the key of all its rows."""
 
     def stage(self, stage: str) -> Path:
         """Folder of one stage's outputs for this well."""
         return self.results / stage / self.well
 
+    def aside(self, stage: str) -> Path:
+        """Folder of what the stage made of this well before, while it is made again."""
+        return self.results / stage / ".previous" / self.well
+
     def read(self, stage: str, name: str) -> xr.Dataset:
         """Open a dataset lazily; a long series without an index of its times, which would load all of them."""
-        long = "time" in DATASETS[name].variables
-        dataset: xr.Dataset = xr.open_zarr(self.stage(stage) / f"{name}.zarr", create_default_indexes=not long)
-        return dataset
+        return _opened(self.stage(stage), name)
+
+    def earlier(self, stage: str, name: str) -> xr.Dataset | None:
+        """The same of what the stage made before, for rows that need not be made again; None where there is none."""
+        there = (self.aside(stage) / f"{name}.zarr").exists()
+        return _opened(self.aside(stage), name) if there else None
 
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage wrote the dataset; it did not where the well failed before."""
@@ -60,16 +69,26 @@ class WellFolders:
         write_store(DATASETS[name].conform(dataset, well=self.well, **attributes), path)
 
     @contextlib.contextmanager
-    def appending(self, stage: str, name: str, **attributes: Any) -> Iterator[Callable[[xr.Dataset], None]]:
+    def appending(
+        self, stage: str, name: str, kept: int = 0, **attributes: Any
+    ) -> Iterator[Callable[[xr.Dataset], None]]:
         """Write a long series piece by piece along time, so that memory holds one piece only.
 
         Yields a function that appends the next piece. The store gets its final name when the
         block ends without an error; without any piece there is no store.
+
+        Parameters
+        ----------
+        kept : samples that the earlier series begins with and the new one too; they are not written again, and the
+            earlier series is used up
         """
         path = self.stage(stage) / f"{name}.zarr"
         temporary = path.with_suffix(".part")
         shutil.rmtree(temporary, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
+        if kept:
+            os.replace(self.aside(stage) / f"{name}.zarr", temporary)
+            _cut(temporary, kept)
 
         def append(piece: xr.Dataset) -> None:
             conformed = DATASETS[name].conform(piece, well=self.well, **attributes)
@@ -103,6 +122,24 @@ def _finish(temporary: Path, path: Path) -> None:
         zarr.consolidate_metadata(str(temporary))
     shutil.rmtree(path, ignore_errors=True)
     os.replace(temporary, path)
+
+
+def _opened(folder: Path, name: str) -> xr.Dataset:
+    long = "time" in DATASETS[name].variables
+    # without dask, whose graph takes longer than the reading of a window's samples
+    dataset: xr.Dataset = xr.open_zarr(folder / f"{name}.zarr", chunks=None, create_default_indexes=not long)
+    return dataset
+
+
+def _cut(path: Path, samples: int) -> None:
+    """Shorten a series in place; its last chunk is filled up as that of a series which never was longer."""
+    import zarr
+
+    for _, array in zarr.open_group(str(path), mode="r+", use_consolidated=False).arrays():
+        whole = -(-samples // array.chunks[0]) * array.chunks[0]
+        if array.shape[0] > samples:
+            array[samples:whole] = array.fill_value
+            array.resize((samples,))
 
 
 def _series_encoding(series: xr.Dataset) -> dict[str, dict[str, Any]]:

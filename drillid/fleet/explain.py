@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
-import importlib.metadata
 import json
-import platform
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,21 +12,6 @@ from drillid.errors import SettingsError
 from drillid.fleet.manifest import stored
 from drillid.fleet.provenance import source_hash
 from drillid.fleet.stages import STAGES
-
-_PACKAGES = ("drillid", "numpy", "scipy", "xarray", "zarr", "numba", "pandas", "pyarrow")
-"""Those that make the numbers."""
-
-
-@functools.cache
-def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that make the numbers."""
-    found = {"python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            found[name] = "as checked out"
-    return found
 
 
 def checksums(paths: Sequence[Path]) -> dict[str, str]:

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from drillid.config.files import read_yaml
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
+from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
+from drillid.fleet.aside import forget_aside
 from drillid.fleet.manifest import KEY, holds
 from drillid.fleet.outcome import closing_line, failed_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
@@ -39,15 +42,22 @@ class Plan:
     wells: Mapping[str, Listing]
 
     @classmethod
-    def from_config(cls, config: Mapping[str, Any]) -> Self:
+    def from_config(cls, config: Mapping[str, Any], files: Sequence[str | Path] = ()) -> Self:
         """Check the workflow's configuration and read its sheets.
+
+        Parameters
+        ----------
+        config : the configuration as Snakemake has merged it
+        files : where it was read from; Snakemake itself takes the last of two equal keys
 
         Raises
         ------
         SettingsError
             If the configuration or a sheet cannot be used.
         """
-        settings = Settings.checked(dict(config), "configuration")
+        for file in files:
+            read_yaml(file)
+        settings = Settings.checked(dict(config), ", ".join(map(str, files)) or "configuration")
         return cls(settings, read_sheets(settings))
 
     @property
@@ -82,6 +92,7 @@ class Plan:
                 again.add(later.name)
         for name, well in itertools.product(again, wells):
             Path(self.settings.results, name, well, KEY).unlink(missing_ok=True)
+            forget_aside(WellFolders(Path(self.settings.results), well), name)
 
     def threads(self, wells: Sequence[str]) -> int:
         """Processes that a job over these wells starts on its own machine."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ast
 import functools
-import hashlib
+import importlib.metadata
 import importlib.util
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from drillid.config.files import read_yaml
+from drillid.datasets.reuse import digest as digest
 from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -19,11 +20,6 @@ if TYPE_CHECKING:
 PACKAGE = Path(__file__).resolve().parent.parent
 _WITHOUT_EFFECT = {"drillid", "drillid.config.settings"}
 """The package's version, and the models around the settings: the settings' values are in every key themselves."""
-
-
-def digest(content: Any) -> str:
-    """Short hash of anything that JSON can hold, independent of the order of keys."""
-    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
 
 def file_manifest(paths: Iterable[Path]) -> str:
@@ -48,16 +44,17 @@ def yaml_digest(path: Path, keys: tuple[str, ...]) -> str:
 @functools.lru_cache(maxsize=1024)
 def _yaml(path: Path, _: tuple[int, int]) -> Any:
     """Parsed content, read again when size or time of the file change; its bytes in hex where that fails."""
-    import yaml
-
     try:
-        text = path.read_bytes()
+        return read_yaml(path)
+    except SettingsError:
+        return _bytes(path)
+
+
+def _bytes(path: Path) -> str:
+    try:
+        return path.read_bytes().hex()
     except OSError:
         return "missing"
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text.hex()
 
 
 def source_hash(*modules: str) -> str:
@@ -69,6 +66,12 @@ def source_hash(*modules: str) -> str:
         If a module does not exist or is not valid Python.
     """
     return digest({name: _code(name) for module in modules for name in closure(module)})
+
+
+@functools.cache
+def numerical_versions() -> dict[str, str]:
+    """Versions of the libraries on which the last bits of results depend."""
+    return {name: importlib.metadata.version(name) for name in ("numba", "numpy", "pandas", "pyarrow", "scipy")}
 
 
 @functools.cache

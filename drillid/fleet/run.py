@@ -8,7 +8,6 @@ import json
 import logging
 import multiprocessing
 import os
-import shutil
 import sys
 import threading
 import time
@@ -16,7 +15,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,17 +26,17 @@ from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.errors import DamageError, DrillidError, SettingsError
-from drillid.fleet.explain import checksums, versions
+from drillid.fleet.aside import clear, forget_aside, set_aside
+from drillid.fleet.explain import checksums
 from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, stored_key, write_whole
-from drillid.fleet.provenance import PACKAGE, digest, package_hash
+from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
 
 if TYPE_CHECKING:
     from distributed import Client
 
 _PROBLEMS = "problems.csv"
-_KEPT_FILES = {".snakemake_timestamp"}
 _PRINT_EVERY_S = 2.0
 _LOADED = package_hash()
 """The code of this process; a long-lived dask worker may hold an older one than the workflow."""
@@ -126,18 +125,22 @@ def process_well(task: Task) -> Outcome:
     failed = _failed_key(key, task.listing)
     if stored_key(folder) in (key["key"], failed["key"]):
         return Outcome(task.listing.name, "kept", len(_read_problems(folder / _PROBLEMS)))
-    _clear(folder)
+    folders = replace(folders, basis=key["basis"])
+    set_aside(folders, stage.name)
     end = _End("empty")
     if all(folders.has(*dataset) for dataset in stage.reads):
         end = _attempt(stage, task, folders)
     if end.status == "failed":
-        _clear(folder)
+        clear(folders, stage.name)
     problems_table(task.listing.name, stage.name, end.problems).to_csv(folder / _PROBLEMS, index=False)
     if not end.trace:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
-        beside = {"status": end.status, "versions": versions(), "inputs": {} if stage.reads else _inputs(task)}
+        inputs = {} if stage.reads else checksums([task.listing.rig_file, *task.listing.logs])
+        beside = {"status": end.status, "versions": numerical_versions(), "inputs": inputs}
         write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))
+    if end.status == "done":
+        forget_aside(folders, stage.name)
     seconds = time.perf_counter() - began
     return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal)
 
@@ -197,28 +200,14 @@ def _unforeseen(error: BaseException) -> Problem:
 def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolders) -> dict[str, Any]:
     content = fingerprint(stage, listing, settings)
     content["upstream"] = {name: stored_key(folders.stage(name)) for name in stage.upstream}
-    return {"key": digest(content), **content}
-
-
-def _inputs(task: Task) -> dict[str, str]:
-    return checksums([task.listing.rig_file, *task.listing.logs])
+    basis = digest([*(content[name] for name in ("source", "settings", "rig")), numerical_versions()])
+    return {"key": digest(content), "basis": basis, **content}
 
 
 def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:
     """The key of a failure, which holds until rig description or logs change in any way."""
     state = failed_on(listing)
     return {**key, "key": digest([key["key"], "failed", state]), "failed_on": state}
-
-
-def _clear(folder: Path) -> None:
-    """Empty the folder, its key first, so that what is half deleted never looks complete."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / KEY).unlink(missing_ok=True)
-    for path in folder.iterdir():
-        if path.is_dir():
-            shutil.rmtree(path)
-        elif path.name not in _KEPT_FILES:
-            path.unlink()
 
 
 def _read_problems(path: Path) -> pd.DataFrame:
@@ -249,14 +238,14 @@ def _result(task: Task, future: Any) -> Outcome:
     if not _is_death(error):
         outcome: Outcome = future.result()
         return outcome
-    folder = WellFolders(task.results, task.listing.name).stage(task.stage)
-    _clear(folder)
+    folders = WellFolders(task.results, task.listing.name)
+    clear(folders, task.stage)
     problem = Problem(
         f"process of the stage {task.stage}",
         "the process was killed, probably out of memory",
         "Give the job more memory, or fewer processes, then run again",
     )
-    problems_table(task.listing.name, task.stage, [problem]).to_csv(folder / _PROBLEMS, index=False)
+    problems_table(task.listing.name, task.stage, [problem]).to_csv(folders.stage(task.stage) / _PROBLEMS, index=False)
     return Outcome(task.listing.name, "failed", 1, trace=f"{type(error).__name__}: {error}")
 
 

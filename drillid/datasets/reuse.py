@@ -1,0 +1,80 @@
+"""Rows that an earlier run made from the same things, by their keys: only the others are made again.
+
+The `key` of a row is a hash of everything that its values come from: code and settings of the stage, the part of the
+rig description that it uses, and the keys of the rows or logs that it reads. So equal keys mean equal rows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+
+def digest(content: Any) -> str:
+    """Short hash of anything that JSON can hold, independent of the order of keys: 16 hexadecimal digits."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def checksum(path: Path) -> str:
+    """Short hash of a file's bytes: 16 hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+
+
+def row_keys(basis: str, rows: Sequence[Any], *shared: Any) -> list[str]:
+    """Keys of rows.
+
+    Parameters
+    ----------
+    basis : what all rows of the stage come from; see `WellFolders.basis`
+    rows : what each row comes from, such as the key of the row that it reads
+    shared : what all rows come from besides
+    """
+    return [digest([basis, row, *shared]) for row in rows]
+
+
+def completed(
+    earlier: xr.Dataset | None, keys: Sequence[str], dimension: str, make: Callable[[list[int]], xr.Dataset]
+) -> xr.Dataset:
+    """The dataset of all rows: those that the earlier one holds are taken from there, the others are made.
+
+    Parameters
+    ----------
+    earlier : with a variable `key` along the dimension; None where there is none
+    keys : of all rows, in order
+    dimension : name of the rows' dimension
+    make : makes the dataset of some rows, by their places in `keys`
+
+    Returns
+    -------
+    The rows in the order of `keys`, which are the coordinate `key`. What lies not along the dimension is that of the
+    made rows, or of the earlier dataset where none is made.
+    """
+    known = {} if earlier is None else {str(key): place for place, key in enumerate(earlier["key"].values)}
+    missing = [row for row, key in enumerate(keys) if key not in known]
+    if earlier is None or len(missing) == len(keys):
+        found = make(missing)
+    else:
+        held = [row for row in range(len(keys)) if keys[row] in known]
+        kept = earlier.load().drop_encoding().isel({dimension: [known[keys[row]] for row in held]})
+        made = make(missing) if missing else kept.isel({dimension: slice(0)})
+        found = _merged(kept, made, dimension, np.argsort([*held, *missing]))
+    return found.assign_coords(key=(dimension, np.array(keys, dtype=object)))
+
+
+def _merged(kept: xr.Dataset, made: xr.Dataset, dimension: str, order: Any) -> xr.Dataset:
+    """Rows of both in the given order; xarray's own concatenation would compare all that lies not along them."""
+    variables: dict[Any, Any] = {}
+    for name, variable in made.variables.items():
+        values = variable.values
+        if dimension in variable.dims:
+            axis = variable.dims.index(dimension)
+            values = np.take(np.concatenate([kept[name].values, values], axis=axis), order, axis=axis)
+        variables[name] = (variable.dims, values)
+    return xr.Dataset(variables).set_coords([name for name in made.coords if name in variables])
