@@ -1,6 +1,5 @@
 """Rows that an earlier dataset holds are taken from there, the others made, and the order is that of the keys."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +7,6 @@ import pytest
 import xarray as xr
 
 from drillid.datasets.reuse import checksum, completed, digest, row_keys
-
-Make = Callable[[list[int]], xr.Dataset]
 
 
 def made(*rows: int) -> xr.Dataset:
