@@ -75,7 +75,8 @@ def new_figure(results: WellResults, name: str, width: float, height: float) -> 
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)
-    figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
+    name_of_well = results.name.replace("$", r"\$")  # no formula
+    figure.text(0.1 / width, 1 - 0.07 / total, f"{name_of_well} · {text.title}", size=12, weight="bold", va="top")
     below = 1 - _HEADING_HEIGHT / total
     figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
     return figure
