@@ -1,58 +1,62 @@
 """A well described for the simulation of its start of rotation: top drive, string, mud and friction."""
 
 from dataclasses import fields
+from typing import Annotated
 
 from pydantic import Field
 
-from drillid.config.rig import Tube
+from drillid.config.bounds import Between
+from drillid.config.rig import DriveInertia, IntegralGain, PartLength, ProportionalGain, Tube
 from drillid.config.validation import Strict
 from drillid.physics.equipment import Controller, TopDrive
 from drillid.simulation.start_up import WellEquipment, WellFriction
-from drillid.units import Density, Metres, Pressure, TorsionalDamping, TorsionalInertia, TorsionalStiffness
+from drillid.units import Density, Pressure
+
+ShearModulus = Annotated[Pressure, Between(1e9, 3e11, "Pa", ("GPa",))]
 
 
 class DescribedTopDrive(Strict):
     """The top drive and its speed control."""
 
-    inertia: TorsionalInertia = Field(gt=0)
+    inertia: DriveInertia
     """Effective inertia of motor, gear and top drive at the quill."""
-    proportional: TorsionalDamping = Field(ge=0)
+    proportional: ProportionalGain
     """Proportional gain of the speed control."""
-    integral: TorsionalStiffness = Field(default=0.0, ge=0)
+    integral: IntegralGain = 0.0
     """Integral gain of the speed control."""
 
 
 class DescribedSection(Tube):
     """One section of the bottom-hole assembly."""
 
-    length: Metres = Field(gt=0)
+    length: PartLength
     """Length."""
 
 
 class DescribedFriction(Strict):
     """Friction of the turning string, everywhere in the well."""
 
-    sliding: float = Field(ge=0)
+    sliding: float = Field(ge=0, le=2)
     """Coefficient of sliding friction."""
-    breakaway: float = Field(default=1.0, ge=1)
+    breakaway: float = Field(default=1.0, ge=1, le=20)
     """Static per sliding coefficient."""
-    assembly_sliding: float = Field(default=1.0, ge=0)
+    assembly_sliding: float = Field(default=1.0, ge=0, le=20)
     """Sliding coefficient of the bottom-hole assembly per that of the pipe."""
-    assembly_breakaway: float = Field(default=1.0, gt=0)
+    assembly_breakaway: float = Field(default=1.0, gt=0, le=20)
     """Static per sliding coefficient of the assembly, per that of the pipe."""
-    threshold: float = Field(default=1.0, gt=0)
+    threshold: float = Field(default=1.0, gt=0, le=100)
     """Speed in rad/s over which friction falls from static to sliding, as a Gaussian."""
-    rest: float = Field(default=0.0, ge=0)
+    rest: float = Field(default=0.0, ge=0, le=20)
     """Relative increase of the pipe's friction after the long rest of a connection."""
-    assembly_rest: float = Field(default=0.0, ge=0)
+    assembly_rest: float = Field(default=0.0, ge=0, le=20)
     """The same for the assembly."""
-    rest_angle: float = Field(default=15.0, gt=0)
+    rest_angle: float = Field(default=15.0, gt=0, le=1e4)
     """Slip in rad over which these shares fall to 1/e."""
-    kappa: float = Field(default=0.0, ge=0)
+    kappa: float = Field(default=0.0, ge=0, le=1e6)
     """Viscous damping of mud and wall, N s/m⁴."""
-    delta: float = Field(default=1e8, ge=0)
+    delta: float = Field(default=1e8, ge=0, le=1e12)
     """Internal damping of the steel, N s/m²."""
-    assembly_inertia: float = Field(default=1.0, gt=0)
+    assembly_inertia: float = Field(default=1.0, gt=0, le=100)
     """Inertia of the assembly per inertia of solid steel at the stated diameters."""
 
 
@@ -63,13 +67,13 @@ class DescribedWell(Strict):
     """Top drive and speed control."""
     pipe: Tube
     """The pipe, from the assembly to the surface."""
-    pipe_shear_modulus: Pressure = Field(default=79.3e9, gt=0)
+    pipe_shear_modulus: ShearModulus = 79.3e9
     """Shear modulus of the pipe, tool joints included."""
     assembly: tuple[DescribedSection, ...]
     """Sections of the bottom-hole assembly, from the top."""
-    assembly_shear_modulus: Pressure = Field(default=79.3e9, gt=0)
+    assembly_shear_modulus: ShearModulus = 79.3e9
     """Shear modulus of the assembly."""
-    mud_density: Density = Field(default=1200.0, gt=0)
+    mud_density: Annotated[Density, Between(100, 3500, "kg/m^3", ("sg", "ppg"))] = 1200.0
     """Density of the mud, which carries a part of the string's weight."""
     friction: DescribedFriction
     """Friction along the string."""

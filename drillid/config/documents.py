@@ -4,12 +4,13 @@ import re
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from drillid.config.bounds import text_of_bounds
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import LogRow, WellRow
@@ -175,12 +176,20 @@ def _model(annotation: Any) -> type[BaseModel] | None:
 
 
 def _table(model: type[BaseModel], only_scalars: bool = False) -> list[str]:
-    rows = ["| key | default | meaning |", "|---|---|---|"]
+    rows = ["| key | default | values | meaning |", "|---|---|---|---|"]
     for name, field in model.model_fields.items():
         if only_scalars and _model(field.annotation) is not None:
             continue
-        rows.append(f"| {name} | {_default(field)} | {str(field.description).replace('|', '/')} |")
+        meaning = " ".join(str(field.description).replace("|", "/").split())
+        rows.append(f"| {name} | {_default(field)} | {_values(field)} | {meaning} |")
     return rows
+
+
+def _values(field: FieldInfo) -> str:
+    """What may stand there, where that is limited."""
+    if get_origin(field.annotation) is Literal:
+        return ", ".join(f"`{value}`" for value in get_args(field.annotation))
+    return text_of_bounds(field)
 
 
 def _default(field: FieldInfo) -> str:

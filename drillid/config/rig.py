@@ -1,9 +1,10 @@
 """The description of a rig: its log columns, its top drive and its drill string."""
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
+from drillid.config.bounds import Between
 from drillid.config.validation import KeyFault, Strict
 from drillid.units import (
     Fraction,
@@ -46,6 +47,21 @@ Channel = Literal[
 ]
 
 
+_THINNEST_WALL = 1e-4
+"""Difference of the diameters, m, below which a tube has no wall."""
+
+Share = Annotated[Fraction, Between(1e-6, 1, "dimensionless", ("%",))]
+ProportionalGain = Annotated[TorsionalDamping, Between(10, 1e6, "N m s/rad", ("kN m s/rad", "kN m/rpm"), or_zero=True)]
+IntegralGain = Annotated[TorsionalStiffness, Between(1, 1e7, "N m/rad", ("kN m/rad",), or_zero=True)]
+FilterTime = Annotated[Seconds, Between(0, 5, "s", ("ms",))]
+DriveInertia = Annotated[TorsionalInertia, Between(1, 1e5, "kg m^2", ("t m^2",))]
+OuterDiameter = Annotated[Metres, Between(0.02, 0.8, "m", ("mm", "in", "cm"))]
+InnerDiameter = Annotated[Metres, Between(0, 0.8, "m", ("mm", "in", "cm"))]
+PartLength = Annotated[Metres, Between(0.1, 2000, "m", ("mm", "cm"))]
+Depth = Annotated[Metres, Between(0, 15000, "m")]
+SampleRate = Annotated[Hertz, Between(0.01, 10000, "Hz")]
+
+
 class Column(Strict):
     """One column of the log."""
 
@@ -62,63 +78,66 @@ class Clock(Strict):
     """Name of the time column."""
     zone: str = "UTC"
     """Time zone of time stamps without one."""
-    sample_rate: Hertz | None = None
+    sample_rate: SampleRate | None = None
     """Nominal sample rate; derived from the time stamps where not given."""
 
 
 class Stated(Strict):
     """Tolerance of a value from the rig's data sheets: its standard uncertainty, a confidence of about two thirds."""
 
-    relative: Fraction = Field(default=0.05, gt=0)
+    relative: Share = 0.05
     """Standard uncertainty as a share of the value."""
 
 
 class StatedInertia(Stated):
     """Top-drive inertia from the drive's data sheet."""
 
-    value: TorsionalInertia = Field(gt=0)
+    value: DriveInertia
     """Effective inertia of motor, gear and top drive at the quill."""
 
 
 class StatedDelay(Strict):
     """Delay of the drive from torque command to torque."""
 
-    value: Seconds = Field(ge=0)
+    value: Annotated[Seconds, Between(0, 1, "s", ("ms",))]
     """Delay."""
-    tolerance: Seconds = Field(default=0.005, gt=0)
+    tolerance: Annotated[Seconds, Between(1e-6, 1, "s", ("ms",))] = 0.005
     """Standard uncertainty."""
 
 
 class SpeedControl(Strict):
     """The speed controller A(s) = P + I/s, with a first-order filter H on the measured speed."""
 
-    proportional: TorsionalDamping = Field(ge=0)
+    proportional: ProportionalGain
     """Proportional gain P."""
-    integral: TorsionalStiffness = Field(default=0.0, ge=0)
+    integral: IntegralGain = 0.0
     """Integral gain I."""
-    speed_filter: Seconds = Field(default=0.0, ge=0)
+    speed_filter: FilterTime = 0.0
     """Time constant of the filter H on the measured speed; 0 for the raw speed."""
-    torque_filter: Seconds = Field(default=0.0, ge=0)
+    torque_filter: FilterTime = 0.0
     """Time constant of the filter E on the controller's torque; 0 for none."""
-    relative: Fraction = Field(default=0.02, gt=0)
+    relative: Share = 0.02
     """Standard uncertainty of the gains."""
 
 
 class Tube(Strict):
     """A tube by its size."""
 
-    outer_diameter: Metres = Field(gt=0)
+    outer_diameter: OuterDiameter
     """Outer diameter of the body."""
-    inner_diameter: Metres = Field(ge=0)
+    inner_diameter: InnerDiameter
     """Inner diameter of the body."""
 
     @model_validator(mode="after")
     def _has_a_wall(self) -> Self:
-        if self.inner_diameter >= self.outer_diameter:
+        outer, inner = (f"{1e3 * diameter:.4g} mm" for diameter in (self.outer_diameter, self.inner_diameter))
+        if abs(self.inner_diameter - self.outer_diameter) < _THINNEST_WALL:
+            what = f"outer and inner diameter are the same, {outer}, so that no wall is left"
+            raise KeyFault("", what, "Correct one of the diameters; 0 m is the inner one of a solid bar")
+        if self.inner_diameter > self.outer_diameter:
+            what = f"outer {outer} is smaller than inner {inner}: they are probably swapped"
             raise KeyFault(
-                "inner_diameter",
-                f"{self.inner_diameter} m is not smaller than the outer diameter, {self.outer_diameter} m",
-                "Correct the diameters and their units",
+                "", what, "Exchange the values of 'outer_diameter' and 'inner_diameter', or correct their units"
             )
         return self
 
@@ -126,23 +145,23 @@ class Tube(Strict):
 class Tubular(Tube):
     """One kind of pipe, with how well its size is known."""
 
-    relative: Fraction = Field(default=0.05, gt=0)
+    relative: Share = 0.05
     """Standard uncertainty of the polar moment (wear, tool joints)."""
 
 
 class DrillPipe(Tubular):
     """The drill pipe of the tally."""
 
-    length_relative: Fraction = Field(default=0.1, gt=0)
+    length_relative: Share = 0.1
     """Standard uncertainty of the pipe's length as waves see it: tool joints slow them down."""
 
 
 class Collars(Tubular):
     """The drill collars of one bottom-hole assembly run."""
 
-    length: Metres = Field(gt=0)
+    length: PartLength
     """Length of the collars."""
-    from_depth: Metres = Field(default=0.0, ge=0)
+    from_depth: Depth = 0.0
     """Bit depth at which this assembly starts to drill."""
 
 
@@ -151,7 +170,7 @@ class HoleSection(Strict):
 
     diameter: str
     """Diameter as drillers write it, such as 12¼\"."""
-    from_depth: Metres = Field(default=0.0, ge=0)
+    from_depth: Depth = 0.0
     """Measured depth at which the section begins."""
 
 

@@ -1,35 +1,35 @@
 """Settings of the workflow: only choices that change results, one model per stage."""
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from drillid.config.validation import Strict
+from drillid.config.validation import KeyFault, Strict
 
 
 class RecordsSettings(Strict):
     """Raw log → regular SI time series with quality flags."""
 
-    interpolate_up_to_s: float = Field(default=0.1, ge=0)
+    interpolate_up_to_s: float = Field(default=0.1, ge=0, le=10)
     """Longest run of missing rows that is filled by interpolation, in s; longer ones are gaps."""
     spike_error_rate: float = Field(default=1e-6, gt=0, lt=1)
     """Share of good samples that may be taken for spikes."""
-    stuck_s: float = Field(default=2.0, gt=0)
+    stuck_s: float = Field(default=2.0, gt=0, le=3600)
     """A sweep or speed signal that does not change for longer while rotating is stuck, in s."""
 
 
 class WindowsSettings(Strict):
     """Steady drilling with the sweep on, cut into windows."""
 
-    length_s: float = Field(default=600.0, gt=0)
+    length_s: float = Field(default=600.0, ge=1, le=86400)
     """Length of a window, in s."""
-    overlap: float = Field(default=0.0, ge=0, lt=1)
+    overlap: float = Field(default=0.0, ge=0, le=0.95)
     """Share of a window that overlaps with the next one."""
-    rotating_rpm: float = Field(default=10.0, gt=0)
+    rotating_rpm: float = Field(default=10.0, gt=0, le=300)
     """Below this mean speed the string counts as not rotating, in rpm."""
-    on_bottom_m: float = Field(default=0.5, gt=0)
+    on_bottom_m: float = Field(default=0.5, gt=0, le=50)
     """Bit within this distance of the hole's bottom counts as on bottom, in m."""
-    steady_rpm: float = Field(default=5.0, gt=0)
+    steady_rpm: float = Field(default=5.0, gt=0, le=300)
     """Largest change of the speed set point within a window, in rpm."""
     flagged_share: float = Field(default=0.02, ge=0, le=1)
     """Largest share of interpolated or replaced samples in a window."""
@@ -38,30 +38,37 @@ class WindowsSettings(Strict):
 class SpectraSettings(Strict):
     """Spectrograms and cross spectra of each window."""
 
-    frequency_minimum_hz: float = Field(default=0.05, gt=0)
+    frequency_minimum_hz: float = Field(default=0.05, gt=0, le=50)
     """Lowest frequency used."""
-    frequency_maximum_hz: float = Field(default=5.0, gt=0)
+    frequency_maximum_hz: float = Field(default=5.0, gt=0, le=500)
     """Highest frequency used, where the sweep reaches it."""
     estimator: Literal["local_polynomial", "welch"] = "local_polynomial"
     """Local polynomials of frequency, by line where the sweep repeats, or Welch's averages over segments."""
-    segment_s: float = Field(default=120.0, gt=0)
+    segment_s: float = Field(default=120.0, gt=0, le=86400)
     """Length of Welch's segments, in s; where the sweep is not periodic, frequencies are two of its lines apart."""
-    noise_lines: int = Field(default=80, ge=16)
+    noise_lines: int = Field(default=80, ge=16, le=10000)
     """Unexcited lines around each excited one from which its noise is estimated; a quarter where no sweep repeats."""
-    spectrogram_segment_s: float = Field(default=20.0, gt=0)
+    spectrogram_segment_s: float = Field(default=20.0, gt=0, le=3600)
     """Segment of the spectrograms, in s."""
+
+    @model_validator(mode="after")
+    def _has_a_band(self) -> Self:
+        if self.frequency_minimum_hz >= self.frequency_maximum_hz:
+            what = f"{self.frequency_minimum_hz} Hz is not below the highest frequency, {self.frequency_maximum_hz} Hz"
+            raise KeyFault("frequency_minimum_hz", what, "Lower it, or raise 'frequency_maximum_hz'")
+        return self
 
 
 class MobilitySettings(Strict):
     """Coherence-gated command mobility and its stacks."""
 
-    band_octaves: float = Field(default=0.5, gt=0)
+    band_octaves: float = Field(default=0.5, gt=0, le=5)
     """Width of the bands over which coherence is judged, in octaves."""
     error_rate: float = Field(default=0.01, gt=0, lt=1)
     """Share of bands without response that may pass the gate, and of good frequencies rejected as too coherent."""
-    stack_windows: int = Field(default=6, ge=2)
+    stack_windows: int = Field(default=6, ge=2, le=1000)
     """Successive windows in a stack; the paper stacks six."""
-    stack_depth_share: float = Field(default=0.025, gt=0)
+    stack_depth_share: float = Field(default=0.025, gt=0, le=1)
     """Largest change of depth within a stack, as a share of the depth; modes move with it."""
     agreement_error_rate: float = Field(default=0.01, gt=0, lt=1)
     """Share of stacks of agreeing windows that may be rejected."""
@@ -72,17 +79,17 @@ class FitsSettings(Strict):
 
     use_data_sheets: bool = True
     """Take the rig's data sheets, with their tolerances, as prior knowledge."""
-    starts: int = Field(default=16, ge=1)
+    starts: int = Field(default=16, ge=1, le=10000)
     """Starting points of each fit; the best are followed to their optimum."""
     error_rate: float = Field(default=0.001, gt=0, lt=1)
     """Share of correct models whose fit may be rejected for its residuals."""
     change_error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of wells without any change of formation, hole or assembly in which the joint fit may report one."""
-    length_factor_error: float = Field(default=0.1, gt=0)
+    length_factor_error: float = Field(default=0.1, gt=0, le=1)
     """Standard uncertainty of the pipe's length as waves see it over its logged length, where no tally gives it."""
-    length_offset_m: float = Field(default=30.0, gt=0)
+    length_offset_m: float = Field(default=30.0, gt=0, le=10000)
     """Standard uncertainty of the error of logged bit depth less collars that all windows share, in m."""
-    collars_offset_m: float = Field(default=300.0, gt=0)
+    collars_offset_m: float = Field(default=300.0, gt=0, le=10000)
     """The same where no tally lists the collars, so that it includes their length, in m."""
 
 
@@ -96,16 +103,23 @@ class DiscrepancySettings(Strict):
 class DepthSettings(Strict):
     """The depth-indexed dataset."""
 
-    step_duration_s: float = Field(default=10.0, gt=0)
+    step_duration_s: float = Field(default=10.0, gt=0, le=600)
     """Length of the step responses, in s."""
-    step_interval_s: float = Field(default=0.05, gt=0)
+    step_interval_s: float = Field(default=0.05, gt=0, le=10)
     """Spacing of the step responses' lags, in s."""
+
+    @model_validator(mode="after")
+    def _has_lags(self) -> Self:
+        if self.step_interval_s > self.step_duration_s:
+            what = f"{self.step_interval_s} s is longer than the step responses, {self.step_duration_s} s"
+            raise KeyFault("step_interval_s", what, "Lower it, or raise 'step_duration_s'")
+        return self
 
 
 class FiguresSettings(Strict):
     """The paper's figures for every well."""
 
-    dpi: int = Field(default=110, ge=50)
+    dpi: int = Field(default=110, ge=50, le=600)
     """Resolution of the PNG files."""
 
 
@@ -119,24 +133,24 @@ class ReportSettings(Strict):
 class SimulateSettings(Strict):
     """The embedded demo fleet: raw logs made by the time-domain rig simulator."""
 
-    drilling_s: float = Field(default=1220.0, gt=0)
+    drilling_s: float = Field(default=1220.0, gt=0, le=86400)
     """Drilling time of each stand, with the sweep on, in s."""
-    connection_s: float = Field(default=240.0, ge=0)
+    connection_s: float = Field(default=240.0, ge=0, le=86400)
     """Connection after each stand, in s."""
-    time_step_s: float = Field(default=0.0025, gt=0)
+    time_step_s: float = Field(default=0.0025, gt=0, le=0.02)
     """Time step of the simulator, in s; a whole number of them makes a log's sample interval of 0.02 s."""
-    seed: int = 2025
+    seed: int = Field(default=2025, ge=0, lt=2**63)
     """Seed of all noise."""
 
 
 class FleetSettings(Strict):
     """How wells are spread over processes; set by the workflow's profile, without effect on results."""
 
-    batch_size: int = Field(default=1, ge=1)
+    batch_size: int = Field(default=1, ge=1, le=100000)
     """Wells per job; 1 for small fleets, about 25 for a thousand wells."""
     scheduler: str | None = None
     """Address of a running dask scheduler, such as tcp://host:8786; without it, processes of the machine are used."""
-    processes: int = Field(default=1, ge=1)
+    processes: int = Field(default=1, ge=1, le=1024)
     """Processes of a job where no scheduler is given."""
 
 
@@ -149,6 +163,8 @@ class Settings(Strict):
     """Sheet of log files."""
     rigs: str = "config/rigs"
     """Folder of rig descriptions."""
+    log_roots: tuple[str, ...] = ()
+    """Folders that logs may lie in, such as a mounted share, beside the working folder and that of the logs sheet."""
     results: str = "results/main"
     """Folder for all results of this configuration."""
     fleet: FleetSettings = FleetSettings()

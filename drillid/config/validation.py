@@ -4,11 +4,13 @@ import difflib
 from pathlib import Path
 from typing import Any, Self
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
+from drillid.config.files import read_yaml
 from drillid.errors import SettingsError
+
+_BEYOND_BOUNDS = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 
 
 class KeyFault(ValueError):
@@ -29,7 +31,7 @@ class KeyFault(ValueError):
 class Strict(BaseModel):
     """Base of all settings: immutable, no unknown keys, every field described."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     @classmethod
     def checked(cls, content: Any, where: str | Path) -> Self:
@@ -48,14 +50,15 @@ class Strict(BaseModel):
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Self:
-        """Read and check one YAML file."""
-        try:
-            content = yaml.safe_load(Path(path).read_text())
-        except OSError as error:
-            raise SettingsError(str(path), f"cannot be read ({error.strerror})", "Check the path") from error
-        except yaml.YAMLError as error:
-            raise SettingsError(str(path), f"is not valid YAML ({error})", "Correct the line it names") from error
-        return cls.checked(content or {}, path)
+        """Read and check one YAML file.
+
+        Raises
+        ------
+        SettingsError
+            As `read_yaml` and `checked`.
+        """
+        content = read_yaml(path)
+        return cls.checked({} if content is None else content, path)
 
 
 def _explain(model: type[BaseModel], error: ValidationError) -> tuple[str, str]:
@@ -76,19 +79,35 @@ def _explain_key(model: type[BaseModel], details: ErrorDetails) -> tuple[str, st
     if details["type"] == "missing":
         return f"the key '{key}' is missing", f"Add '{key}'"
     what = details["msg"].removeprefix("Value error, ")
+    if details["type"] == "string_type" and key:
+        return f"'{key}': {details['input']!r} is not a text", "Put it in quotation marks"
+    if details["type"] in _BEYOND_BOUNDS:
+        what = f"{details['input']} should be {what.removeprefix('Input should be ')}"
+        return f"'{key}': {what}", f"Correct the value of '{key}' ({_description(model, details['loc'])})"
     if not key:
         return f"top level: {what}", f"Write keys with their values; known keys are {', '.join(_known_keys(model, ()))}"
     return f"'{key}': {what}", f"Correct the value of '{key}'"
 
 
+def _description(model: type[BaseModel], path: tuple[int | str, ...]) -> str:
+    """The sentence on a key, which says its unit as well."""
+    schema = model.model_json_schema()
+    node = _node(schema, path[:-1])
+    return str(_resolved(schema, node)["properties"][path[-1]].get("description", "")).rstrip(".")
+
+
 def _known_keys(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:
     """Keys of the (possibly nested) model at `path`, from the JSON schema."""
     schema = model.model_json_schema()
-    node: dict[str, Any] = schema
+    return sorted(_resolved(schema, _node(schema, path)).get("properties", {}))
+
+
+def _node(schema: dict[str, Any], path: tuple[int | str, ...]) -> dict[str, Any]:
+    node = schema
     for part in path:
         node = _resolved(schema, node)
         node = node.get("items", {}) if isinstance(part, int) else node.get("properties", {}).get(part, _values(node))
-    return sorted(_resolved(schema, node).get("properties", {}))
+    return node
 
 
 def _values(node: dict[str, Any]) -> dict[str, Any]:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from drillid.figures.data import WellResults
 
+_HEADING: dict[str, Any] = {"size": 12, "weight": "bold", "parse_math": False}
+"""Look of headings; the name of a well is no formula."""
 _HEADING_HEIGHT = 0.3
 _CAPTION_LINE_HEIGHT = 0.165
 _CHARACTERS = 15.5
@@ -69,7 +71,7 @@ def new_figure(results: WellResults, name: str, width: float, height: float) -> 
     figure = Figure(figsize=(width, total))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(top=height / total)
-    figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
+    figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", va="top", **_HEADING)
     below = 1 - _HEADING_HEIGHT / total
     figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
     return figure

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from drillid.config.files import read_yaml
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.store import WellFolders
@@ -41,15 +42,22 @@ class Plan:
     wells: Mapping[str, Listing]
 
     @classmethod
-    def from_config(cls, config: Mapping[str, Any]) -> Self:
+    def from_config(cls, config: Mapping[str, Any], files: Sequence[str | Path] = ()) -> Self:
         """Check the workflow's configuration and read its sheets.
+
+        Parameters
+        ----------
+        config : the configuration as Snakemake has merged it
+        files : where it was read from; Snakemake itself takes the last of two equal keys
 
         Raises
         ------
         SettingsError
             If the configuration or a sheet cannot be used.
         """
-        settings = Settings.checked(dict(config), "configuration")
+        for file in files:
+            read_yaml(file)
+        settings = Settings.checked(dict(config), ", ".join(map(str, files)) or "configuration")
         return cls(settings, read_sheets(settings))
 
     @property
@@ -109,7 +117,7 @@ class Plan:
             "wells": list(wells),
             "source": prints[0]["source"],
             "settings": prints[0]["settings"],
-            "rigs": digest([each["rig"] for each in prints]),
+            "rigs": digest([[each["rig"], each["name"]] if "name" in each else each["rig"] for each in prints]),
             "logs": digest([each["logs"] for each in prints]),
         }
 
@@ -120,7 +128,7 @@ class Plan:
     def report_dependencies(self) -> dict[str, Any]:
         """The same for the report, which lists the settings and describes the wells."""
         return {
-            "wells": {name: listing.description for name, listing in self.wells.items()},
+            "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
             "source": source_hash("drillid.report.page", "drillid.config.rig"),
             "templates": template_hash(),
             "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),

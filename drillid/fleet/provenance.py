@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from drillid.config.files import read_yaml
 from drillid.datasets.reuse import digest as digest
 from drillid.errors import SettingsError
 
@@ -43,16 +44,17 @@ def yaml_digest(path: Path, keys: tuple[str, ...]) -> str:
 @functools.lru_cache(maxsize=1024)
 def _yaml(path: Path, _: tuple[int, int]) -> Any:
     """Parsed content, read again when size or time of the file change; its bytes in hex where that fails."""
-    import yaml
-
     try:
-        text = path.read_bytes()
+        return read_yaml(path)
+    except SettingsError:
+        return _bytes(path)
+
+
+def _bytes(path: Path) -> str:
+    try:
+        return path.read_bytes().hex()
     except OSError:
         return "missing"
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text.hex()
 
 
 def source_hash(*modules: str) -> str:

@@ -16,10 +16,18 @@ from scipy.ndimage import median_filter
 
 from drillid.arrays import Floats, Integers
 from drillid.errors import LogError
+from drillid.records.order import in_order, sorted_if_shuffled, without_repeats
 
 _DAY_NS = 86_400_000_000_000
 FEWEST_ROWS = 10
 """Least number of rows of a log, and of values of a column."""
+LOWEST_RATE, HIGHEST_RATE = 0.2, 10_000.0
+"""Sample rates of logs, Hz. The slowest torsional mode of a long string has a period of about 10 s, of which two
+samples are the least that show it; a drive closes its current loop some thousand times a second, and nothing records
+torque faster."""
+_MOST_STEPS, _ROWS_PER_STEP = 20, 500
+"""A log whose clock was set more often, and more than once in so many rows, has damaged stamps: clocks are set a few
+times a day."""
 _ROUND_TOLERANCE = 1e-3
 """Largest relative deviation of a clock from its nominal rate; a round rate further off is another rate."""
 _LARGEST_TOLERANCE = 0.01
@@ -109,19 +117,28 @@ def place_rows(
     Raises
     ------
     LogError
-        With too few rows, stamps that go backwards, or stamps coarser than the samples.
+        With too few rows, rows whose order cannot be found, stamps coarser than the samples, a rate at which nothing
+        is recorded, or a clock that jumps all the time.
     """
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(where, stamps.size)
-    rows, repeats = _without_repeats(stamps, sweep, speed)
+    rows, repeats = without_repeats(stamps, sweep, speed)
+    rows, shuffled = sorted_if_shuffled(stamps, rows, where)
     interval = _interval(stamps[rows], where)
-    rows, reordered = _in_order(stamps, rows, interval)
+    rows, reordered = in_order(stamps, rows, interval)
+    reordered = max(shuffled, reordered)
     seconds = (stamps[rows] - stamps[rows[0]]) * 1e-9
     spacing, shift = _tick_spacing(seconds, interval)
     spacing, moved, steps = _without_steps(spacing, shift, sweep[rows], speed[rows], interval)
+    if len(steps) > max(_MOST_STEPS, rows.size // _ROWS_PER_STEP):
+        what = f"its stamps jump {len(steps)} times within {rows.size} rows, more than any clock is set"
+        raise LogError(where, what, "Export the log again; its time column is damaged, or rough by a third of a sample")
     seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(spacing)])
     centred = tick - np.mean(tick)
-    actual = float(np.dot(centred, centred) / np.dot(centred, seconds))
+    along = float(np.dot(centred, seconds))
+    if not along > 0:
+        raise LogError(where, "its stamps do not advance with its rows", "Export the log again, in the order of time")
+    actual = float(np.dot(centred, centred) / along)
     nominal = nominal_rate(actual, int(tick[-1])) if rate is None else rate
     actual = nominal if abs(actual / nominal - 1) * tick[-1] < _NO_DRIFT else actual
     first, jitter = int(stamps[rows[0]]), seconds - tick / actual
@@ -140,27 +157,10 @@ def too_few_rows(where: str, rows: int) -> LogError:
     return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Remove it from the logs sheet")
 
 
-def _without_repeats(stamps: Integers, sweep: Floats, speed: Floats) -> tuple[Integers, Integers]:
-    """Rows to keep and rows that repeat an earlier row's stamp and signals."""
-    import pandas as pd
-
-    repeats = np.zeros(stamps.size, dtype=bool)
-    if np.any(np.diff(stamps) <= 0):
-        order = np.argsort(stamps, kind="stable")
-        same = np.diff(stamps[order]) == 0
-        alike = np.sort(order[np.concatenate([[False], same]) | np.concatenate([same, [False]])])
-        rows = {"stamp": stamps[alike], "sweep": sweep[alike], "speed": speed[alike]}
-        repeats[alike] = pd.DataFrame(rows).duplicated().to_numpy()
-    return np.flatnonzero(~repeats), np.flatnonzero(repeats)
-
-
 def _interval(stamps: Integers, where: str) -> float:
     """Mean interval between rows without gaps, s."""
     steps = np.diff(stamps) * 1e-9
     forward = steps[steps > 0]
-    if np.sum(steps < 0) > 0.5 * steps.size:
-        what = "its time stamps go backwards: most rows are earlier than the previous row"
-        raise LogError(where, what, "Export the log in the order of time")
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
             where,
@@ -168,21 +168,13 @@ def _interval(stamps: Integers, where: str) -> float:
             "Export stamps with fractions of a second",
         )
     usual = float(np.median(forward))
+    if not 1 / HIGHEST_RATE <= usual <= 1 / LOWEST_RATE:
+        raise LogError(
+            where,
+            f"its stamps are {usual:.3g} s apart, and torque is recorded at {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz",
+            "State the unit or format of the time column, or export the log at the rate of its recorder",
+        )
     return float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
-
-
-def _in_order(stamps: Integers, rows: Integers, interval: float) -> tuple[Integers, int]:
-    """Rows sorted by stamp, where that closes gaps and no two rows then share a tick; else the clock was set."""
-    steps = np.diff(stamps[rows]) * 1e-9
-    if not np.any(steps < -0.5 * interval):
-        return rows, 0
-    ordered = rows[np.argsort(stamps[rows], kind="stable")]
-    after = np.diff(stamps[ordered]) * 1e-9
-    shared = np.sum(after < 0.5 * interval) > np.sum(np.abs(steps) < 0.5 * interval)
-    closed = np.sum(after > 1.5 * interval) < np.sum(steps > 1.5 * interval)
-    if shared or not closed:
-        return rows, 0
-    return ordered, int(np.sum(ordered != rows))
 
 
 def _tick_spacing(seconds: Floats, interval: float) -> tuple[Integers, Floats]:

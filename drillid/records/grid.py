@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,10 +10,13 @@ from numpy.typing import NDArray
 
 from drillid.arrays import Booleans, Integers
 from drillid.datasets.codes import RecordFlag
+from drillid.errors import LogError
 from drillid.records.clock import Ticks
 
 Note = tuple[str, str]
 """What was repaired in a log, and the remedy."""
+MOST_APART = 3
+"""Largest number of notes of one kind on one log that each are a row; more are one row with their number."""
 
 CHECK_RECORDER = "These samples are flagged; check the recorder if this recurs"
 _LONGEST_STORED_GAP_S = 300.0
@@ -21,6 +25,12 @@ _NEAR_TICK = 0.3
 """A log continues the ticks of the previous log where it is off them by less than this share of an interval."""
 _LARGE_DRIFT = 2e-4
 """Larger relative deviations of a clock from its nominal rate are noted; 17 s a day."""
+_SAMPLES_PER_ROW = 5
+"""Largest number of stored samples per row of a log; one with more holes than that shows no dynamics."""
+_LONGEST_SPAN_S = 2 * 365.25 * 86_400
+"""Longest time from a log's first row to its last, s; one with more holds stamps of other times."""
+_SMALL_GRID = 500_000
+"""Grids of so many samples are stored whatever the number of rows: 20 MB."""
 _FAR_OFF_S = 10.0
 """Larger differences between a sample's time and its stamp are noted."""
 
@@ -45,12 +55,28 @@ class Grid:
     omitted_gaps: tuple[tuple[int, float], ...]
 
     @classmethod
-    def of(cls, ticks: Ticks) -> Grid:
-        """The grid that holds all ticks of a log."""
+    def of(cls, ticks: Ticks, where: str = "log") -> Grid:
+        """The grid that holds all ticks of a log.
+
+        Raises
+        ------
+        LogError
+            If its span is absurd, or its size for the number of rows; nothing of that size is allocated before.
+        """
+        span = (int(ticks.tick[-1]) - int(ticks.tick[0])) / ticks.rate
+        if span > _LONGEST_SPAN_S:
+            what = f"its stamps span {span / _LONGEST_SPAN_S * 2:.1f} years"
+            raise LogError(where, what, "Export the log again; its time column is damaged, or holds several logs")
         spacing = np.diff(ticks.tick)
         skipped = np.where(spacing > _LONGEST_STORED_GAP_S * ticks.rate, spacing - 1, 0)
         position = ticks.tick - np.concatenate([[0], np.cumsum(skipped)])
         size = int(position[-1]) + 1
+        if size > max(_SAMPLES_PER_ROW * ticks.rows.size, _SMALL_GRID):
+            raise LogError(
+                where,
+                f"its {ticks.rows.size} rows are spread over {size} samples at {ticks.rate:g} Hz, most of them missing",
+                "State the unit or format of the time column, or export the log with all rows of its recorder",
+            )
         first = np.concatenate([[True], spacing > 0])
         jump = np.zeros(size, dtype=np.int64)
         jump[position[1:][skipped > 0]] = skipped[skipped > 0]
@@ -120,12 +146,27 @@ def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
     duplicates = int(ticks.repeated.size + np.sum(~grid.first))
     if duplicates:
         notes.append((f"{duplicates} rows repeat the time of another row; the first of each is used", CHECK_RECORDER))
+    return [*notes, *_step_notes(ticks, grid)]
+
+
+def _step_notes(ticks: Ticks, grid: Grid) -> list[Note]:
+    remedy = "Later times of this log follow the clock before that; compare them with the driller's report"
+    if len(ticks.steps) > MOST_APART:
+        seconds, places = [step.seconds for step in ticks.steps], [int(grid.position[step.row]) for step in ticks.steps]
+        smooth = sum(step.continues for step in ticks.steps)
+        what = f"the clock was set {len(seconds)} times, by {min(seconds):+.3f} to {max(seconds):+.3f} s"
+        when = first_and_last(grid, places)
+        return [(f"{what}, {when}; the signals are continuous at {smooth} of them", remedy)]
+    notes = []
     for step in ticks.steps:
         signals = (
             "the signals are continuous there" if step.continues else "the signals break there, so time is missing"
         )
         what = f"the clock was set by {step.seconds:+.3f} s at {grid.at(int(grid.position[step.row]))}; {signals}"
-        notes.append(
-            (what, "Later times of this log follow the clock before that; compare them with the driller's report")
-        )
+        notes.append((what, remedy))
     return notes
+
+
+def first_and_last(grid: Grid, samples: Sequence[int]) -> str:
+    """Times of the first and the last of some samples, in order of time, for messages."""
+    return f"the first at {grid.at(samples[0])}, the last at {grid.at(samples[-1])}"

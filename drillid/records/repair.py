@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from drillid.arrays import Array, Booleans, Floats
 from drillid.config.settings import RecordsSettings
 from drillid.datasets.codes import RecordFlag
-from drillid.records.grid import CHECK_RECORDER, Grid, Note
+from drillid.records.channels import FAST_CHANNELS
+from drillid.records.grid import CHECK_RECORDER, MOST_APART, Grid, Note, first_and_last
 from drillid.records.quality import runs, spikes, stuck
 
-FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
-"""Channels that carry the dynamics; the others are slow and only determine the rig's state."""
 _SPLINE_BLOCK = 100_000
 """Knots of a spline processed at once."""
 _SPLINE_REACH = 50
@@ -76,9 +75,14 @@ class Repair:
             others = np.any([moves[other] for other in known if other != name], axis=0)
             unchanged = stuck(channels[name], others, self.rate, self.settings.stuck_s)
             self._flag(unchanged, RecordFlag.STUCK)
-            for first, stop in runs(unchanged):
-                what = f"{name} does not change for {(stop - first) / self.rate:.1f} s from {self.grid.at(int(first))}"
-                self._note(what, "These samples are flagged and left out of the windows; check the sensor")
+            remedy = "These samples are flagged and left out of the windows; check the sensor"
+            times, seconds = runs(unchanged)[:, 0].tolist(), np.diff(runs(unchanged))[:, 0] / self.rate
+            if len(times) > MOST_APART:
+                longer = f"{name} does not change for {seconds.min():.1f} to {seconds.max():.1f} s {len(times)} times"
+                self._note(f"{longer}, {seconds.sum():.1f} s in all, {first_and_last(self.grid, times)}", remedy)
+                continue
+            for first, length in zip(times, seconds, strict=True):
+                self._note(f"{name} does not change for {length:.1f} s from {self.grid.at(first)}", remedy)
 
     def note_holes(self) -> None:
         """Note the number of missing rows, and each gap."""
@@ -87,12 +91,27 @@ class Repair:
         filled = int(np.sum(empty & ((self.flags & np.uint8(RecordFlag.INTERPOLATED)) > 0)))
         if filled:
             self._note(f"{filled} rows missing, filled by interpolation", CHECK_RECORDER)
-        for first, stop in runs((self.flags & np.uint8(RecordFlag.GAP)) > 0):
-            what = f"gap of {(stop - first) / self.rate:.1f} s at {self.grid.at(int(first))}"
-            self._note(what, "It is not filled and no window contains it; check the recorder if this recurs")
-        for position, seconds in self.grid.omitted_gaps:
-            what = f"gap of {seconds:.1f} s after {self.grid.at(position)}"
-            self._note(what, "No samples are stored there; check the recorder if this recurs")
+        gaps = runs((self.flags & np.uint8(RecordFlag.GAP)) > 0)
+        seconds, places = np.diff(gaps)[:, 0] / self.rate, gaps[:, 0].tolist()
+        self._note_gaps(
+            seconds, places, "at", "It is not filled and no window contains it; check the recorder if this recurs"
+        )
+        seconds, places = (
+            np.array([length for _, length in self.grid.omitted_gaps]),
+            [at for at, _ in self.grid.omitted_gaps],
+        )
+        self._note_gaps(seconds, places, "after", "No samples are stored there; check the recorder if this recurs")
+
+    def _note_gaps(self, seconds: Floats, places: list[int], preposition: str, remedy: str) -> None:
+        """A row each, or one row where there are more than a few."""
+        if len(places) > MOST_APART:
+            lengths = (
+                f"{len(places)} gaps of {seconds.min():.1f} to {seconds.max():.1f} s, {seconds.sum():.1f} s in all"
+            )
+            self._note(f"{lengths}, {first_and_last(self.grid, places)}", remedy)
+            return
+        for length, place in zip(seconds, places, strict=True):
+            self._note(f"gap of {length:.1f} s {preposition} {self.grid.at(place)}", remedy)
 
     def _flag(self, where: Booleans, flag: RecordFlag) -> None:
         self.flags[where] |= np.uint8(flag)

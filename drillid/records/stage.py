@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,15 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Array, Integers
-from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel, Rig
+from drillid.arrays import Array
+from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.datasets.store import Problem, WellFolders
-from drillid.errors import LogError
-from drillid.formats import first_stamp, read_log
-from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter, too_few_rows
+from drillid.errors import DrillidError, LogError
+from drillid.formats import first_stamp
+from drillid.records.channels import FAST_CHANNELS, read_channels
+from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter
+from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
-from drillid.records.repair import FAST_CHANNELS, Repair, spline
-from drillid.units import to_si_factor
+from drillid.records.plausibility import judge
+from drillid.records.repair import Repair, spline
 
 if TYPE_CHECKING:
     from drillid.config.settings import RecordsSettings, Settings
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
 
 _PIECE = 1_200_000
 """Samples written at once, a whole number of the store's chunks."""
+_FAILS_THE_JOB = (OSError, MemoryError)
+"""Faults of the machine and not of a log; readers turn those of reading a file into `LogError`."""
 _RATE_TOLERANCE = 0.01
 """Largest relative deviation of the rate of a log's stamps from the nominal rate."""
 
@@ -54,8 +59,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             try:
                 record = regular_record(path, well.rig, settings.records, end)
                 samples, late = _after(record.samples, end, path)
-            except LogError as error:
-                problems.append(Problem(error.where, error.what, error.remedy))
+            except _FAILS_THE_JOB:
+                raise
+            except Exception as error:  # one log must not take the well's other logs along
+                problems.append(_refusal(path, error))
                 continue
             problems += [Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late)]
             for first in range(0, samples.sizes["time"], _PIECE):
@@ -71,9 +78,25 @@ def _in_time_order(logs: tuple[Path, ...], rig: Rig) -> tuple[list[Path], list[P
     for path in logs:
         try:
             starts.append((first_stamp(path, rig.time.column, rig.time.zone), path))
-        except LogError as error:
-            problems.append(Problem(error.where, error.what, error.remedy))
+        except _FAILS_THE_JOB:
+            raise
+        except Exception as error:  # one log must not take the well's other logs along
+            problems.append(_refusal(path, error))
     return [path for _, path in sorted(starts)], problems
+
+
+def _refusal(path: Path, error: Exception) -> Problem:
+    """The row of a log that is not used; of one that nobody foresaw, with the place in the library."""
+    if isinstance(error, DrillidError):
+        return Problem(error.where, error.what, error.remedy)
+    frames = traceback.extract_tb(error.__traceback__)
+    place = next((frame for frame in reversed(frames) if "drillid" in Path(frame.filename).parts), frames[-1])
+    message = (str(error) or "no message").splitlines()[0]
+    return Problem(
+        str(path),
+        f"cannot be used ({type(error).__name__}: {message}, in {Path(place.filename).name}, line {place.lineno})",
+        "A fault of the program: report it with this log; the well's other logs are used",
+    )
 
 
 def _after(samples: xr.Dataset, end: End | None, path: Path) -> tuple[xr.Dataset, list[Note]]:
@@ -119,14 +142,17 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End 
     LogError
         If the log cannot be read or placed on a grid.
     """
-    stamps, log = read_channels(path, rig)
+    raw = read_channels(path, rig)
+    log = raw.channels
     rate, anchor = (before.rate, before.time) if before else (rig.time.sample_rate, None)
-    ticks = place_rows(stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
-    del stamps
+    ticks = place_rows(raw.stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
     _check_rate(ticks, rig.time.sample_rate, path)
     ticks = ticks if before is None else following(ticks, before)
-    grid = Grid.of(ticks)
-    notes = clock_notes(ticks, grid)
+    grid = Grid.of(ticks, str(path))
+    notes = [*raw.notes, *_placed(log, ticks, grid, path), *clock_notes(ticks, grid)]
+    samples = Samples(log, ticks.rows, ticks.tick / ticks.rate, grid.time[0], ticks.rate)
+    notes += judge(samples, rig.channels, str(path))
+    del raw, samples
     if share_of_real_jitter(log["torque_sweep"][ticks.rows], ticks) > 0.5:
         log |= {name: moved_to_ticks(log[name], ticks) for name in FAST_CHANNELS if name in log}
         rms = 1e3 * float(np.std(ticks.jitter))
@@ -147,42 +173,25 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End 
     return Record(xr.Dataset(variables, coords={"time": grid.time}), End.of(ticks), (*notes, *repair.notes))
 
 
-def read_channels(path: Path, rig: Rig) -> tuple[Integers, dict[str, Array]]:
-    """Stamps of a log (ns since 1970 UTC) and its channels in SI units, NaN for missing values, shape (row,).
-
-    An empty optional column is omitted. Fast channels are float64, the others, which only
-    determine the rig's state, float32.
-
-    Raises
-    ------
-    LogError
-        If the log cannot be read, is too short, or a required channel holds too few values.
-    """
-    names: dict[str, list[Channel]] = {}
-    for name, channel in rig.channels.items():
-        names.setdefault(channel.column, []).append(name)
-    raw = read_log(path, rig.time.column, list(names), rig.time.zone)
-    if raw.stamps.size < FEWEST_ROWS:
-        raise too_few_rows(str(path), raw.stamps.size)
-    channels: dict[str, Array] = {}
-    for column, same_column in names.items():
-        values = raw.pop(column)
-        held = int(np.sum(np.isfinite(values)))
-        if held < FEWEST_ROWS and not set(same_column).isdisjoint(REQUIRED_CHANNELS):
-            number = f"only {held} values of the {FEWEST_ROWS} needed" if held else "no values"
-            remedy = "Correct the rig description's columns, or the export"
-            raise LogError(str(path), f"column '{column}' holds {number}", remedy)
-        for name in same_column if held >= FEWEST_ROWS else []:
-            factor = to_si_factor(rig.channels[name].unit, CHANNEL_UNITS[name])
-            channels[name] = (values * factor).astype(np.float64 if name in FAST_CHANNELS else np.float32, copy=False)
-    return raw.stamps.view(np.int64), channels
+def _placed(log: dict[str, Array], ticks: Ticks, grid: Grid, path: Path) -> list[Note]:
+    """Omit channels of which hardly a value has a place on the grid, and note them."""
+    notes = []
+    for name in list(log):
+        if np.sum(np.isfinite(log[name][ticks.rows[grid.first]])) < FEWEST_ROWS:
+            if name in REQUIRED_CHANNELS:
+                what = f"fewer than {FEWEST_ROWS} values of {name} are left once repeated rows are taken out"
+                raise LogError(str(path), what, "Export the log again")
+            notes.append((f"{name} holds too few values and is not used", "Correct the column, or take it out"))
+            del log[name]
+    return notes
 
 
 def moved_to_ticks(values: Array, ticks: Ticks) -> Array:
     """A fast channel, shape (row,), interpolated from the times of its stamps to the ticks, in the rows of `ticks`."""
     moved, sampled_at = values.copy(), ticks.tick / ticks.rate + ticks.jitter
     known = np.isfinite(values[ticks.rows])
-    good = known & np.concatenate([[True], np.diff(sampled_at) > 0])
+    latest = np.maximum.accumulate(np.where(known, sampled_at, -np.inf))
+    good = known & (sampled_at > np.concatenate([[-np.inf], latest[:-1]]))
     at = ticks.tick / ticks.rate
     moved[ticks.rows[known]] = spline(sampled_at[good], values[ticks.rows[good]], at[known])
     return moved

@@ -10,12 +10,13 @@ import xarray as xr
 from drillid.arrays import Floats
 
 _BLOCK = 1_000_000
+_FIRST_SAMPLES = 1000
 
 
 def sample_rate(records: xr.Dataset) -> float:
-    """Samples per second of the records."""
-    first = records["time"][:2].values.astype("datetime64[ns]").astype(np.int64)
-    return float(1e9 / (first[1] - first[0]))
+    """Samples per second of the records; a gap among their first samples is passed over."""
+    steps = np.diff(records["time"][:_FIRST_SAMPLES].values.astype("datetime64[ns]").astype(np.int64))
+    return float(1e9 / steps[np.argmax(steps < 1.5 * np.min(steps))])
 
 
 def window_channels(

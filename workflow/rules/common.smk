@@ -21,7 +21,7 @@ from drillid.fleet.stages import STAGES
 
 prepare_environment(workflow.basedir)
 try:
-    PLAN = Plan.from_config(config)
+    PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()
 except DrillidError as error:
     raise WorkflowError(str(error)) from None

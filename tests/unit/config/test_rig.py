@@ -11,7 +11,7 @@ from tests.workflow.toys import RIG
 
 TOY = yaml.safe_load(RIG)
 CHANNELS = TOY["channels"]
-THIN = {"outer_diameter": "100 mm", "inner_diameter": "110 mm"}
+SWAPPED = {"outer_diameter": "100 mm", "inner_diameter": "110 mm"}
 
 
 def changed(**keys: Any) -> dict[str, Any]:
@@ -33,10 +33,51 @@ def changed(**keys: Any) -> dict[str, Any]:
             "'channels.speed.unit': column 'RPM': the unit 'psi' cannot be",
             "one of the kind of rad/s",
         ),
-        (changed(pipe=THIN), "'pipe.inner_diameter': 0.11 m is not smaller than the outer", "Correct the diameters"),
-        (changed(collars=[THIN | {"length": "1 m"}]), "'collars.0.inner_diameter': 0.11 m", "Correct the diameters"),
+        (
+            changed(pipe={"outer_diameter": "108.6 mm", "inner_diameter": "5 in"}),
+            "'pipe': outer 108.6 mm is smaller than inner 127 mm: they are probably swapped",
+            "Exchange the values of 'outer_diameter' and 'inner_diameter'",
+        ),
+        (changed(collars=[SWAPPED | {"length": "1 m"}]), "'collars.0': outer 100 mm is smaller", "Exchange the values"),
+        (
+            changed(pipe={"outer_diameter": "5 in", "inner_diameter": "127 mm"}),
+            "'pipe': outer and inner diameter are the same, 127 mm",
+            "Correct one of the diameters",
+        ),
         (changed(name=None), "the key 'name' is missing", "Add 'name'"),
-        (changed(drive_delay={"value": "-1 ms"}), "'drive_delay.value': ", "Correct the value of 'drive_delay.value'"),
+        (changed(name=7), "'name': 7 is not a text", "Put it in quotation marks"),
+        (
+            changed(drive_delay={"value": "-1 ms"}),
+            "'drive_delay.value': -0.001 s is outside of what rigs have, 0 to 1 s",
+            "Write a value within these bounds, with its unit",
+        ),
+        (
+            changed(drive_delay={"value": 40}),
+            "'drive_delay.value': 40 s is outside of what rigs have",
+            "If another unit is meant, write it behind the number: '40 ms'",
+        ),
+        (
+            changed(pipe={"outer_diameter": 10, "inner_diameter": "4 in"}),
+            "'pipe.outer_diameter': 10 m is outside of what rigs have, 0.02 to 0.8 m",
+            "'10 in' or '10 cm'",
+        ),
+        (
+            changed(controller={"proportional": "1.5e9 N m s/rad"}),
+            "'controller.proportional': 1.5e+09 N m s/rad is outside of what rigs have, 0, or 10 to 1e+06 N m s/rad",
+            "a million times too large for most rigs: check the prefix of its unit",
+        ),
+        (
+            changed(controller={"proportional": 1.5}),
+            "'controller.proportional': 1.5 N m s/rad is outside of what rigs have",
+            "write it behind the number: '1.5 kN m s/rad' or '1.5 kN m/rpm'",
+        ),
+        (
+            changed(top_drive_inertia={"value": "1100 kg m^2", "relative": 5}),
+            "'top_drive_inertia.relative': 5 is outside",
+            "'5 %'",
+        ),
+        (changed(top_drive_inertia={"value": float("nan")}), "'top_drive_inertia.value': ", "Correct the value"),
+        (changed(top_drive_inertia={"value": "inf kg m^2"}), "'top_drive_inertia.value': ", "Correct the value"),
         (["a", "list"], "top level: Input should be a valid dictionary", "known keys are channels, "),
     ],
 )

@@ -1,5 +1,6 @@
 """One raw log with one defect → a record with that defect mended or flagged, counted, and nothing else touched."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -222,9 +223,133 @@ def test_a_log_of_few_rows_or_values_tells_how_many(tmp_path: Path) -> None:
         record(LOG.assign(RPM=LOG["RPM"].where(LOG.index < 3)), tmp_path)
 
 
-def test_a_log_in_descending_time_is_told_from_coarse_stamps(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"time stamps go backwards.*in the order of time"):
-        record(LOG.iloc[::-1], tmp_path)
+@pytest.mark.parametrize("order", ["descending", "shuffled"])
+def test_a_log_in_another_order_than_that_of_time_is_sorted_and_says_so(order: str, tmp_path: Path) -> None:
+    log = jittered(LOG, 2)
+    samples, notes = record(log.iloc[::-1] if order == "descending" else log.sample(frac=1, random_state=1), tmp_path)
+    assert [note[4:] for note in notes] == [" rows were out of order and were sorted by time"]
+    assert not samples["flags"].any()
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+
+
+def test_a_log_in_another_order_whose_stamps_are_too_coarse_is_refused(tmp_path: Path) -> None:
+    coarse = LOG.assign(Time=LOG["Time"].dt.floor("100ms"))
+    for log in (coarse.iloc[::-1], coarse.sample(frac=1, random_state=1)):
+        with pytest.raises(LogError, match=r"coarser than its samples|too close together to sort"):
+            record(log, tmp_path)
+
+
+def test_zeroed_stamps_are_left_out_and_said_once(tmp_path: Path) -> None:
+    log = LOG.assign(Time=LOG["Time"].mask(LOG.index.isin(range(1000, 1004)), pd.Timestamp(0)))
+    log.loc[2000, "Time"] += pd.Timedelta(days=400)
+    samples, notes = record(log, tmp_path)
+    what = (
+        "rows are stamped far off those around them, the first, row 1001, as 1970-01-01T00:00:00.000; they are not used"
+    )
+    assert notes == [f"5 {what}", "5 rows missing, filled by interpolation"]
+    assert flagged(samples, RecordFlag.INTERPOLATED) == [*range(1000, 1004), 2000]
+    np.testing.assert_allclose(samples["speed"], SPEED, atol=0.15)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda stamps: START + (stamps - START) / 1000,
+            r"stamps are 2e-05 s apart.*unit or format of the time column",
+        ),
+        (lambda stamps: START + (stamps - START) * 1000, r"stamps are 20 s apart.*unit or format of the time column"),
+        (lambda stamps: stamps + pd.Timedelta(days=208 * 365.25), r"stamps read as 2233-03-0.*unit or format"),
+        (lambda stamps: pd.Timestamp(0) + (stamps - START), r"stamps read as 1970-01-01.*unit or format"),
+        (
+            lambda stamps: stamps + pd.to_timedelta(np.arange(3000) // 2 * 250, "s"),
+            r"3000 rows are spread over 187\d+ samples at 50 Hz.*all rows of its recorder",
+        ),
+        (
+            lambda stamps: stamps + pd.to_timedelta(np.random.default_rng(1).permutation(3000) % 30 * 977, "s"),
+            "no order of time|more than any clock is set",
+        ),
+    ],
+    ids=["microseconds", "slow", "2233", "1970", "holes", "jumps"],
+)
+def test_a_time_column_in_a_wrong_unit_or_damaged_is_refused_at_once(
+    change: Callable[[pd.Series], pd.Series], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(LogError, match=message):
+        record(LOG.assign(Time=change(LOG["Time"])), tmp_path)
+
+
+def in_pieces(count: int, apart: pd.Timedelta) -> pd.DataFrame:
+    """The log in so many pieces, the last 2 s of each taken out, and the pause before each prolonged to `apart`."""
+    length = len(LOG) // count
+    log = LOG[LOG.index % length < length - 100]
+    return log.assign(Time=log["Time"] + pd.to_timedelta(log.index // length * (apart.total_seconds() - 2), unit="s"))
+
+
+def test_gaps_of_months_take_no_space(tmp_path: Path) -> None:
+    log = in_pieces(4, pd.Timedelta(days=30))
+    samples, notes = record(log, tmp_path)
+    assert samples.sizes["time"] == len(log)
+    assert [note.split(" after")[0] for note in notes] == ["gap of 2592000.0 s"] * 3
+    with pytest.raises(LogError, match=r"stamps span 2\.7 years"):
+        record(in_pieces(2, pd.Timedelta(days=1000)), tmp_path)
+
+
+def test_many_notes_of_one_kind_are_one_row_with_their_number_and_times(tmp_path: Path) -> None:
+    first, last = "the first at 2025-03-03T06:00:01.800, the last at", "2025-03-03T06:00:57.800"
+    _, notes = record(LOG[LOG.index % 100 < 90], tmp_path)
+    assert notes == [f"29 gaps of 0.2 to 0.2 s, 5.8 s in all, {first} {last}"]
+    _, notes = record(in_pieces(6, pd.Timedelta(hours=1)), tmp_path)
+    when = "the first at 2025-03-03T06:00:07.980, the last at 2025-03-03T10:00:39.980"
+    assert notes == [f"5 gaps of 3600.0 to 3600.0 s, 18000.0 s in all, {when}"]
+    held = LOG.assign(RPM=LOG["RPM"].where(LOG.index % 500 < 250).ffill())
+    _, notes = record(held, tmp_path)
+    assert len(notes) == 1
+    assert notes[0].startswith(
+        "speed does not change for 5.0 to 5.0 s 6 times, 30.1 s in all, the first at 2025-03-03T06:00:0"
+    )
+    set_often = jittered(LOG, 2)
+    for row in range(312, 2300, 400):
+        set_often.loc[row:, "Time"] += pd.Timedelta(seconds=1.3)
+    _, notes = record(set_often, tmp_path)
+    assert [note.split(", the first")[0] for note in notes if "clock" in note] == [
+        "the clock was set 4 times, by +1.300 to +1.300 s"
+    ]
+
+
+@pytest.mark.parametrize("known", [10, 60])
+def test_hardly_any_speed_is_a_gap_and_no_fault(known: int, tmp_path: Path) -> None:
+    samples, notes = record(LOG.assign(RPM=LOG["RPM"].where(LOG.index % (3000 // known) == 0)), tmp_path)
+    assert notes[0] == f"{3000 - known} rows hold no speed"
+    assert "gaps of" in notes[1]
+    assert np.isfinite(samples["speed"]).sum() == known
+
+
+def test_values_beyond_any_number_are_refused_or_left_out(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"speed, column 'RPM' in rpm, is 1\.2"):
+        record(LOG.assign(RPM=LOG["RPM"] * 1e300), tmp_path)
+    samples, notes = record(LOG.assign(FLOW=LOG["FLOW"].mask(LOG.index == 5, 1e308), TQ=np.inf), tmp_path)
+    assert [note.split(" are outside")[0] for note in notes] == ["1 values of flow"]
+    assert np.isnan(samples["torque_command"]).all()
+    np.testing.assert_allclose(samples["flow"], 0.045, rtol=1e-6)
+
+
+def test_constant_channels_and_ten_rows_make_a_record(tmp_path: Path) -> None:
+    samples, notes = record(LOG.assign(RPM=120.0, SWEEP=0.0, TQ=3.0), tmp_path)
+    assert notes == []
+    assert samples.sizes["time"] == len(LOG)
+    samples, notes = record(LOG.iloc[:10], tmp_path)
+    assert (samples.sizes["time"], notes) == (10, [])
+
+
+def test_real_jitter_with_stamps_that_do_not_increase_is_interpolated(tmp_path: Path) -> None:
+    """Sampling times that overtake each other, and rows without a speed, leave increasing places for the spline."""
+    at = np.arange(len(LOG)) / RATE + np.random.default_rng(4).uniform(-4e-3, 4e-3, len(LOG))
+    at[100:2900:100] += 0.021
+    log = LOG.assign(Time=START + pd.to_timedelta(np.round(at * 1e9), unit="ns"), SWEEP=sweep_at(at) / 1e3)
+    log.loc[101:2901:100, "RPM"] = np.nan
+    samples, _ = record(log, tmp_path)
+    assert np.isfinite(samples["speed"]).sum() > 2900
 
 
 @pytest.mark.parametrize(("rows", "filled"), [(5, True), (6, False)])

@@ -12,6 +12,7 @@ import xarray as xr
 from drillid.config.settings import Settings
 from drillid.datasets.codes import RecordFlag
 from drillid.datasets.store import Problem, WellFolders
+from drillid.records import stage
 from drillid.records.stage import process
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
 
@@ -54,6 +55,44 @@ def test_a_bad_log_is_a_row_and_the_others_go_on(tmp_path: Path) -> None:
         ("lacking.csv", "has no column 'RPM'"),
     ]
     assert all(problem.remedy for problem in problems)
+
+
+def test_a_fault_of_the_program_with_one_log_is_its_row_and_the_others_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good, bad, worse = (
+        save(drilling(30, start=START + pd.Timedelta(hours=hour)), tmp_path / f"{name}.csv")
+        for hour, name in enumerate(("good", "bad", "worse"))
+    )
+    read, started = stage.read_channels, stage.first_stamp
+
+    def reading(path: Path, *rest: Any) -> Any:
+        return read(path, *rest) if path != bad else 1 // 0
+
+    def starting(path: Path, *rest: Any) -> Any:
+        return started(path, *rest) if path != worse else [][1]
+
+    monkeypatch.setattr(stage, "read_channels", reading)
+    monkeypatch.setattr(stage, "first_stamp", starting)
+    records, problems = run(tmp_path, bad, worse, good)
+    assert records.sizes["time"] == 1500
+    assert [Path(problem.where).name for problem in problems] == ["worse.csv", "bad.csv"]
+    assert problems[1].what.startswith(
+        "cannot be used (ZeroDivisionError: integer division or modulo by zero, in stage.py, "
+    )
+    assert all("fault of the program" in problem.remedy for problem in problems)
+
+
+@pytest.mark.parametrize("error", [OSError("no space left on device"), MemoryError()])
+def test_a_fault_of_the_machine_is_no_fault_of_the_log(
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*_: Any) -> Any:
+        raise error
+
+    monkeypatch.setattr(stage, "read_channels", failing)
+    with pytest.raises(type(error)):
+        run(tmp_path, save(drilling(30), tmp_path / "good.csv"))
 
 
 def test_overlapping_logs_are_used_once(tmp_path: Path) -> None:

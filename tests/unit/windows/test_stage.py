@@ -231,3 +231,11 @@ def test_channels_of_a_window_are_its_samples_of_the_records(tmp_path: Path) -> 
     np.testing.assert_array_equal(speed, whole["speed"].values[1000:2000])
     np.testing.assert_array_equal(flow, whole["flow"].values[1000:2000])
     assert window_channels(whole, found, 0).shape == (3, 1000)
+
+
+def test_a_gap_behind_the_first_sample_changes_no_rate(tmp_path: Path) -> None:
+    log = drilling(60)
+    log.loc[0, "Time"] -= pd.Timedelta(hours=9)
+    found, table, _, _ = run(tmp_path, log)
+    assert found["samples"].values.tolist() == [1000, 1000]
+    assert table["duration_s"].sum() == pytest.approx(60.0)

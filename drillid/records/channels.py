@@ -1,0 +1,115 @@
+"""A raw log's stamps and channels in SI units, without what no rig can have recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drillid.arrays import Array, Booleans, Floats, Integers
+from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel, Rig
+from drillid.errors import LogError
+from drillid.formats import read_log
+from drillid.records.clock import FEWEST_ROWS, too_few_rows
+from drillid.records.grid import Note
+from drillid.records.order import FIRST_YEAR, LAST_YEAR, outside_years, stray
+from drillid.records.plausibility import possible_values
+from drillid.units import to_si_factor
+
+FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
+"""Channels that carry the dynamics; the others are slow and only determine the rig's state."""
+
+
+@dataclass(frozen=True)
+class RawChannels:
+    """One log as read.
+
+    stamps : ns since 1970 UTC, shape (row,), in the file's order
+    channels : SI units, NaN for missing values, shape (row,); fast ones float64, the others float32
+    notes : what was left out (sentence, remedy)
+    """
+
+    stamps: Integers
+    channels: dict[str, Array]
+    notes: list[Note]
+
+
+def read_channels(path: Path, rig: Rig) -> RawChannels:
+    """Read the columns of a rig description from a log; an optional one that is empty or impossible is omitted.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read, is too short, its stamps are no times of a rig, or a required channel holds too few
+        values or impossible ones.
+    """
+    names: dict[str, list[Channel]] = {}
+    for name, channel in rig.channels.items():
+        names.setdefault(channel.column, []).append(name)
+    log = read_log(path, rig.time.column, list(names), rig.time.zone)
+    stamps = log.stamps.view(np.int64)
+    if stamps.size < FEWEST_ROWS:
+        raise too_few_rows(str(path), stamps.size)
+    kept, notes = _usable_rows(stamps, path)
+    whole = bool(np.all(kept))
+    channels: dict[str, Array] = {}
+    for column, same_column in names.items():
+        values = log.pop(column)
+        values = values if whole else values[kept]
+        _check_held(column, values, same_column, path)
+        for name in same_column:
+            found, noted = _in_si(name, values, rig, path)
+            notes += noted
+            if found is not None:
+                channels[name] = found
+    return RawChannels(stamps if whole else stamps[kept], channels, notes)
+
+
+def _usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
+    """Rows whose stamps are times of a rig, and a note on the others."""
+    outside = outside_years(stamps)
+    if np.mean(outside) > 0.5:
+        when = np.datetime_as_string(np.median(stamps[outside]).astype(np.int64).astype("datetime64[ns]"), unit="D")
+        raise LogError(
+            str(path),
+            f"its stamps read as {when}, and no rig logs before {FIRST_YEAR} or after {LAST_YEAR}",
+            "State the unit or format of the time column in the rig description, or export the log again",
+        )
+    kept = ~outside
+    kept[kept] = ~stray(stamps[kept])
+    notes = list[Note]()
+    if not np.all(kept):
+        row = int(np.argmin(kept))
+        when = np.datetime_as_string(stamps[row : row + 1].astype("datetime64[ns]"), unit="ms")[0]
+        what = f"{int(np.sum(~kept))} rows are stamped far off those around them, the first, row {row + 1}, as {when}"
+        notes.append((f"{what}; they are not used", "Export the log again; the file may be damaged"))
+    if np.sum(kept) < FEWEST_ROWS:
+        raise too_few_rows(str(path), int(np.sum(kept)))
+    return kept, notes
+
+
+def _check_held(column: str, values: Floats, names: list[Channel], path: Path) -> None:
+    """Reject a log that lacks the values of a required channel."""
+    held = int(np.sum(np.isfinite(values)))
+    if held < FEWEST_ROWS and not set(names).isdisjoint(REQUIRED_CHANNELS):
+        number = f"only {held} values of the {FEWEST_ROWS} needed" if held else "no values"
+        remedy = "Correct the rig description's columns, or the export"
+        raise LogError(str(path), f"column '{column}' holds {number}", remedy)
+
+
+def _in_si(name: Channel, values: Floats, rig: Rig, path: Path) -> tuple[Array | None, list[Note]]:
+    """A channel in SI units, nothing where it holds hardly any possible value, and notes."""
+    if np.sum(np.isfinite(values)) < FEWEST_ROWS:
+        return None, []
+    with np.errstate(over="ignore"):
+        converted = values * to_si_factor(rig.channels[name].unit, CHANNEL_UNITS[name])
+    possible, notes = possible_values(name, converted, rig.channels[name], str(path))
+    if possible is None:
+        return None, notes
+    if np.sum(np.isfinite(possible)) < FEWEST_ROWS:
+        if name in REQUIRED_CHANNELS:
+            what, remedy = notes[0]
+            raise LogError(str(path), what, remedy)
+        return None, notes
+    return possible.astype(np.float64 if name in FAST_CHANNELS else np.float32, copy=False), notes
