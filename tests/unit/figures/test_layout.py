@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from drillid.figures.captions import FIGURES
-from drillid.figures.style import new_figure
+from drillid.figures.layout import new_figure
 
 
 @pytest.mark.parametrize("name", ["34/10-A-12 H", "US$ and $\\frac{", "$$", "<script>"])
