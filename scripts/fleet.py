@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from drillid.config.settings import Settings
+from drillid.datasets.tables import write_table
 from drillid.depth.fleet import write_fleet
 from drillid.fleet.run import collect_problems, logged
 
@@ -12,5 +13,5 @@ if __name__ == "__main__":
     with logged(snakemake.log[0]) as log:
         write_fleet(results, wells)
         problems = collect_problems(results, wells)
-        problems.to_csv(snakemake.output.problems, index=False)
+        write_table(problems, snakemake.output.problems)
         log.info("%d well(s), %d problem(s)", len(wells), len(problems))

@@ -180,7 +180,7 @@ def _table(model: type[BaseModel], only_scalars: bool = False) -> list[str]:
     for name, field in model.model_fields.items():
         if only_scalars and _model(field.annotation) is not None:
             continue
-        meaning = str(field.description).replace("|", "/")
+        meaning = " ".join(str(field.description).replace("|", "/").split())
         rows.append(f"| {name} | {_default(field)} | {_values(field)} | {meaning} |")
     return rows
 

@@ -163,6 +163,8 @@ class Settings(Strict):
     """Sheet of log files."""
     rigs: str = "config/rigs"
     """Folder of rig descriptions."""
+    log_roots: tuple[str, ...] = ()
+    """Folders that logs may lie in, such as a mounted share, beside the working folder and that of the logs sheet."""
     results: str = "results/main"
     """Folder for all results of this configuration."""
     fleet: FleetSettings = FleetSettings()

@@ -2,42 +2,57 @@
 
 import difflib
 import io
-from collections.abc import Collection
+import os
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import pandas as pd
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from drillid.config.files import read_text
+from drillid.config.folders import SAFE, Roots, as_seen, folder_of
 from drillid.config.rig import Rig
-from drillid.config.validation import Strict
+from drillid.config.validation import KeyFault, Strict
 from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
 
-_NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+_SEPARATORS = {",": "commas", ";": "semicolons"}
 
 
 class WellRow(Strict):
     """One row of the wells sheet."""
 
-    well: str = Field(pattern=_NAME)
-    """Name of the well; letters, digits, '_', '-' and '.', as it names folders."""
-    rig: str = Field(pattern=_NAME)
-    """Name of its rig description: the file `<rigs>/<rig>.yaml`."""
+    well: str = Field(min_length=1, max_length=200)
+    """Name of the well as people write it, such as 34/10-A-12 H."""
+    rig: str = Field(pattern=SAFE)
+    """Name of its rig description: the file `<rigs>/<rig>.yaml`; letters, digits, '_', '-' and '.'."""
     description: str = ""
     """Free text for the report."""
+    folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
+    """Its folder in the results; by default the letters and digits of its name, 34-10-A-12-H for 34/10-A-12 H."""
+
+    @field_validator("well")
+    @classmethod
+    def _is_a_name(cls, name: str) -> str:
+        if not name.isprintable():
+            raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Write the name anew")
+        if {".", ".."}.intersection(name.split("/")):
+            raise KeyFault("", f"'{name}' is a path and no name", "Write the well's name")
+        return name
 
 
 class LogRow(Strict):
     """One row of the logs sheet."""
 
-    well: str = Field(pattern=_NAME)
+    well: str = Field(min_length=1)
     """Name of a well of the wells sheet."""
     log: str = Field(min_length=1)
-    """Path of one raw log file, relative to the folder that snakemake is started in."""
+    """Path of one raw log file, absolute or relative to the folder that snakemake is started in; it lies in that
+    folder, beside the sheet, or in a folder of the setting `log_roots`."""
 
 
 Row = TypeVar("Row", WellRow, LogRow)
@@ -54,12 +69,20 @@ class Well:
 
 @dataclass(frozen=True)
 class Listing:
-    """One well as listed in the sheets; its rig description is not read yet, and may be missing."""
+    """One well as listed in the sheets; its rig description is not read yet, and may be missing.
+
+    name : as people write it
+    folder : of its results, and its name wherever the workflow needs one; by default made from the name
+    """
 
     name: str
     rig_file: Path
     logs: tuple[Path, ...]
     description: str = ""
+    folder: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "folder", self.folder or folder_of(self.name))
 
     def load(self) -> Well:
         """Read the rig description.
@@ -85,52 +108,73 @@ class Listing:
 
 
 def read_sheets(settings: "Settings") -> dict[str, Listing]:
-    """All wells of the sheets, in the order of the wells sheet.
+    """All wells of the sheets by their folders, in the order of the wells sheet.
 
     Raises
     ------
     SettingsError
         With sheet and row, for a sheet that cannot be read, a row that does not validate, a well
-        listed twice, a log of an unknown well or listed twice.
+        listed twice, wells that would share a folder, a log of an unknown well, listed twice, or
+        outside of the folders that logs may lie in.
     """
-    wells = _rows(Path(settings.wells), WellRow)
-    listed: dict[str, WellRow] = {}
-    for where, row in wells:
-        if row.well in listed:
+    rows = _wells_apart(_rows(Path(settings.wells), WellRow))
+    logs = _logs_of_wells(settings, rows.keys())
+    listings = (
+        Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description, row.folder)
+        for name, row in rows.items()
+    )
+    return {listing.folder: listing for listing in listings}
+
+
+def _wells_apart(rows: Iterable[tuple[str, WellRow]]) -> dict[str, WellRow]:
+    """Rows by the names of their wells, each with a folder of its own on every file system."""
+    found: dict[str, WellRow] = {}
+    owners: dict[str, str] = {}
+    for where, row in rows:
+        if row.well in found:
             raise SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows")
-        listed[row.well] = row
-    logs = _logs_of_wells(settings, listed.keys())
-    return {
-        name: Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description)
-        for name, row in listed.items()
-    }
+        folder = row.folder or folder_of(row.well)
+        other = owners.setdefault(as_seen(folder), row.well)
+        if other != row.well:
+            what = f"wells '{other}' and '{row.well}' would share the folder '{folder}' where case does not count"
+            remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
+            raise SettingsError(where, what, remedy)
+        found[row.well] = row
+    return found
 
 
 def _logs_of_wells(settings: "Settings", names: Collection[str]) -> dict[str, list[Path]]:
     logs: dict[str, list[Path]] = {name: [] for name in names}
     seen: dict[str, str] = {}
+    roots = Roots.of([".", Path(settings.logs).parent, settings.results, *settings.log_roots])
     for where, row in _rows(Path(settings.logs), LogRow):
         if row.well not in logs:
             close = difflib.get_close_matches(row.well, names, n=1)
             remedy = f"Did you mean '{close[0]}'?" if close else f"Add the well to {settings.wells}"
             raise SettingsError(where, f"log of the unknown well '{row.well}'", remedy)
-        if row.log in seen:
-            raise SettingsError(
-                where, f"log '{row.log}' is listed already at {seen[row.log]}", "Remove one of the rows"
-            )
-        seen[row.log] = where
+        path = os.path.normpath(row.log)
+        if path in seen:
+            raise SettingsError(where, f"log '{row.log}' is listed already at {seen[path]}", "Remove one of the rows")
+        if not roots.hold(row.log):
+            raise _outside(where, row.log, roots)
+        seen[path] = where
         logs[row.well].append(Path(row.log))
     return logs
 
 
+def _outside(where: str, log: str, roots: Roots) -> SettingsError:
+    folder = os.path.dirname(log if "://" in log else os.path.realpath(log))
+    what = f"log '{log}' lies in {folder}, outside of the folders for logs: {', '.join(roots.folders)}"
+    return SettingsError(where, what, f"If it may be read, add to the configuration: log_roots: [{folder}]")
+
+
 def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
     """The sheet's rows, each with its place for messages; blank lines and lines that begin with '#' are skipped."""
-    try:
-        lines = path.read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SettingsError(str(path), f"cannot be read ({error})", "Write the sheet or correct its path") from error
+    lines = read_text(path).splitlines()
     used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    header = "\t".join(model.model_fields)
+    header = "\t".join(name for name in model.model_fields if name != "folder")
+    if used and "\t" not in lines[used[0] - 1]:
+        _check_separator(path, lines[used[0] - 1])
     if not used:
         raise SettingsError(str(path), "has no header", f"Begin the sheet with the line '{header}', separated by tabs")
     text = "\n".join(lines[number - 1] for number in used)
@@ -141,6 +185,13 @@ def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
             str(path), f"is not a table ({error})", "Separate the columns by tabs, one row per line"
         ) from error
     return [_row(path, number, record, model) for number, record in zip(used[1:], _records(table), strict=True)]
+
+
+def _check_separator(path: Path, header: str) -> None:
+    for separator, plural in _SEPARATORS.items():
+        if separator in header:
+            remedy = "Save the sheet as text with tabs between its columns"
+            raise SettingsError(str(path), f"has {plural} between its columns '{header}'", remedy)
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, str]]:

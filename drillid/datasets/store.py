@@ -38,8 +38,11 @@ class WellFolders:
 
     results: Path
     well: str
+    """Folder of the well below that of each stage."""
     basis: str = ""
     """Hash of code, settings and rig description that the stage at work uses: a part of the key of all its rows."""
+    name: str = ""
+    """What people call the well, which the datasets say; by default as its folder is called."""
 
     def stage(self, stage: str) -> Path:
         """Folder of one stage's outputs for this well."""
@@ -66,7 +69,7 @@ class WellFolders:
         """Conform a dataset to its schema and write it; a half-written store never has the final name."""
         path = self.stage(stage) / f"{name}.zarr"
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_store(DATASETS[name].conform(dataset, well=self.well, **attributes), path)
+        write_store(DATASETS[name].conform(dataset, well=self.name or self.well, **attributes), path)
 
     @contextlib.contextmanager
     def appending(
@@ -91,7 +94,7 @@ class WellFolders:
             _cut(temporary, kept)
 
         def append(piece: xr.Dataset) -> None:
-            conformed = DATASETS[name].conform(piece, well=self.well, **attributes)
+            conformed = DATASETS[name].conform(piece, well=self.name or self.well, **attributes)
             if temporary.exists():
                 conformed.to_zarr(temporary, append_dim="time", consolidated=False)
             else:

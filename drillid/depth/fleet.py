@@ -11,6 +11,7 @@ import xarray as xr
 
 from drillid.datasets.identified import FLEET
 from drillid.datasets.store import WellFolders, write_store
+from drillid.datasets.tables import write_table
 from drillid.discrepancy.sets import read_verdicts, verdict_table
 
 
@@ -23,10 +24,11 @@ def write_fleet(results: Path, wells: Sequence[str]) -> None:
             depth = folders.read("depth", "depth")
             chosen = depth[[name for name in FLEET.variables if name in depth.variables]].load()
             row = chosen.reset_coords().rename_dims(depth="row").drop_vars("row", errors="ignore")
-            tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], well, dtype=object))))
+            name = depth.attrs.get("well", well)
+            tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], name, dtype=object))))
     fleet = xr.concat(tables, "row", join="exact") if tables else FLEET.empty()
     write_store(FLEET.conform(fleet), Path(results) / "fleet.zarr")
-    fleet_verdicts(results, wells).to_csv(Path(results) / "verdicts.csv", index=False)
+    write_table(fleet_verdicts(results, wells), Path(results) / "verdicts.csv")
 
 
 def fleet_verdicts(results: Path, wells: Sequence[str]) -> pd.DataFrame:

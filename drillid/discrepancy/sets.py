@@ -108,11 +108,11 @@ def all_verdicts(sets: Sequence[ExaminedSet], changes: Sequence[Verdict]) -> lis
 
 def read_verdicts(path: Path) -> pd.DataFrame:
     """The table as it was written; empty texts stay texts."""
-    import pandas as pd
+    from drillid.datasets.tables import read_table
 
     texts = ("well", "verdict", "family", "class", "cause", "unit", "what_would_separate", "evidence")
     empty = {name: [""] for name in COLUMNS if name not in texts}
-    return pd.read_csv(path, dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=empty)
+    return read_table(path, dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=empty)
 
 
 def window_verdicts(

@@ -12,6 +12,7 @@ from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.datasets.tables import write_table
 from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
@@ -58,9 +59,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
     folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
-    table.to_csv(folders.stage("discrepancy") / "intervals.csv", index=False)
+    write_table(table, folders.stage("discrepancy") / "intervals.csv")
     verdicts = verdict_table(well.name, all_verdicts(sets, changes))
-    verdicts.to_csv(folders.stage("discrepancy") / "verdicts.csv", index=False)
+    write_table(verdicts, folders.stage("discrepancy") / "verdicts.csv")
     return _failed_tests(dataset.isel(window=data.fits["accepted"].values), error_rate)
 
 

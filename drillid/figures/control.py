@@ -11,7 +11,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, STYLE, frequency_axis, save
+from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, STYLE, frequency_axis
 from drillid.physics.responses import bit_mobility, laplace
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def draw_stick_slip_map(
         note = "; circles: time-domain simulation" if simulated else ""
         axis.set_title(f"Stick-slip below each line{note}")
         axis.legend()
-        save(figure, path, dpi)
+        figure.savefig(path, dpi=dpi, metadata={"Software": None})
 
 
 def draw_bit_mobility(
@@ -74,4 +74,4 @@ def draw_bit_mobility(
         axis.set(ylabel="Bit speed per torque [rpm/(kN m)]")
         axis.set_title("Bit mobility: bit speed per torque on the bit")
         axis.legend()
-        save(figure, path, dpi)
+        figure.savefig(path, dpi=dpi, metadata={"Software": None})

@@ -12,6 +12,7 @@ import xarray as xr
 from drillid.arrays import Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.store import WellFolders
+from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.sets import read_verdicts
 
@@ -66,7 +67,7 @@ class WellResults:
                 ("depth", "depth"),
             )
         }
-        intervals = pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+        intervals = read_table(folders.stage("discrepancy") / "intervals.csv")
         verdicts = read_verdicts(folders.stage("discrepancy") / "verdicts.csv")
         spectra = folders.read("spectra", "spectra")
         return WellResults(

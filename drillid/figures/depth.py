@@ -11,9 +11,9 @@ from drillid.arrays import Complex, Floats
 from drillid.datasets.codes import Gate
 from drillid.figures.captions import RPM_PER_KILONEWTON_METRE
 from drillid.figures.data import WellResults
+from drillid.figures.layout import TITLED, Margins, colour_bar, image_pair, new_figure, panels, room_for_marks
 from drillid.figures.style import (
     AMPLITUDE,
-    COLOUR_BAR,
     INK,
     MUTED,
     PHASE,
@@ -21,7 +21,6 @@ from drillid.figures.style import (
     depth_axis,
     depth_image,
     frequency_axis,
-    new_figure,
 )
 from drillid.figures.windows import degrees
 
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
 
 
 _UNIT = "rad/(N m s)"
+_BAR = 1.0
+"""Inches that a colour bar takes with its numbers and its name."""
 _COLUMNS = 200
 """Frequencies, evenly spaced on the logarithmic axis, that determine the range of colours."""
 _RESIDUAL_LIMIT = 4.0
@@ -41,27 +42,30 @@ _RESIDUAL_LIMIT = 4.0
 def command_mobility_depth(results: WellResults) -> Figure:
     """Amplitude and phase, measured beside identified, in the same colours."""
     figure = new_figure(results, "command_mobility_depth", 10.5, 10.0)
-    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    room = room_for_marks(results)
+    axes = panels(
+        figure, Margins(right=room + _BAR, top=TITLED, across=0.25, down=0.33), 2, 2, sharex=True, sharey=True
+    )
     used = results.depth["gate"].values == Gate.USED
     measured = np.where(used, results.depth["command_mobility"].values, np.nan)
     fitted = results.depth["command_mobility_fitted"].values
     colours: dict[str, Any] = {"norm": _logarithmic(results, fitted), "cmap": AMPLITUDE}
     phases: dict[str, Any] = {"norm": Normalize(-180, 90), "cmap": PHASE}
-    panels = (
+    images = (
         ("Amplitude, measured", np.abs(measured), colours),
         ("Amplitude, identified", np.abs(fitted), colours),
         ("Phase, measured", degrees(measured), phases),
         ("Phase, identified", degrees(fitted), phases),
     )
     meshes = []
-    for axis, (title, rows, kind) in zip(axes.flat, panels, strict=True):
+    for axis, (title, rows, kind) in zip(axes.flat, images, strict=True):
         meshes.append(_frequency_image(axis, results, rows, **kind))
         axis.set_title(title)
         left, right = axis in axes[:, 0], axis in axes[:, 1]
         depth_axis(axis, results, label=left, labels=right, line="white")
         axis.set_xlabel("Frequency [Hz]" if axis in axes[1] else "")
-    figure.colorbar(meshes[1], ax=axes[0].tolist(), label=f"Command mobility [{_UNIT}]", **COLOUR_BAR)
-    figure.colorbar(meshes[3], ax=axes[1].tolist(), label="Phase [°]", ticks=range(-180, 91, 45), **COLOUR_BAR)
+    colour_bar(meshes[1], axes[0], f"Command mobility [{_UNIT}]", room)
+    colour_bar(meshes[3], axes[1], "Phase [°]", room, ticks=range(-180, 91, 45))
     return figure
 
 
@@ -79,13 +83,14 @@ def _bit_step(results: WellResults, name: str) -> Figure:
     both = np.stack([results.depth[step].values for step in ("bit_step_stiff", "bit_step_controlled")])
     limit = _percentile(np.abs(both) * RPM_PER_KILONEWTON_METRE, 99.8, otherwise=1.0)
     figure = new_figure(results, name, 9, 5.6)
-    axis = figure.subplots()
+    room = room_for_marks(results)
+    axis = panels(figure, Margins(right=room + _BAR))
     lag, rows = results.depth["lag"].values, results.depth[name].values * RPM_PER_KILONEWTON_METRE
     mesh = depth_image(axis, results, lag, rows, cmap=SIGNED, vmin=-limit, vmax=limit)
     axis.set_xlim(0, float(lag[-1]))
     axis.set_xlabel("Time since the torque step [s]")
     depth_axis(axis, results, line=INK)
-    figure.colorbar(mesh, ax=axis, label="Bit speed per torque [rpm per kN m]", **COLOUR_BAR)
+    colour_bar(mesh, [axis], "Bit speed per torque [rpm per kN m]", room)
     return figure
 
 
@@ -104,11 +109,12 @@ def _bit_mobility(results: WellResults, name: str) -> Figure:
         results, *(results.depth[variable].values for variable in ("bit_mobility_stiff", "bit_mobility_controlled"))
     )
     figure = new_figure(results, name, 9, 5.6)
-    axis = figure.subplots()
+    room = room_for_marks(results)
+    axis = panels(figure, Margins(right=room + _BAR))
     mesh = _frequency_image(axis, results, np.abs(results.depth[name].values), norm=norm, cmap=AMPLITUDE)
     axis.set_xlabel("Frequency [Hz]")
     depth_axis(axis, results, line="white")
-    figure.colorbar(mesh, ax=axis, label=f"Bit mobility [{_UNIT}]", **COLOUR_BAR)
+    colour_bar(mesh, [axis], f"Bit mobility [{_UNIT}]", room)
     return figure
 
 
@@ -116,14 +122,14 @@ def residuals(results: WellResults) -> Figure:
     """Whitened residuals of all windows over frequency, and their quantiles against the normal distribution."""
     white = results.discrepancy["whitened_residual"].values
     figure = new_figure(results, "residuals", 11, 5.2)
-    real, imaginary, quantiles = figure.subplots(1, 3, width_ratios=[1, 1, 0.85])
+    (real, imaginary), quantiles = image_pair(figure, results)
     norm = Normalize(-_RESIDUAL_LIMIT, _RESIDUAL_LIMIT)
     for axis, part, title in ((real, white.real, "Real part"), (imaginary, white.imag, "Imaginary part")):
         mesh = _frequency_image(axis, results, part, norm=norm, cmap=SIGNED)
         axis.set_xlabel("Frequency [Hz]")
         axis.set_title(title)
         depth_axis(axis, results, label=axis is real, labels=axis is imaginary, line=INK)
-    figure.colorbar(mesh, ax=[real, imaginary], label="Residual [standard deviations]", location="bottom", **COLOUR_BAR)
+    colour_bar(mesh, [real, imaginary], "Residual [standard deviations]", 0.49, below=True)
     pooled = np.concatenate([white.real.ravel(), white.imag.ravel()])
     _normal_quantiles(quantiles, pooled[np.isfinite(pooled)])
     return figure

@@ -9,8 +9,8 @@ from matplotlib.colors import Normalize
 
 from drillid.datasets.codes import Gate
 from drillid.figures.data import WellResults
+from drillid.figures.layout import TITLED, Margins, colour_bar, image_pair, new_figure, panels
 from drillid.figures.style import (
-    COLOUR_BAR,
     DATA_SHEET,
     FLAGGED,
     INK,
@@ -20,7 +20,6 @@ from drillid.figures.style import (
     depth_axis,
     depth_image,
     frequency_axis,
-    new_figure,
 )
 from drillid.figures.verdicts import note_missing, set_title, shown_set
 from drillid.figures.windows import MOBILITY_LABEL, degrees
@@ -42,23 +41,21 @@ _SEGMENT = 0.25
 def model_residuals(results: WellResults) -> Figure:
     """Real part of the whitened residuals before and after, and their mean square over frequency."""
     figure = new_figure(results, "model_residuals", 11, 5.2)
-    axes = figure.subplots(1, 3, width_ratios=[1, 1, 0.9])
-    panels = (("residual_before", "Base model"), ("residual_after", "Extended model"))
+    images, mean_square = image_pair(figure, results)
     if not results.examination.sizes["set"]:
-        for axis in axes:
+        for axis in (*images, mean_square):
             note_missing(axis, "nothing was examined")
         return figure
     frequency = results.examination["frequency"].values
     colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
-    for axis, (name, title) in zip(axes[:2], panels, strict=True):
+    models = (("residual_before", "Base model"), ("residual_after", "Extended model"))
+    for axis, (name, title) in zip(images, models, strict=True):
         mesh = depth_image(axis, results, frequency, results.examination[name].values.real, **colours)
         frequency_axis(axis, results.band)
         axis.set_title(title)
-        depth_axis(axis, results, label=axis is axes[0], labels=axis is axes[1], line=INK)
-    figure.colorbar(
-        mesh, ax=list(axes[:2]), label="Residual, real part [standard deviations]", location="bottom", **COLOUR_BAR
-    )
-    _mean_squares(axes[2], results)
+        depth_axis(axis, results, label=axis is images[0], labels=axis is images[1], line=INK)
+    colour_bar(mesh, images, "Residual, real part [standard deviations]", 0.49, below=True)
+    _mean_squares(mean_square, results)
     return figure
 
 
@@ -91,7 +88,8 @@ def _mean_squares(axis: Axes, results: WellResults) -> None:
 def held_out(results: WellResults) -> Figure:
     """A held-out window over frequency and over a segment of its sweep's period, as both models predict it."""
     figure = new_figure(results, "held_out", 10.5, 7.6)
-    amplitude, phase, time = figure.subplots(3, 1, height_ratios=[1.7, 1.1, 1.5])
+    margins = Margins(left=0.95, top=TITLED, down=0.42)
+    amplitude, phase, time = panels(figure, margins, 3, 1, height_ratios=[1.7, 1.1, 1.5])
     phase.sharex(amplitude)
     number = shown_set(results.examination)
     if number is None:
@@ -162,7 +160,7 @@ def _in_time(axis: Axes, examined: xr.Dataset) -> None:
 def reflectogram(results: WellResults) -> Figure:
     """Measured less modelled reflection against distance along the string, before and after."""
     figure = new_figure(results, "reflectogram", 10, 3.6)
-    axis = figure.subplots()
+    axis = panels(figure, Margins(left=0.93, top=TITLED))
     axis.set_xlabel("Distance along the string from its top [m]")
     axis.set_ylabel("Reflection that the\nmodel lacks [–]")
     number = shown_set(results.examination)

@@ -34,13 +34,18 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     """Draw all figures of a well into its figures folder; a well without windows has none."""
     if not folders.has("windows", "windows") or not folders.read("windows", "windows").sizes["window"]:
         return []
+    import gc
+
     import matplotlib
 
-    from drillid.figures.style import STYLE, save
+    from drillid.figures.layout import save
+    from drillid.figures.style import STYLE
 
     results = WellResults.load(well, folders, settings.discrepancy.error_rate)
     folder = folders.stage("figures")
     folder.mkdir(parents=True, exist_ok=True)
+    # a figure is collected by itself, without a walk over all imported modules
+    gc.freeze()
     with matplotlib.rc_context(STYLE):
         for name, draw in drawings().items():
             save(draw(results), folder / f"{name}.png", settings.figures.dpi)

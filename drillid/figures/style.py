@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
 
 from drillid.arrays import Floats
-from drillid.figures.captions import FIGURES
 from drillid.figures.data import DepthCells, WellResults, cell_edges
 
 if TYPE_CHECKING:
@@ -54,36 +48,11 @@ JOINT, CHANGE = "#00806b", "#c2416c"
 NO_DATA = "#d5d9dc"
 """Background of images: not measured, or rejected by the gate."""
 AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"
-COLOUR_BAR: dict[str, Any] = {"extend": "both", "aspect": 32, "shrink": 0.92, "pad": 0.02}
 ROOM = 0.012
 """Margin above and below the markers, as a share of the depths, so that the outermost are whole."""
 
-_HEADING_HEIGHT = 0.3
-_CAPTION_LINE_HEIGHT = 0.165
 _LABEL_SPACING = 0.034
 """Least distance of labels beside an axis, as a share of its height."""
-
-
-def new_figure(results: WellResults, name: str, width: float, height: float) -> Figure:
-    """A figure with the well's name and the figure's title and caption above its axes; sizes in inches."""
-    text = FIGURES[name]
-    lines = textwrap.wrap(text.caption, int(width * 15.5))
-    heading = _HEADING_HEIGHT + _CAPTION_LINE_HEIGHT * len(lines) + 0.08
-    total = height + heading
-    figure = Figure(figsize=(width, total), layout="constrained")
-    FigureCanvasAgg(figure)
-    engine = figure.get_layout_engine()
-    assert isinstance(engine, ConstrainedLayoutEngine)
-    engine.set(rect=(0, 0, 1, height / total), w_pad=0.06, h_pad=0.05)
-    figure.text(0.1 / width, 1 - 0.07 / total, f"{results.name} · {text.title}", size=12, weight="bold", va="top")
-    below = 1 - _HEADING_HEIGHT / total
-    figure.text(0.1 / width, below, "\n".join(lines), size=8.5, color=MUTED, va="top", linespacing=1.3)
-    return figure
-
-
-def save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a PNG that depends on its content alone."""
-    figure.savefig(path, dpi=dpi, metadata={"Software": None}, pil_kwargs={"optimize": True})
 
 
 def depth_axis(

@@ -9,7 +9,8 @@ import numpy as np
 from drillid.arrays import Booleans, Floats
 from drillid.figures.captions import DISPLAYED_PARAMETERS, LENGTH_LESS_DEPTH
 from drillid.figures.data import DepthCells, WellResults, drilled_length
-from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis, new_figure
+from drillid.figures.layout import Margins, new_figure, panels, room_for_marks
+from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis
 from drillid.physics.parameters import BOUNDS, PARAMETERS
 from drillid.statistics import TWO_SIDED
 
@@ -29,7 +30,8 @@ _SMALLEST_P_VALUE = 1e-6
 def parameters(results: WellResults) -> Figure:
     """All eight parameters with their errors, the rig's data sheets, sections, runs and flagged intervals."""
     figure = new_figure(results, "parameters", 11, 9.2)
-    axes = figure.subplots(2, 4, sharey=True)
+    margins = Margins(right=room_for_marks(results), bottom=0.62, across=0.27, down=0.67)
+    axes = panels(figure, margins, 2, 4, sharey=True)
     cells = DepthCells.of(results.windows)
     for axis, name in zip(axes.flat, _ORDER, strict=True):
         _track(axis, results, cells, name)
@@ -120,7 +122,8 @@ def _limits(
 def anomaly(results: WellResults) -> Figure:
     """Pulls of BHA damping and inertia with the limit of flagging, chi-squared, and p-values of the residual tests."""
     figure = new_figure(results, "anomaly", 11, 5.8)
-    axes = figure.subplots(1, 4, sharey=True)
+    margins = Margins(right=room_for_marks(results), bottom=0.65, across=0.17)
+    axes = panels(figure, margins, 1, 4, sharey=True)
     depth, discrepancy = results.windows["hole_depth"].values, results.discrepancy
     for axis, name, title in (
         (axes[0], "damping_pull", "BHA damping"),

@@ -9,7 +9,8 @@ from matplotlib.colors import LogNorm
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
-from drillid.figures.style import COLOUR_BAR, DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis, new_figure
+from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, panels, room_for, room_for_marks
+from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +58,8 @@ def set_title(examination: xr.Dataset, number: int) -> str:
 def verdicts(results: WellResults) -> Figure:
     """Every verdict over its depths, with its probability and its predictive gain."""
     figure = new_figure(results, "verdicts", 11, 5.6)
-    track, probability, gain = figure.subplots(1, 3, sharey=True, width_ratios=[2.2, 1, 1.2])
+    margins = Margins(right=room_for_marks(results), bottom=0.65, across=0.19)
+    track, probability, gain = panels(figure, margins, 1, 3, sharey=True, width_ratios=[2.2, 1, 1.2])
     lanes: list[float] = []
     for row in results.verdicts.to_dict("records"):
         lane = next((number for number, end in enumerate(lanes) if row["from_m"] >= end), len(lanes))
@@ -106,7 +108,8 @@ def evidence(results: WellResults) -> Figure:
     examination = results.examination
     sets = examination.sizes["set"]
     figure = new_figure(results, "evidence", 5.6 * min(max(sets, 2), 3), 7.6)
-    axes = np.atleast_1d(figure.subplots(1, max(sets, 1), sharey=True))
+    margins = Margins(left=room_for(_names(examination)), bottom=0.75, top=TITLED, across=0.17)
+    axes = np.atleast_1d(panels(figure, margins, 1, max(sets, 1), sharey=True))
     for number, axis in enumerate(axes):
         axis.set_xlabel("Log Bayes factor against the model without it [–]")
         if number < sets:
@@ -115,13 +118,19 @@ def evidence(results: WellResults) -> Figure:
         else:
             note_missing(axis, "nothing was examined")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.legend(handles, labels, loc="lower center", ncols=2)
     return figure
+
+
+def _names(examined: xr.Dataset) -> list[str]:
+    """Causes of the catalogue, and ports of unknown disturbances, in words."""
+    causes = [str(name).replace("_", " ") for name in examined["cause"].values]
+    return causes + [f"unknown: {port}" for port in examined["port"].values]
 
 
 def _evidence_bars(axis: Axes, examined: xr.Dataset) -> None:
     """Linear evidence and that of detections beside each other; a dash where a cause has none."""
-    names = [str(name) for name in examined["cause"].values] + [f"unknown: {port}" for port in examined["port"].values]
+    names = _names(examined)
     position = np.arange(len(names))[::-1]
     linear = np.concatenate([examined["log_evidence"].values, examined["unknown_evidence"].values])
     detections = np.concatenate([examined["detection_log_evidence"].values, np.full(examined.sizes["port"], np.nan)])
@@ -139,14 +148,16 @@ def _evidence_bars(axis: Axes, examined: xr.Dataset) -> None:
     axis.set_xticks(ticks, [f"{tick:,}".replace(",", "\u202f").replace("-", "−") for tick in ticks])
     axis.set_xlim(_LEAST_SHOWN - 1, max(11.0, 1.6 * largest))
     axis.minorticks_off()
-    axis.set_yticks(position, [name.replace("_", " ") for name in names], size=7.5)
+    axis.set_yticks(position, names, size=7.5)
     axis.set_ylim(-0.7, len(names) - 0.3)
 
 
 def distinguishability(results: WellResults) -> Figure:
     """Distance of each linear cause from the best fit by another one, and the smallest detectable size."""
     figure = new_figure(results, "distinguishability", 11, 7.0)
-    matrix, sizes = figure.subplots(1, 2, width_ratios=[1.55, 1])
+    room = room_for(_names(results.examination))
+    margins = Margins(left=room, bottom=0.2 + room, top=TITLED, across=0.75 + room)
+    matrix, sizes = panels(figure, margins, 1, 2, width_ratios=[1.55, 1])
     number = shown_set(results.examination)
     if number is None:
         note_missing(matrix, "nothing was examined")
@@ -159,12 +170,13 @@ def distinguishability(results: WellResults) -> Figure:
     np.fill_diagonal(distance, np.nan)
     matrix.set_facecolor(NO_DATA)
     mesh = matrix.pcolormesh(np.ma.masked_invalid(np.maximum(distance, 0.1)), cmap="viridis", norm=LogNorm(0.1, 100))
-    figure.colorbar(mesh, ax=matrix, label="Distance [standard deviations]", **COLOUR_BAR)
+    colour_bar(mesh, [matrix], "Distance [standard deviations]", 0.1)
+    entry: dict[str, Any] = {"ha": "center", "va": "center", "size": 5.5, "parse_math": False}
     for (down, across), value in np.ndenumerate(distance):
         if np.isfinite(value):
             text = f"{value:.0f}" if value >= 9.5 else f"{value:.1f}"
             shade = "white" if value < 4 else INK
-            matrix.text(across + 0.5, down + 0.5, text, ha="center", va="center", size=5.5, color=shade)
+            matrix.text(across + 0.5, down + 0.5, text, color=shade, **entry)
     middle = np.arange(len(rows)) + 0.5
     matrix.set_xticks(middle, names, rotation=90, size=7.5)
     matrix.set_yticks(middle, names, size=7.5)

@@ -12,7 +12,8 @@ from matplotlib.transforms import blended_transform_factory
 from drillid.arrays import Complex, Floats
 from drillid.datasets.codes import Gate
 from drillid.figures.data import SuccessiveWindows, WellResults, cell_edges, successive_windows
-from drillid.figures.style import AMPLITUDE, COLOUR_BAR, INK, MUTED, frequency_axis, new_figure
+from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, panels
+from drillid.figures.style import AMPLITUDE, INK, MUTED, frequency_axis
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_STACKED = Margins(left=0.97, down=0.15)
 _SPECTROGRAM_TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 4)
 MOBILITY_LABEL = "Mobility\n[rad/(N m s)]"
 _EMPTY_AMPLITUDE = (1e-6, 1e-2)
@@ -42,18 +44,18 @@ def spectrograms(results: WellResults) -> Figure:
     frequency, time = window["spectrogram_frequency"].values, window["spectrogram_time"].values
     keep = frequency > 0
     figure = new_figure(results, "spectrograms", 10, 4.2)
-    axes = figure.subplots(1, 2, sharey=True)
-    panels = (
+    axes = panels(figure, Margins(right=0.93, top=TITLED, across=0.93), 1, 2, sharey=True)
+    channels = (
         ("torque_spectrogram", "Torque command", "dB re 1 (N m)²/Hz"),
         ("speed_spectrogram", "Top-drive speed", "dB re 1 (rad/s)²/Hz"),
     )
-    for axis, (name, title, unit) in zip(axes, panels, strict=True):
+    for axis, (name, title, unit) in zip(axes, channels, strict=True):
         power = 10 * np.log10(np.maximum(window[name].values[keep], np.finfo(np.float32).tiny))
         low, high = np.percentile(power, [12, 99.8])
         mesh = axis.pcolormesh(
             cell_edges(time) / 60, cell_edges(frequency[keep]), power, cmap="magma", vmin=low, vmax=high
         )
-        figure.colorbar(mesh, ax=axis, label=unit, **COLOUR_BAR | {"pad": 0.05})
+        colour_bar(mesh, [axis], unit, 0.19)
         start = str(np.datetime_as_string(window["start"].values, unit="m")).replace("T", " ")
         axis.set_title(
             f"{title}, window at {float(window['hole_depth']):.1f} m, {start} UTC", weight="normal", size=8.5
@@ -84,7 +86,7 @@ def command_mobility_measured(results: WellResults) -> Figure:
     """Amplitude, phase and coherence of successive windows and of their stack."""
     shown, frequency = successive_windows(results), results.mobility["frequency"].values
     figure = new_figure(results, "command_mobility_measured", 9, 6.6)
-    amplitude, phase, coherence = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.3, 1])
+    amplitude, phase, coherence = panels(figure, _STACKED, 3, 1, sharex=True, height_ratios=[2.2, 1.3, 1])
     for number, (row, colour) in enumerate(zip(shown.rows, _colours(shown), strict=True)):
         window = results.mobility.isel(window=row)
         used = window["gate"].values == Gate.USED
@@ -131,7 +133,7 @@ def command_mobility_fitted(results: WellResults) -> Figure:
     """Fitted command mobility of successive windows and of their stack, and the stiff bit mobility."""
     shown, frequency = successive_windows(results), results.depth["frequency"].values
     figure = new_figure(results, "command_mobility_fitted", 9, 6.6)
-    amplitude, phase, bit = figure.subplots(3, 1, sharex=True, height_ratios=[2, 1.2, 1.6])
+    amplitude, phase, bit = panels(figure, _STACKED, 3, 1, sharex=True, height_ratios=[2, 1.2, 1.6])
     measured = (
         results.mobility.isel(window=shown.rows[len(shown.rows) // 2])
         if shown.stack is None

@@ -117,7 +117,7 @@ class Plan:
             "wells": list(wells),
             "source": prints[0]["source"],
             "settings": prints[0]["settings"],
-            "rigs": digest([each["rig"] for each in prints]),
+            "rigs": digest([[each["rig"], each["name"]] if "name" in each else each["rig"] for each in prints]),
             "logs": digest([each["logs"] for each in prints]),
         }
 
@@ -128,7 +128,7 @@ class Plan:
     def report_dependencies(self) -> dict[str, Any]:
         """The same for the report, which lists the settings and describes the wells."""
         return {
-            "wells": {name: listing.description for name, listing in self.wells.items()},
+            "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
             "source": source_hash("drillid.report.page", "drillid.config.rig"),
             "templates": template_hash(),
             "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),

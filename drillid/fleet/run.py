@@ -25,6 +25,7 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
+from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.explain import checksums
@@ -119,7 +120,7 @@ def process_well(task: Task) -> Outcome:
     if task.code != _LOADED:
         raise SettingsError("dask worker", "runs an older version of drillid", "Restart the dask workers")
     began = time.perf_counter()
-    stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.name)
+    stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.folder, name=task.listing.name)
     folder = folders.stage(stage.name)
     key = _key(stage, task.listing, task.settings, folders)
     failed = _failed_key(key, task.listing)
@@ -132,7 +133,7 @@ def process_well(task: Task) -> Outcome:
         end = _attempt(stage, task, folders)
     if end.status == "failed":
         clear(folders, stage.name)
-    problems_table(task.listing.name, stage.name, end.problems).to_csv(folder / _PROBLEMS, index=False)
+    write_table(problems_table(task.listing.name, stage.name, end.problems), folder / _PROBLEMS)
     if not end.trace:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
@@ -212,7 +213,7 @@ def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:
 
 def _read_problems(path: Path) -> pd.DataFrame:
     try:
-        return pd.read_csv(path, dtype=str, keep_default_na=False)
+        return read_table(path, dtype=str, keep_default_na=False)
     except (FileNotFoundError, ValueError):
         return pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 
@@ -238,7 +239,7 @@ def _result(task: Task, future: Any) -> Outcome:
     if not _is_death(error):
         outcome: Outcome = future.result()
         return outcome
-    folders = WellFolders(task.results, task.listing.name)
+    folders = WellFolders(task.results, task.listing.folder, name=task.listing.name)
     clear(folders, task.stage)
     problem = Problem(
         f"process of the stage {task.stage}",

@@ -87,8 +87,10 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
         the workflow's own comparison of time stamps
     """
     logs = "simulated" if simulated else file_manifest(listing.logs)
+    # datasets and tables say the well's name, which only here may change without its folder
+    name = {} if listing.name == listing.folder else {"name": listing.name}
     # a stage is handed its rig description, which the modules it imports need not show
-    return {
+    return name | {
         "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),
         "settings": settings.model_dump(mode="json", include=set(stage.settings)),
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from drillid.arrays import Floats, Integers
+from drillid.arrays import Booleans, Floats, Integers
 from drillid.errors import LogError
 from drillid.records.order import in_order, sorted_if_shuffled, without_repeats
 
@@ -211,25 +211,28 @@ def _without_steps(
     spacing: Integers, shift: Floats, sweep: Floats, speed: Floats, interval: float
 ) -> tuple[Integers, Floats, tuple[ClockStep, ...]]:
     """Ticks between rows without the steps of the clock, the sum of the steps up to each stamp (s), and the steps."""
-    doubtful = np.flatnonzero((spacing > 1) | (spacing < 0)).tolist()
-    spacing, moved, steps = spacing.copy(), np.zeros(spacing.size + 1), []
-    if not doubtful:
+    doubtful = np.flatnonzero((spacing > 1) | (spacing < 0))
+    spacing, moved = spacing.copy(), np.zeros(spacing.size + 1)
+    if doubtful.size == 0:
         return spacing, moved, ()
     sweep_continuity, speed_continuity = _Continuity(sweep, spacing), _Continuity(speed, spacing)
-    for before in doubtful:
-        jump = int(spacing[before])
-        continues = (
-            sweep_continuity.moving(before)
-            and sweep_continuity.smooth(before, 1)
-            and speed_continuity.smooth(before, 1)
+    jump = spacing[doubtful]
+    continues = (
+        sweep_continuity.moving(doubtful) & sweep_continuity.smooth(doubtful) & speed_continuity.smooth(doubtful)
+    )
+    short = continues & (jump > 1) & (jump <= _SHORT_JUMP)
+    continues[short] = sweep_continuity.rougher_with_gap(doubtful[short], jump[short])
+    stepped = continues | (jump < 1)
+    before = doubtful[stepped]
+    spacing[before] = np.where(continues[stepped], 1, round(1 / interval))
+    moved[before + 1] = (jump[stepped] - spacing[before]) * interval + shift[before]
+    steps = tuple(
+        ClockStep(row + 1, seconds, smooth)
+        for row, seconds, smooth in zip(
+            before.tolist(), moved[before + 1].tolist(), continues[stepped].tolist(), strict=True
         )
-        if 1 < jump <= _SHORT_JUMP:
-            continues = continues and sweep_continuity.rougher_with_gap(before, jump)
-        if continues or jump < 1:
-            spacing[before] = 1 if continues else round(1 / interval)
-            moved[before + 1] = (jump - spacing[before]) * interval + shift[before]
-            steps.append(ClockStep(before + 1, float(moved[before + 1]), bool(continues)))
-    return spacing, np.cumsum(moved), tuple(steps)
+    )
+    return spacing, np.cumsum(moved), steps
 
 
 class _Continuity:
@@ -253,24 +256,27 @@ class _Continuity:
         residual = samples - (samples @ basis) @ basis.T
         return np.asarray(np.sqrt(np.sum(residual**2, axis=-1)))
 
-    def _around(self, before: int) -> Floats:
-        return self.signal[before + 1 - _EITHER_SIDE : before + 1 + _EITHER_SIDE]
+    def _around(self, before: Integers) -> Floats:
+        """Samples on either side of jumps behind the rows `before`, shape (jump, 6); NaN next to the ends."""
+        place = before[:, None] + np.arange(1 - _EITHER_SIDE, 1 + _EITHER_SIDE)
+        inside = (place[:, 0] >= 0) & (place[:, -1] < self.signal.size)
+        return np.where(inside[:, None], self.signal[np.where(inside[:, None], place, 0)], np.nan)
 
-    def moving(self, before: int) -> bool:
-        """Whether the signal changes around the jump by more than its roughness."""
-        around = self._around(before)
-        return around.size == 2 * _EITHER_SIDE and bool(np.ptp(around) > 3 * self.limit)
+    def moving(self, before: Integers) -> Booleans:
+        """Whether the signal changes around each jump by more than its roughness."""
+        return np.asarray(np.ptp(self._around(before), axis=1) > 3 * self.limit)
 
-    def smooth(self, before: int, gap: int) -> bool:
-        """Whether the signal is as smooth as usual if the rows around the jump are `gap` intervals apart."""
-        around = self._around(before)
-        return around.size == 2 * _EITHER_SIDE and bool(self._misfit(around, gap) <= self.limit)
+    def smooth(self, before: Integers) -> Booleans:
+        """Whether the signal is as smooth as usual if no row is missing at each jump."""
+        return np.asarray(self._misfit(self._around(before), 1) <= self.limit)
 
-    def rougher_with_gap(self, before: int, gap: int) -> bool:
-        """Whether the signal would be far rougher with the rows around the jump `gap` intervals apart than with 1."""
+    def rougher_with_gap(self, before: Integers, gap: Integers) -> Booleans:
+        """Whether the signal would be far rougher with the rows around each jump `gap` intervals apart than with 1."""
         around = self._around(before)
-        rough = self._misfit(around, gap)
-        return bool(rough > self.limit and rough > _FAR_ROUGHER * self._misfit(around, 1))
+        rough = np.full(before.size, np.nan)
+        for intervals in np.unique(gap).tolist():
+            rough[gap == intervals] = self._misfit(around[gap == intervals], intervals)
+        return np.asarray((rough > self.limit) & (rough > _FAR_ROUGHER * self._misfit(around, 1)))
 
 
 def rate_tolerance(ticks: int, least: float) -> float:
@@ -322,4 +328,5 @@ def share_of_real_jitter(signal: Floats, ticks: Ticks) -> float:
     if rough.size == 0 or not np.any(expected):
         return 0.0
     usual = np.abs(rough) <= np.quantile(np.abs(rough), 0.999)
-    return float(np.sum((rough * expected)[usual]) / np.sum((expected**2)[usual]))
+    power = float(np.sum((expected**2)[usual]))
+    return float(np.sum((rough * expected)[usual]) / power) if power > 0 else 0.0

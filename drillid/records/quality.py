@@ -10,6 +10,8 @@ from drillid.arrays import Booleans, Floats, Integers
 _WIDEST_SPIKE = 3
 _NEIGHBOURS = 2
 """Good samples on either side from which a spike's true value is interpolated."""
+_ROUNDING = 1e-9
+"""Relative difference of two ways to compute a cubic, far above what rounding makes."""
 _LOCAL_S = 2.0
 """Interval over which a signal's roughness is taken as constant, s."""
 _MEDIAN_DEGREES = 0.18
@@ -60,10 +62,29 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
     suspects = np.flatnonzero((np.abs(deviation) > limit) & (limit > 0))
     if suspects.size == 0:
         return spiky
+    possible = _beyond_neighbours(signal, suspects)
     for cluster in np.split(suspects, np.flatnonzero(np.diff(suspects) > _NEIGHBOURS) + 1):
-        first, last = _explained(signal, limit, int(cluster[0]), int(cluster[-1]) + 1)
+        first, last = _explained(signal, limit, possible, int(cluster[0]), int(cluster[-1]) + 1)
         spiky[first:last] = True
     return spiky
+
+
+def _beyond_neighbours(signal: Floats, suspects: Integers) -> Booleans:
+    """Whether one to three samples from a suspect on may deviate by more than their neighbours' range, shape (3, time).
+
+    It leaves out what is within it for certain, as most suspects are, because to fit each takes its time.
+    """
+    possible = np.zeros((_WIDEST_SPIKE, signal.size), dtype=bool)
+    near = np.unique(np.concatenate([suspects + step for step in range(_NEIGHBOURS)]))
+    for width in range(1, _WIDEST_SPIKE + 1):
+        start = near[(near >= _NEIGHBOURS) & (near <= signal.size - _NEIGHBOURS - width)]
+        place = np.r_[-_NEIGHBOURS:0, width : width + _NEIGHBOURS]
+        through = np.vander(np.arange(width), 4) @ np.linalg.inv(np.vander(place, 4))
+        beside = signal[start[:, None] + place]
+        off = np.abs(signal[start[:, None] + np.arange(width)] - beside @ through.T).min(axis=1)
+        certain = np.ptp(beside, axis=1) - _ROUNDING * np.abs(beside).max(axis=1)
+        possible[width - 1, start] = off > certain
+    return possible
 
 
 def _from_neighbours(signal: Floats) -> Floats:
@@ -73,10 +94,12 @@ def _from_neighbours(signal: Floats) -> Floats:
     return deviation
 
 
-def _explained(signal: Floats, limit: Floats, first: int, stop: int) -> tuple[int, int]:
+def _explained(signal: Floats, limit: Floats, possible: Booleans, first: int, stop: int) -> tuple[int, int]:
     """The smallest run of samples whose replacement makes the suspects from `first` to `stop` smooth; empty if none."""
     for width in range(1, _WIDEST_SPIKE + 1):
         for start in range(max(first, _NEIGHBOURS), min(stop, signal.size - _NEIGHBOURS - width + 1)):
+            if not possible[width - 1, start]:
+                continue
             low, high = max(0, start - 5), min(signal.size, start + width + 5)
             piece, inside = signal[low:high].copy(), np.arange(start, start + width) - low
             beside = np.r_[inside[0] - _NEIGHBOURS : inside[0], inside[-1] + 1 : inside[-1] + 1 + _NEIGHBOURS]

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from drillid.arrays import Booleans, Floats, Integers
+from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE, runs
 from drillid.figures.data import drilled_length
 from drillid.physics.parameters import PARAMETERS
@@ -164,7 +165,7 @@ def identified(folders: WellFolders, rig: Rig) -> Identified:
     """Read what the report needs of a well that has its depth dataset."""
     fits, windows = folders.read("fits", "fits").load(), folders.read("windows", "windows").load()
     discrepancy = folders.read("discrepancy", "discrepancy").load()
-    table = pd.read_csv(folders.stage("discrepancy") / "intervals.csv")
+    table = read_table(folders.stage("discrepancy") / "intervals.csv")
     run = runs(rig, windows["bit_depth"].values)
     accepted, flagged = fits["accepted"].values.astype(bool), discrepancy["flagged"].values.astype(bool)
     chi2 = fits["chi2_per_dof"].values[accepted]
@@ -339,4 +340,4 @@ def read_segments(folders: WellFolders) -> pd.DataFrame:
     """The well's segments; none where it failed before."""
     path = folders.stage("windows") / "segments.csv"
     columns = ["well", "state", "start", "end", "from_m", "to_m", "duration_s", "windows", "reason"]
-    return pd.read_csv(path) if path.exists() else pd.DataFrame(columns=columns)
+    return read_table(path) if path.exists() else pd.DataFrame(columns=columns)

@@ -15,6 +15,7 @@ import pandas as pd
 import drillid
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.store import WellFolders
+from drillid.datasets.tables import read_table
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, LENGTH_LESS_DEPTH
 from drillid.report.content import (
     EXPLANATIONS,
@@ -72,6 +73,7 @@ class WellReport:
     """Everything in the report about one well."""
 
     name: str
+    folder: str
     description: str
     drilled: Drilled
     identified: Identified | None
@@ -116,7 +118,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> Non
         If the sheets or the rig description of a well with results cannot be read.
     """
     listings = read_sheets(settings)
-    problems = pd.read_csv(Path(results) / "problems.csv", dtype=str, keep_default_na=False)
+    problems = read_table(Path(results) / "problems.csv", dtype=str, keep_default_na=False)
     reports = [
         well_report(
             WellFolders(Path(results), well), listings[well], problems, illustrated=len(wells) <= _ILLUSTRATED_WELLS
@@ -135,11 +137,12 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame, 
     chosen = list(FIGURES) if illustrated else ["parameters", "verdicts"] * stands_out
     return WellReport(
         listing.name,
+        listing.folder,
         listing.description,
         drilled(segments),
         results,
         without_windows(segments),
-        problems[problems["well"] == listing.name],
+        problems[problems["well"].isin([listing.name, listing.folder])],
         tuple(pictures(folders.stage("figures"), chosen)),
         verdicts,
         sets,

@@ -15,6 +15,7 @@ from drillid.arrays import Array
 from drillid.datasets.codes import RecordFlag, RigState
 from drillid.datasets.measured import WINDOWS
 from drillid.datasets.store import Problem, WellFolders
+from drillid.datasets.tables import write_table
 from drillid.windows.channels import log_bounds, sample_rate
 from drillid.windows.rig_state import NEEDED, rig_states, without_holes
 from drillid.windows.segments import (
@@ -61,7 +62,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         else:
             rows.append(replace(segment, reason=reason_of(segment)))
     folders.write("windows", "windows", _windows_dataset(windows))
-    segments_table(well.name, rows).to_csv(folders.stage("windows") / "segments.csv", index=False)
+    write_table(segments_table(well.name, rows), folders.stage("windows") / "segments.csv")
     if windows:
         return []
     return [

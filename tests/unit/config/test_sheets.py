@@ -1,9 +1,11 @@
 """Sheets: what is read, and that every mistake names sheet, row and remedy."""
 
+import re
 from pathlib import Path
 
 import pytest
 
+from drillid.config.folders import SAFE, folder_of
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets
 from drillid.errors import SettingsError
@@ -32,8 +34,25 @@ def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> Non
     ("wells", "logs", "message"),
     [
         (WELLS + "W1\ttoy\tagain\n", LOGS, "wells.tsv, row 6: well 'W1' is listed twice"),
-        (WELLS + "W 3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
-        (WELLS + "../W3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
+        (WELLS + "../W3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': '../W3' is a path and no name"),
+        (WELLS + "W\u200b3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
+        (WELLS + "w1\ttoy\t\n", LOGS, "wells.tsv, row 6: wells 'W1' and 'w1' would share the folder 'w1'"),
+        (WELLS + "W3\t../toy\t\n", LOGS, "wells.tsv, row 6: 'rig': "),
+        (
+            WELLS.replace("\t", ","),
+            LOGS,
+            "wells.tsv: has commas between its columns 'well,rig,description'. Save the sheet",
+        ),
+        (WELLS, LOGS.replace("\t", ";"), "logs.tsv: has semicolons between its columns"),
+        (WELLS, LOGS + "W2\t./a.csv\n", "logs.tsv, row 5: log './a.csv' is listed already at "),
+        (WELLS, LOGS + "W2\t../../a.csv\n", "logs.tsv, row 5: log '../../a.csv' lies in "),
+        (
+            WELLS,
+            LOGS + "W2\t/etc/hostname\n",
+            "logs.tsv, row 5: log '/etc/hostname' lies in /etc, outside of the folders",
+        ),
+        (WELLS, LOGS + "W2\tfile:///etc/hostname\n", "logs.tsv, row 5: log 'file:///etc/hostname' lies "),
+        (WELLS, LOGS + "W2\tsimplecache::file:///a.csv\n", "logs.tsv, row 5: log 'simplecache::file:///a.csv' lies "),
         (WELLS, LOGS + "Well7\td.csv\n", "logs.tsv, row 5: log of the unknown well 'Well7'. Add the well"),
         (WELLS, LOGS + "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is listed already at "),
         (WELLS, LOGS + "W2\t\n", "logs.tsv, row 5: 'log': "),
@@ -77,3 +96,83 @@ def test_a_well_without_rig_or_logs_is_found_only_when_it_is_worked_on(tmp_path:
     with pytest.raises(SettingsError) as error:
         found["W3"].load()
     assert message in str(error.value)
+
+
+NAMED = """well\trig\tdescription\tfolder
+34/10-A-12 H\ttoy\t\t
+Øst 7\ttoy\t\t
+<script>\ttoy\t\t
+A\ttoy\t\t
+a\ttoy\t\tsmall-a
+"""
+NAMED_LOGS = "well\tlog\n34/10-A-12 H\ta.csv\na\tb.csv\n"
+
+
+def test_a_well_is_called_what_people_call_it_and_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    found = read_sheets(settings_for(tmp_path, NAMED, NAMED_LOGS))
+    assert {folder: listing.name for folder, listing in found.items()} == {
+        "34-10-A-12-H": "34/10-A-12 H",
+        "Ost-7": "Øst 7",
+        "script": "<script>",
+        "A": "A",
+        "small-a": "a",
+    }
+    assert found["34-10-A-12-H"].logs == (Path("a.csv"),)
+    assert found["small-a"].logs == (Path("b.csv"),)
+    assert found["34-10-A-12-H"].load().name == "34/10-A-12 H"
+
+
+@pytest.mark.parametrize("other", ["34-10-A-12-H", "34/10 A/12 H", "34-10-a-12-h"])
+def test_wells_whose_names_make_one_folder_are_refused_with_both(tmp_path: Path, other: str) -> None:
+    wells = f"well\trig\tdescription\n34/10-A-12 H\ttoy\t\n{other}\ttoy\t\n"
+    with pytest.raises(SettingsError, match="would share the folder") as error:
+        read_sheets(settings_for(tmp_path, wells, "well\tlog\n"))
+    assert f"wells '34/10-A-12 H' and '{other}'" in error.value.what
+    assert "a column 'folder'" in error.value.remedy
+
+
+@pytest.mark.parametrize(
+    "name", ["34/10-A-12 H", "../x", "Скважина 7", "油井7", "a" * 200, "...", "CON?", "Åsgård Ø", "W1"]
+)
+def test_every_folder_is_safe_and_that_of_a_safe_name_is_the_name(name: str) -> None:
+    folder = folder_of(name)
+    assert re.fullmatch(SAFE, folder)
+    assert len(folder) < 100
+    assert folder_of(name) == folder
+    assert folder_of(folder) == folder
+
+
+def test_names_that_lose_letters_keep_folders_apart() -> None:
+    assert len({folder_of(name) for name in ("Скважина 7", "Площадь 7", "油井7", "7")}) == 4
+    assert folder_of("W1") == "W1"
+
+
+def test_logs_may_lie_in_the_working_folder_beside_the_sheet_in_the_results_and_where_it_is_allowed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work, share, sheets = tmp_path / "work", tmp_path / "share", tmp_path / "sheets"
+    for folder in (work, share, sheets):
+        folder.mkdir()
+    monkeypatch.chdir(work)
+    logs = [f"{work}/a.csv", "b/c.csv", f"{sheets}/d.csv", f"{share}/results/e.csv", "s3://bucket/f.csv"]
+    text = "".join(f"W1\t{log}\n" for log in logs)
+    settings = settings_for(sheets, logs="well\tlog\n" + text).model_copy(update={"results": f"{share}/results"})
+    assert read_sheets(settings)["W1"].logs == tuple(map(Path, logs))
+    (sheets / "logs.tsv").write_text(f"well\tlog\nW1\t{share}/g.csv\n")
+    with pytest.raises(SettingsError, match=r"log_roots: \[.*/share\]"):
+        read_sheets(settings)
+    allowed = settings.model_copy(update={"log_roots": (str(share),)})
+    assert read_sheets(allowed)["W1"].logs == (share / "g.csv",)
+
+
+def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
+    sheets, secret = tmp_path / "sheets", tmp_path / "secret"
+    sheets.mkdir()
+    secret.mkdir()
+    (secret / "a.csv").touch()
+    (sheets / "log.csv").symlink_to(secret / "a.csv")
+    (sheets / "logs").symlink_to(secret)
+    for log in ("log.csv", "logs/a.csv", "logs/../a.csv"):
+        settings = settings_for(sheets, logs=f"well\tlog\nW1\t{sheets}/{log}\n")
+        with pytest.raises(SettingsError, match="outside of the folders for logs"):
+            read_sheets(settings)

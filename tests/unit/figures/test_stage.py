@@ -89,7 +89,7 @@ def test_a_well_that_failed_before_its_windows_has_no_figures(tmp_path: Path, ma
 
 
 def test_the_same_results_give_the_same_file(wells: tuple[Path, dict[str, Well]], many: WellResults) -> None:
-    from drillid.figures.style import save
+    from drillid.figures.layout import save
 
     paths = [wells[0] / f"again_{number}.png" for number in range(2)]
     for path in paths:
@@ -249,3 +249,20 @@ def test_phase_has_no_jump_at_half_a_turn() -> None:
 
 def test_pipe_length_by_depth_is_bit_depth_less_collars(many: WellResults) -> None:
     np.testing.assert_allclose(drilled_length(many.rig, np.array([1000.0, 1010.0])), [940.0, 950.0])
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_no_label_leaves_the_sheet_or_covers_another_panel(many: WellResults, name: str) -> None:
+    figure = DRAWINGS[name](many)
+    figure.canvas.draw()
+    width, height = figure.get_size_inches()
+    drawn = figure.get_tightbbox()
+    assert drawn.x0 > 0
+    assert drawn.y0 > 0
+    assert drawn.x1 < width
+    assert drawn.y1 < height
+    renderer = figure.canvas.get_renderer()
+    for axis in figure.axes:
+        label = axis.yaxis.get_tightbbox(renderer)
+        others = [other.get_window_extent(renderer) for other in figure.axes if other is not axis]
+        assert label is None or not any(label.padded(-1).overlaps(other) for other in others)

@@ -16,6 +16,7 @@ import yaml
 from drillid.config.settings import Settings
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
+from drillid.datasets.tables import write_table
 from drillid.figures import stage as figures
 from drillid.figures.captions import FIGURES
 from drillid.report import page as report
@@ -393,3 +394,32 @@ def test_a_weighted_mean_follows_the_surer_value() -> None:
     mean = weighted_mean(np.array([1.0, 5.0]), np.array([1.0, 2.0]))
     assert (mean.value, mean.error) == (pytest.approx(1.8), pytest.approx(np.sqrt(0.8)))
     assert np.isnan(weighted_mean(np.array([]), np.array([])).value)
+
+
+def test_a_well_named_and_described_as_a_script_is_shown_and_not_run(tmp_path: Path) -> None:
+    name, attack = "34/10-A <script>alert(1)</script>", "<img src=x onerror=alert(2)>"
+    settings = Settings.checked(
+        {
+            **{key: str(tmp_path / f"{key}.tsv") for key in ("wells", "logs")},
+            **{key: str(tmp_path / key) for key in ("rigs", "results")},
+            "report": {"title": f"Fleet {attack}"},
+        },
+        "test",
+    )
+    (tmp_path / "wells.tsv").write_text(f"well\trig\tdescription\n{name}\trig\t{attack}\n")
+    (tmp_path / "logs.tsv").write_text(f"well\tlog\n{name}\t{tmp_path}/a.csv\n")
+    (tmp_path / "results").mkdir()
+    rows = [(name, "records", f"a.csv {attack}", f"=1+1 {attack}", attack)]
+    write_table(pd.DataFrame(rows, columns=list(PROBLEM_COLUMNS)), tmp_path / "results/problems.csv")
+    wells = list(report.read_sheets(settings))
+    assert wells == ["34-10-A-script-alert-1-script"]
+    report.write_report(settings, tmp_path / "results", wells)
+    page = (tmp_path / "results/report.html").read_text(encoding="utf-8")
+    parsed = Structure()
+    parsed.feed(page)
+    assert {"script", "img"}.isdisjoint(parsed.tags)
+    assert not any("onerror" in reference or " " in reference for reference in parsed.references)
+    assert f"well-{wells[0]}" in parsed.ids
+    shown = text(page)
+    for written in (name, attack, f"=1+1 {attack}"):
+        assert written in shown

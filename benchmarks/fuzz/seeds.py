@@ -1,0 +1,245 @@
+"""Small logs in good order, written in every format, from which mutated files are made."""
+
+import gzip
+import io
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from tests.raw_logs import START, drilling, standstill
+
+Write = Callable[[pd.DataFrame], bytes]
+
+
+def logs() -> list[pd.DataFrame]:
+    """Drilling, drilling with a connection, and drilling with faults, 12 to 20 s each; stamps in UTC."""
+    whole = drilling(12.0)
+    connected = pd.concat([drilling(12.0), standstill(8.0, START + pd.Timedelta(seconds=12), 2000.144)])
+    faulty = drilling(16.0, 2).drop(index=[*range(100, 103), *range(300, 360)])
+    faulty.loc[[20, 500], "RPM"] = 0.0
+    faulty["HOLE"] = faulty["HOLE"].where(faulty.index % 50 == 0)
+    return [log.reset_index(drop=True) for log in (whole, connected, faulty)]
+
+
+def _text(log: pd.DataFrame, stamp: Callable[[pd.Timestamp], str] | None = None, **options: object) -> str:
+    stamps = [_cell(value, stamp) for value in log["Time"]]
+    return str(log.assign(Time=stamps).to_csv(index=False, float_format="%.6g", lineterminator="\n", **options))
+
+
+def _cell(value: object, stamp: Callable[[pd.Timestamp], str] | None) -> object:
+    if not isinstance(value, pd.Timestamp):
+        return value
+    return value.isoformat() + "Z" if stamp is None else stamp(value)
+
+
+def csv(log: pd.DataFrame) -> bytes:
+    """Comma-separated text with ISO stamps."""
+    return _text(log).encode("utf-8", "surrogateescape")
+
+
+def european_csv(log: pd.DataFrame) -> bytes:
+    """Semicolons, decimal commas, day first, as offices export."""
+    day_first = _text(log, lambda stamp: stamp.strftime("%d.%m.%Y %H:%M:%S.%f")[:-3], sep=";", decimal=",")
+    return b"Rig;7\n\n" + day_first.encode("utf-8", "surrogateescape")
+
+
+def epoch_csv(log: pd.DataFrame) -> bytes:
+    """Tabs, a row of units, and milliseconds since 1970."""
+    text = _text(log, lambda stamp: str(stamp.value // 1_000_000), sep="\t")
+    head, _, body = text.partition("\n")
+    return f"{head}\n{chr(9).join(['ms', *['-'] * (len(log.columns) - 1)])}\n{body}".encode("utf-8", "surrogateescape")
+
+
+def parquet(log: pd.DataFrame) -> bytes:
+    """Apache Parquet, Snappy by page."""
+    buffer = io.BytesIO()
+    _zoned(log).to_parquet(buffer, index=False)
+    return buffer.getvalue()
+
+
+def plain_parquet(log: pd.DataFrame) -> bytes:
+    """The same without compression or dictionaries, so that a byte that changes is a value that changes."""
+    buffer = io.BytesIO()
+    _zoned(log).to_parquet(buffer, index=False, compression=None, use_dictionary=False, row_group_size=200)
+    return buffer.getvalue()
+
+
+def feather(log: pd.DataFrame) -> bytes:
+    """Apache Feather."""
+    buffer = io.BytesIO()
+    _zoned(log).to_feather(buffer)
+    return buffer.getvalue()
+
+
+def excel(log: pd.DataFrame) -> bytes:
+    """An Excel workbook."""
+    buffer = io.BytesIO()
+    log.head(200).to_excel(buffer, index=False)
+    return buffer.getvalue()
+
+
+def las(log: pd.DataFrame) -> bytes:
+    """LAS 2.0 against time."""
+    units = {"Time": "", "TQ": "kN.m", "SWEEP": "kN.m", "RPM": "rpm", "SET": "rpm", "HOLE": "ft", "BIT": "ft"}
+    curves = "\n".join(f" {name}.{units.get(str(name), '')} : {name}" for name in log.columns)
+    body = _text(log.fillna(-999.25) if log.isna().any().any() else log, sep=" ").partition("\n")[2]
+    head = (
+        "~Version\n VERS. 2.0 : CWLS LAS\n WRAP. NO : one line per step\n~Well\n STRT.s 0 : start\n STOP.s 0 : stop\n"
+        f" STEP.s 0 : step\n NULL. -999.25 : null\n WELL. W1 : well\n~Curve\n{curves}\n~ASCII\n"
+    )
+    return (head + body).encode("utf-8", "surrogateescape")
+
+
+def witsml(log: pd.DataFrame) -> bytes:
+    """A WITSML 1.4.1.1 log."""
+    names = [str(name) for name in log.columns]
+    info = "".join(
+        f'<logCurveInfo uid="{name}"><mnemonic>{name}</mnemonic><unit>{"s" if name == "Time" else "m"}</unit>'
+        f"<typeLogData>{'date time' if name == 'Time' else 'double'}</typeLogData></logCurveInfo>"
+        for name in names
+    )
+    rows = "".join(f"<data>{row}</data>\n" for row in _text(log).splitlines()[1:])
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n<logs xmlns="http://www.witsml.org/schemas/1series" version="1.4.1.1">'
+        '<log uidWell="w" uidWellbore="b" uid="l"><nameWell>W1</nameWell><indexType>date time</indexType>'
+        f"<indexCurve>Time</indexCurve>{info}<logData><mnemonicList>{','.join(names)}</mnemonicList>"
+        f"<unitList>{','.join('m' for _ in names)}</unitList>{rows}</logData></log></logs>"
+    ).encode("utf-8", "surrogateescape")
+
+
+def tdms(log: pd.DataFrame) -> bytes:
+    """National Instruments TDMS."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    buffer = io.BytesIO()
+    with TdmsWriter(buffer) as writer:
+        writer.write_segment([ChannelObject("log", str(name), _plain(log[name])) for name in log.columns])
+    return buffer.getvalue()
+
+
+def hdf5(log: pd.DataFrame) -> bytes:
+    """HDF5, one dataset a column, stamps as text."""
+    import h5py
+
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        for name in log.columns:
+            values = _plain(log[name])
+            values = values.astype("datetime64[ms]").astype(str) if values.dtype.kind == "M" else values
+            file[str(name)] = values.astype("S") if values.dtype.kind in "UO" else values
+    return buffer.getvalue()
+
+
+def matlab(log: pd.DataFrame) -> bytes:
+    """MATLAB 5, stamps as serial dates."""
+    from scipy.io import savemat
+
+    buffer = io.BytesIO()
+    columns = {str(name): _plain(log[name]) for name in log.columns}
+    columns = {
+        name: 719_529 + values.astype("datetime64[ns]").astype(np.int64) / 86.4e12
+        if values.dtype.kind == "M"
+        else values
+        for name, values in columns.items()
+    }
+    savemat(
+        buffer, {name: values if values.dtype.kind != "O" else values.astype(str) for name, values in columns.items()}
+    )
+    return buffer.getvalue()
+
+
+def netcdf(log: pd.DataFrame) -> bytes:
+    """NetCDF 4."""
+    import xarray as xr
+
+    columns = {str(name): ("row", _plain(log[name])) for name in log.columns}
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "log.nc"
+        xr.Dataset(columns).to_netcdf(path, engine="h5netcdf")
+        return path.read_bytes()
+
+
+def packed(write: Write, name: str) -> Write:
+    """A file in a zip archive."""
+
+    def zipped(log: pd.DataFrame) -> bytes:
+        buffer = io.BytesIO()
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr(name, write(log))
+        return buffer.getvalue()
+
+    return zipped
+
+
+def gzipped(write: Write) -> Write:
+    """A gzipped file."""
+    return lambda log: gzip.compress(write(log), 1, mtime=0)
+
+
+def zstandard(write: Write) -> Write:
+    """A file compressed by zstd."""
+
+    def compressed(log: pd.DataFrame) -> bytes:
+        import pyarrow as pa
+
+        return bytes(pa.compress(write(log), "zstd", asbytes=True))
+
+    return compressed
+
+
+def _zoned(log: pd.DataFrame) -> pd.DataFrame:
+    stamps = log["Time"]
+    return log.assign(Time=stamps.dt.tz_localize("UTC")) if stamps.dtype.kind == "M" else log
+
+
+def _plain(column: "pd.Series[object]") -> np.ndarray:
+    values = column.to_numpy()
+    return values.astype(str) if values.dtype.kind == "O" else values
+
+
+_TEXTS = (csv, european_csv, epoch_csv)
+WRITERS: Mapping[str, tuple[Write, ...]] = {
+    ".csv": _TEXTS,
+    ".txt": _TEXTS,
+    ".tsv": _TEXTS,
+    ".parquet": (parquet, plain_parquet),
+    ".feather": (feather,),
+    ".arrow": (feather,),
+    ".xlsx": (excel,),
+    ".xlsm": (excel,),
+    ".las": (las,),
+    ".xml": (witsml,),
+    ".witsml": (witsml,),
+    ".tdms": (tdms,),
+    ".h5": (hdf5,),
+    ".hdf5": (hdf5,),
+    ".hdf": (hdf5,),
+    ".mat": (hdf5, matlab),
+    ".nc": (netcdf,),
+    ".nc4": (netcdf,),
+}
+"""Writers by the ending of the file."""
+_PACKINGS: Mapping[str, Callable[[Write, str], Write]] = {
+    ".gz": lambda write, _: gzipped(write),
+    ".zst": lambda write, _: zstandard(write),
+    ".zip": lambda write, name: packed(write, name),
+}
+
+
+def writers(suffix: str) -> tuple[Write, ...]:
+    """Writers of files with an ending, packed ones such as .csv.gz and .zip included.
+
+    Raises
+    ------
+    KeyError
+        If there is none; a new format needs one here.
+    """
+    for packing, pack in _PACKINGS.items():
+        if suffix.endswith(packing):
+            inner = suffix.removesuffix(packing) or ".csv"
+            return tuple(pack(write, f"log{inner}") for write in WRITERS[inner])
+    return WRITERS[suffix]

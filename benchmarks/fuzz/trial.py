@@ -1,0 +1,151 @@
+"""One mutated file: how it is made from its number, and its way through reader, record and windows."""
+
+import contextlib
+import functools
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from benchmarks.fuzz import mutations, seeds
+from drillid.config.settings import Settings
+from drillid.datasets.registry import DATASETS
+from drillid.errors import DrillidError
+from drillid.formats import first_stamp, formats
+from drillid.records.stage import regular_record
+from drillid.windows import stage as windows
+from tests.raw_logs import RIG
+
+SETTINGS = Settings.checked({"windows": {"length_s": 5.0}}, "fuzz")
+_TABLES_CHANGED = 0.6
+"""Share of files whose table is changed before it is written."""
+
+
+@dataclass(frozen=True)
+class Mutated:
+    """One file, and how it came to be."""
+
+    suffix: str
+    content: bytes
+    mutations: tuple[str, ...]
+
+
+def mutated(number: int, seed: int, suffixes: tuple[str, ...]) -> Mutated:
+    """File `number` of a series: its table changed, its bytes changed, or both."""
+    random = Random(f"{seed}/{number}")
+    suffix = suffixes[number % len(suffixes)]
+    writer = random.randrange(len(seeds.writers(suffix)))
+    log = random.randrange(len(_logs()))
+    done = list[str]()
+    content = _in_good_order(suffix, writer, log)
+    if random.random() < _TABLES_CHANGED:
+        table = _logs()[log]
+        for change in random.choices(mutations.OF_TABLES, k=random.choice((1, 1, 2, 3))):
+            table = _changed(change, random, table)
+            done.append(change.__name__)
+        try:
+            content = seeds.writers(suffix)[writer](table)
+        except Exception:  # the writers of others refuse some tables: then only the bytes are changed
+            done = ["unwritten"]
+    if not done or done == ["unwritten"] or random.random() < 0.2:
+        for change_bytes in random.choices(mutations.OF_BYTES, k=random.choice((1, 1, 2, 3))):
+            content = change_bytes(random, content)
+            done.append(change_bytes.__name__)
+    return Mutated(suffix, content, tuple(done))
+
+
+def _changed(change: mutations.OfTable, random: Random, table: pd.DataFrame) -> pd.DataFrame:
+    """The table after a change, or as it was where the change does not fit what others left of it."""
+    try:
+        return change(random, table)
+    except (TypeError, ValueError, KeyError, IndexError, OverflowError, AttributeError, pd.errors.OutOfBoundsDatetime):
+        return table
+
+
+@functools.cache
+def _logs() -> list[pd.DataFrame]:
+    return seeds.logs()
+
+
+@functools.cache
+def _in_good_order(suffix: str, writer: int, log: int) -> bytes:
+    return seeds.writers(suffix)[writer](_logs()[log])
+
+
+class _Folders:
+    """The datasets of one log in memory, in place of those of a well on disk."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.stores: dict[str, xr.Dataset] = {}
+
+    def stage(self, _: str) -> Path:
+        return self.folder
+
+    def read(self, _: str, name: str) -> xr.Dataset:
+        return self.stores[name]
+
+    def write(self, _: str, name: str, dataset: xr.Dataset) -> None:
+        self.stores[name] = DATASETS[name].conform(dataset, well="fuzz")
+
+    @contextlib.contextmanager
+    def appending(self, stage: str, name: str) -> Iterator[Callable[[xr.Dataset], None]]:
+        pieces = list[xr.Dataset]()
+        yield pieces.append
+        if pieces:
+            self.write(stage, name, xr.concat(pieces, "time"))
+
+
+def taken_through(path: Path) -> str:
+    """Take a file through reader, record and windows; what it ends with: 'windows', 'no window', or a class of errors.
+
+    Raises
+    ------
+    Exception
+        Any that is no error of drillid, and warnings of numpy, which stand for numbers that are none.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("error", RuntimeWarning)
+        try:
+            first_stamp(path, RIG.time.column, RIG.time.zone)
+            record = regular_record(path, RIG, SETTINGS.records)
+        except DrillidError as error:
+            _check_told(error)
+            return type(error).__name__
+        folders: Any = _Folders(path.parent)
+        numbers = np.zeros(record.samples.sizes["time"], np.int16)
+        folders.write("records", "records", record.samples.assign(log=("time", numbers)))
+        well: Any = SimpleNamespace(name="fuzz", rig=RIG, logs=(path,))
+        return "no window" if windows.process(well, folders, SETTINGS) else "windows"
+
+
+def _check_told(error: DrillidError) -> None:
+    """An error must say where, what and what to do, in a few lines."""
+    for text in (error.where, error.what, error.remedy):
+        if not text or len(text) > _LONGEST_TEXT:
+            raise AssertionError(f"a message of {len(text)} characters: {text[:100]}")
+
+
+_LONGEST_TEXT = 5000
+
+
+def place(error: BaseException) -> str:
+    """Where an exception came from: the last line of the library in its traceback, and its kind."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if "drillid" in Path(frame.filename).parts] or frames
+    message = (str(error) or "").splitlines()[:1]
+    return f"{type(error).__name__} in {Path(own[-1].filename).name}:{own[-1].lineno}: {''.join(message)[:150]}"
+
+
+def known_suffixes() -> tuple[str, ...]:
+    """Endings of all formats, in alphabetical order."""
+    return tuple(sorted(formats()))

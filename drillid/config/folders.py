@@ -1,0 +1,79 @@
+"""Names of wells as folders, and the folders that logs may lie in."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+SAFE = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+"""Names that are folders on every file system and need no quoting in a shell."""
+_LONGEST = 80
+_LETTERS = str.maketrans({"ø": "o", "Ø": "O", "æ": "ae", "Æ": "AE", "å": "a", "Å": "A", "ß": "ss", "ł": "l", "Ł": "L"})
+_REMOTE = re.compile(r"(?:s3a?|gcs|gs|az|abfss?)://(?!.*::)", re.IGNORECASE)
+_OTHER_ADDRESS = re.compile(r"^[a-z0-9]+(?:::|:/)", re.IGNORECASE)
+
+
+def folder_of(name: str) -> str:
+    """The folder of a well: its name where that is safe, else its letters and digits.
+
+    '34/10-A-12 H' is in '34-10-A-12-H'. It depends on the name alone. Where letters are lost, as of a name in Cyrillic,
+    or the name is long, a hash of the name keeps folders of different names apart.
+    """
+    if re.match(SAFE, name) and len(name) <= _LONGEST:
+        return name
+    plain = unicodedata.normalize("NFKD", name.translate(_LETTERS))
+    kept = re.sub(r"[^A-Za-z0-9_.]+", "-", plain).strip("-._")
+    lost = any(letter.isalnum() and not letter.isascii() for letter in plain)
+    if kept and not lost and len(kept) <= _LONGEST:
+        return kept
+    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
+    return f"{kept[: _LONGEST - 9].strip('-._') or 'well'}-{digest}"
+
+
+def as_seen(folder: str) -> str:
+    """The folder as file systems see it that ignore case and points at its end."""
+    return folder.casefold().rstrip(".")
+
+
+@dataclass(frozen=True)
+class Roots:
+    """Folders that the sheets' paths may lead into.
+
+    folders : absolute, without links; or addresses
+    """
+
+    folders: tuple[str, ...]
+
+    @classmethod
+    def of(cls, paths: Iterable[str | Path]) -> Roots:
+        """The roots of these paths and addresses."""
+        texts = map(str, paths)
+        return cls(tuple(dict.fromkeys(text if "://" in text else os.path.realpath(text) for text in texts)))
+
+    def hold(self, path: str) -> bool:
+        """Whether a path lies in one of the folders once its links are followed, or is an address of a remote store."""
+        if _REMOTE.match(path):
+            return True
+        if _OTHER_ADDRESS.match(path):
+            return ".." not in path and any(_below(path, root) for root in self.folders if "://" in root)
+        folder, name = os.path.split(os.path.abspath(path))
+        resolved = os.path.join(_resolved(folder), name)
+        if ".." in Path(path).parts or os.path.islink(resolved):
+            resolved = os.path.realpath(path)
+        return any(_below(resolved, root) for root in self.folders)
+
+
+@functools.lru_cache(maxsize=4096)
+def _resolved(folder: str) -> str:
+    """The folder without links; logs are many, their folders few."""
+    return os.path.realpath(folder)
+
+
+def _below(path: str, root: str) -> bool:
+    return path == root or path.startswith(root.rstrip("/") + "/")

@@ -1,0 +1,155 @@
+"""Rows of cells, from text or a workbook → the rows of names and units, and where the data begin."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drillid.formats.mnemonics import is_no_unit, is_unit, split_unit
+
+Cells = Sequence[str]
+
+_NUMBER = re.compile(r"[+-]?(?:\d[\d.,'  \u202f]*|[.,]\d+)(?:[eE][+-]?\d+)?%?")
+_TIME = re.compile(
+    r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}\b.*|\d{1,2}:\d{2}(?::\d{2})?\b.*|\d{8}T?\d{0,6}\b.*"
+    r"|\d{1,2}[- ][A-Za-z]{3,9}[- ,]+\d{2,4}.*"
+)
+_MISSING = {"", "nan", "null", "none", "n/a", "na", "#n/a", "-nan", "inf", "-inf", "---", "--", "-"}
+_RULE = re.compile(r"[-=+_|*\s]*[-=_]{2,}[-=+_|*\s]*")
+
+
+@dataclass(frozen=True)
+class HeaderRows:
+    """Where the header of a table is.
+
+    names : names of the columns, unique; generated where a cell is empty
+    units : units by name
+    first : index of the first row of data
+    """
+
+    names: tuple[str, ...]
+    units: dict[str, str]
+    first: int
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number in any country's writing."""
+    return _NUMBER.fullmatch(cell.strip()) is not None
+
+
+def is_datum(cell: str) -> bool:
+    """Whether a cell holds a number or a time."""
+    stripped = cell.strip()
+    return _NUMBER.fullmatch(stripped) is not None or _TIME.fullmatch(stripped) is not None
+
+
+def is_data(cells: Cells) -> bool:
+    """Whether a row holds data: at least half of its cells that hold anything are numbers or times."""
+    held = [cell for cell in cells if cell.strip().lower() not in _MISSING]
+    found = sum(is_datum(cell) for cell in held)
+    return found > 0 and 2 * found >= len(held)
+
+
+def usual_width(rows: Sequence[Cells]) -> int:
+    """The most frequent number of cells in rows that hold data, else the largest in any row."""
+    widths = Counter(len(row) for row in rows if is_data(row))
+    return widths.most_common(1)[0][0] if widths else max((len(row) for row in rows), default=0)
+
+
+def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: int | None = None) -> HeaderRows | None:
+    """The header of a table among its first rows; None where data begin without one.
+
+    Parameters
+    ----------
+    rows : cells of the first rows, junk before the header included
+    names_row, units_row : their indices, where they are known
+    """
+    width = usual_width(rows)
+    first = next((at for at, row in enumerate(rows) if _fits(row, width) and is_data(row) and _goes_on(rows, at)), None)
+    if names_row is not None:
+        after = max(names_row, names_row if units_row is None else units_row) + 1
+        first = next((at for at in range(after, len(rows)) if is_data(rows[at])), after)
+        units = units_row if units_row is not None else _units_below(rows, names_row, first)
+        return _header(rows[names_row], None if units is None else rows[units], max(width, len(rows[names_row])), first)
+    if first is None:
+        names = next((at for at, row in enumerate(rows) if len(row) == width and any(map(str.strip, row))), None)
+        if names is None:
+            return None
+        units = _units_below(rows, names, len(rows))
+        return _header(
+            rows[names], None if units is None else rows[units], width, (names if units is None else units) + 1
+        )
+    above = [at for at in range(first) if _fits(rows[at], width) and _held(rows[at]) and not _is_rule(rows[at])]
+    if units_row is None and len(above) > 1 and _are_units(rows[above[-1]], rows[above[-2]]):
+        units_row = above[-1]
+    above = [at for at in above if at != units_row]
+    if not above or 2 * _held(rows[above[-1]]) < min(width, 4) or _mostly_numbers(rows[above[-1]]):
+        return None
+    return _header(rows[above[-1]], None if units_row is None else rows[units_row], width, first)
+
+
+def unique(names: Sequence[str]) -> tuple[str, ...]:
+    """Names without repeats: the second 'TQA' is 'TQA:2'."""
+    seen: Counter[str] = Counter()
+    found = []
+    for name in names:
+        seen[name] += 1
+        found.append(name if seen[name] == 1 else f"{name}:{seen[name]}")
+    return tuple(found)
+
+
+def _header(names: Cells, units: Cells | None, width: int, first: int) -> HeaderRows:
+    padded = [*names, *[""] * (width - len(names))]
+    called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
+    stated = {name: unit for name in called if (unit := split_unit(name)[1])}
+    if units is not None:
+        below = {name: unit.strip().strip("[](){}").strip() for name, unit in zip(called, units, strict=False)}
+        stated |= {name: unit for name, unit in below.items() if unit and not is_no_unit(unit)}
+    return HeaderRows(called, stated, first)
+
+
+def _fits(row: Cells, width: int) -> bool:
+    """Whether a row has the table's number of cells; a separator at the end of some lines adds one."""
+    return abs(len(row) - width) <= (1 if width > 2 else 0)
+
+
+def _goes_on(rows: Sequence[Cells], at: int) -> bool:
+    """Whether data follow, if anything does: one row of numbers among junk begins no table."""
+    behind = [row for row in rows[at + 1 : at + 3] if any(map(str.strip, row))]
+    return not behind or any(is_data(row) or not _is_text(row) for row in behind)
+
+
+def _is_text(row: Cells) -> bool:
+    held = [cell for cell in row if cell.strip().lower() not in _MISSING]
+    return bool(held) and not any(map(is_datum, held))
+
+
+def _held(row: Cells) -> int:
+    return sum(bool(cell.strip()) for cell in row)
+
+
+def _is_rule(row: Cells) -> bool:
+    return all(not cell.strip() or _RULE.fullmatch(cell) for cell in row)
+
+
+def _mostly_numbers(row: Cells) -> bool:
+    held = [cell for cell in row if cell.strip()]
+    return 2 * sum(map(is_number, held)) > len(held)
+
+
+def _are_units(row: Cells, names: Cells) -> bool:
+    """Whether a row holds units, nearly all of which are known, of the names above it."""
+    held = [cell.strip() for cell in row if cell.strip()]
+    bracketed = [cell for cell in held if re.fullmatch(r"\[.*\]|\(.*\)|\{.*\}", cell)]
+    known = sum(is_unit(cell.strip("[](){}")) for cell in held)
+    if _held(names) < len(held) or not held:
+        return False
+    names_are_units = sum(is_unit(name) for name in names if name.strip())
+    return len(bracketed) == len(held) or (5 * known >= 4 * len(held) and names_are_units < known)
+
+
+def _units_below(rows: Sequence[Cells], names_row: int, stop: int) -> int | None:
+    below = [at for at in range(names_row + 1, min(stop, len(rows))) if not _is_rule(rows[at]) and _held(rows[at])]
+    return below[0] if below and _are_units(rows[below[0]], rows[names_row]) else None

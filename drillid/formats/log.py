@@ -1,0 +1,342 @@
+"""Reading rig logs of any format: checks that are the same for all of them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.errors import DrillidError, LogError
+from drillid.formats.cells import numbers
+from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
+from drillid.formats.detection import reader_of, suffix_of
+from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
+from drillid.formats.packing import unpacked_file
+from drillid.formats.places import Places
+from drillid.formats.remote import local_file
+from drillid.formats.stamps import Stamps, Times, first_line
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_ROWS_OF_START = 1000
+"""Rows among which a log's earliest time stamp is sought."""
+_DEFAULT_TIME = "TIME"
+"""Name of a time column that needs no mention."""
+_TIME_OF_DAY = re.compile(r"(?:\d{1,2}[:.]\d{2}([:.].*)?|\d{1,6}([.,]\d*)?)(?: ?[AaPp]\.?[Mm]\.?)?")
+PLAIN = Dialect()
+
+
+@dataclass
+class Log:
+    """A rig log in memory; its columns are popped one by one, so that none is held twice.
+
+    stamps : UTC without zone, ns, shape (row,), in the file's order
+    units : units by the columns' names, where the file states them
+    notes : decisions that were taken while reading
+    """
+
+    path: Path
+    stamps: NDArray[np.datetime64]
+    units: dict[str, str]
+    notes: list[Note]
+    _table: Any
+    _places: Places
+    _nulls: tuple[float, ...]
+
+    def pop(self, name: str) -> Floats:
+        """Remove a column from the log and return it in the file's units, NaN for missing values, shape (row,).
+
+        Raises
+        ------
+        LogError
+            If a cell is not a number; the message names file, column and row.
+        """
+        column = column_named(name, self._places.header, self.path)
+        values = numbers(self._places, column, self._table.column(column), self._nulls)
+        self._table = self._table.drop_columns([column])
+        _release_memory()
+        return values
+
+
+def read_log(
+    path: Path, time: str | TimeColumn | None, columns: Sequence[str], zone: str = "UTC", dialect: Dialect = PLAIN
+) -> Log:
+    """Read the time column and some numeric columns of a rig log.
+
+    Parameters
+    ----------
+    path : the log, or its URL
+    time : its time column, or the name of that
+    columns : names of the numeric columns
+    zone : time zone of stamps without one, where `time` is a name
+    dialect : how the file is laid out
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read, lacks a column, holds no rows, or holds an invalid time
+        stamp; the message names file, column and row.
+    """
+    described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
+    with _reading(path) as (reader, file, notes):
+        header = _table_of(path, _headers(path, file, reader, dialect), columns, dialect)
+        places = Places(path, header, _line_of)
+        times, decided = _times(reader, file, described, places)
+        wanted = [column_named(name, header, path) for name in columns]
+        table = _columns(path, file, reader, header, times, wanted, None)
+        stamps, read = times.stamps(table)
+    kept = {times.column, times.date} - {None} - set(wanted)
+    table = table.drop_columns([name for name in table.column_names if name in kept])
+    _release_memory()
+    units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
+    said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read]
+    return Log(path, stamps, units, said, table, places, (*header.nulls, *dialect.null_values))
+
+
+def first_stamp(
+    path: Path, time: str | TimeColumn | None, zone: str = "UTC", dialect: Dialect = PLAIN
+) -> np.datetime64:
+    """Earliest of a log's first time stamps, by which logs are sorted; the rest of the log is read where it must be.
+
+    Raises
+    ------
+    LogError
+        As `read_log`.
+    """
+    described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
+    with _reading(path) as (reader, file, _):
+        header = _table_of(path, _headers(path, file, reader, dialect), (), dialect)
+        times, _ = _times(reader, file, described, Places(path, header, _line_of))
+        try:
+            return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
+        except LogError:
+            # what the first rows leave open, such as the order of day and month, later ones may show
+            return _earliest(times, _columns(path, file, reader, header, times, [], None))
+
+
+def headers(path: Path, dialect: Dialect = PLAIN) -> list[Header]:
+    """Columns of each table of a log file, with their units; no row is read.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read or holds no table.
+    """
+    with _reading(path) as (reader, file, _):
+        return _headers(path, file, reader, dialect)
+
+
+def units(path: Path, dialect: Dialect = PLAIN) -> dict[str, str]:
+    """Units that a log file states, by the names of its columns.
+
+    Raises
+    ------
+    LogError
+        As `headers`.
+    """
+    return {name: unit for header in headers(path, dialect) for name, unit in header.units.items()}
+
+
+def column_named(name: str, header: Header, path: Path) -> str:
+    """The column of a header that a name stands for: exactly, without its unit, or in other case.
+
+    Raises
+    ------
+    LogError
+        If there is none, with the likely one.
+    """
+    if name in header.columns:
+        return name
+    bare = split_unit(name)[0]
+    alike = [column for column in header.columns if split_unit(column)[0] == bare]
+    in_any_case = [column for column in header.columns if split_unit(column)[0].casefold() == bare.casefold()]
+    for found in (alike, in_any_case):
+        if len(found) == 1:
+            return found[0]
+    close = difflib.get_close_matches(name, header.columns, n=1)
+    hint = f"Did you mean '{close[0]}'?" if close else "Name one of them in the rig description"
+    existing = ", ".join(f"'{column}'" for column in header.columns) or "none"
+    raise LogError(str(path), f"has no column '{name}'; its columns are {existing}", hint)
+
+
+def _line_of(path: Path, header: Header, row: int) -> int:
+    """Line of a row in the file as it is now, packed or elsewhere; 0 of formats without lines."""
+    with _reading(path) as (reader, file, _):
+        line_of = getattr(reader, "line_of", None)
+        return 0 if line_of is None else int(line_of(file, header, row))
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
+    """The reader of a log and a file that it can read; whatever goes wrong in it becomes a `LogError`."""
+    try:
+        with local_file(path) as local:
+            reader, notes = reader_of(local)
+            with unpacked_file(local, suffix_of(local), getattr(reader, "STREAMS", False)) as file:
+                yield reader, file, notes
+    except (DrillidError, MemoryError):
+        raise
+    except Unusable as error:
+        raise LogError(str(path), error.what, error.remedy) from error
+    except FileNotFoundError as error:
+        raise LogError(str(path), "does not exist", "Check the path in the logs sheet") from error
+    except IsADirectoryError as error:
+        raise LogError(str(path), "is a folder, not a log file", "List the files in it in the logs sheet") from error
+    except PermissionError as error:
+        raise LogError(str(path), "may not be read", "Ask for the permission to read it") from error
+    except Exception as error:  # libraries raise whatever they like on damaged files
+        raise LogError(
+            str(path),
+            f"cannot be read ({first_line(error)})",
+            "Export the log again; the file may be cut short or damaged",
+        ) from error
+
+
+_KNOWN: OrderedDict[tuple[Any, ...], list[Header]] = OrderedDict()
+_MOST_KNOWN = 64
+"""Headers are kept while a log is sorted, checked and read, as finding them may take a pass over the file."""
+
+
+def _headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> list[Header]:
+    """The tables of a log, of which a stated one is chosen."""
+    key = (path, dialect, *_version(path))
+    if key not in _KNOWN or path.is_dir():
+        _KNOWN[key] = _read_headers(path, file, reader, dialect)
+        while len(_KNOWN) > _MOST_KNOWN:
+            _KNOWN.popitem(last=False)
+    return _KNOWN[key]
+
+
+def _version(path: Path) -> tuple[int, int]:
+    """What changes when a file does; of a file elsewhere, its copy is looked at instead."""
+    with local_file(path) as local:
+        status = local.stat()
+    return status.st_size, status.st_mtime_ns
+
+
+def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> list[Header]:
+    if file.is_file() and not file.stat().st_size:
+        raise LogError(str(path), "is empty", "Export the log again, or take it out of the logs sheet")
+    found = reader.headers(file, dialect)
+    if not found:
+        raise LogError(str(path), "is empty", "Export the log again, or take it out of the logs sheet")
+    if dialect.table is None:
+        return found
+    chosen = [header for header in found if header.table == dialect.table]
+    if not chosen:
+        names = ", ".join(f"'{header.table}'" for header in found)
+        what = f"has no table '{dialect.table}'; its tables are {names}"
+        raise LogError(str(path), what, "Correct file.table in the rig description")
+    return chosen
+
+
+def _table_of(path: Path, found: list[Header], columns: Sequence[str], dialect: Dialect) -> Header:
+    """The table that holds all wanted columns, else the one that holds most of them."""
+    if len(found) == 1:
+        return found[0]
+
+    def held(header: Header) -> int:
+        names = {split_unit(name)[0].casefold() for name in header.columns} | set(header.columns)
+        return sum(name in names or split_unit(name)[0].casefold() in names for name in columns)
+
+    ranked = sorted(found, key=lambda header: (-held(header), -_likely_log(header)))
+    return ranked[0]
+
+
+def _likely_log(header: Header) -> int:
+    """How much a table looks like a log: it has times, and many columns."""
+    return 1000 * (header.time is not None or time_among(header.columns) is not None) + len(header.columns)
+
+
+def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places) -> tuple[Times, list[Note]]:
+    """The columns that state the times, by the rig description, else the format, else their names."""
+    header, notes = places.header, list[Note]()
+    if described.column is not None:
+        column = column_named(described.column, header, places.path)
+    else:
+        found = header.time or time_among(header.columns) or date_among(header.columns)
+        if found is None:
+            existing = ", ".join(f"'{name}'" for name in header.columns)
+            raise LogError(
+                places.whole,
+                f"has no column that is named like a time; its columns are {existing}",
+                "State the one with the times as time.column in the rig description",
+            )
+        column = found
+        if header.time is None and key_of(found) != _DEFAULT_TIME:
+            notes.append(_taken("times", found, "column"))
+    date = None if described.date is None else column_named(described.date, header, places.path)
+    if date is None:
+        of_format = header.date if column == header.time else None
+        date = of_format or _date_beside(reader, file, header, column)
+        if date is not None and date != header.date:
+            notes.append(_taken("dates", date, "date"))
+    return Times(column, date, described, places), notes
+
+
+def _taken(what: str, column: str, key: str) -> Note:
+    return (
+        f"the {what} are taken from column '{column}'",
+        f"State time.{key} in the rig description where that is wrong",
+    )
+
+
+def _date_beside(reader: LogFormat, file: Path, header: Header, column: str) -> str | None:
+    """A column named like a date, where the column of times holds times of day only."""
+    date = date_among(name for name in header.columns if name != column)
+    if date is None or header.rows == 0:
+        return None
+    cells = reader.read_columns(file, header, [column], [column], 5).column(column)
+    first = next((cell.as_py() for cell in cells if cell.is_valid), None)
+    return date if first is not None and _is_time_of_day(first) else None
+
+
+def _is_time_of_day(cell: object) -> bool:
+    import datetime
+
+    if isinstance(cell, datetime.time | datetime.timedelta):
+        return True
+    if isinstance(cell, datetime.datetime):
+        return cell.year <= 1900
+    if isinstance(cell, int | float):
+        return 0 <= cell < 240_000
+    return _TIME_OF_DAY.fullmatch(str(cell).strip()) is not None
+
+
+def _columns(
+    path: Path, file: Path, reader: LogFormat, header: Header, times: Times, columns: list[str], rows: int | None
+) -> Any:
+    text = [name for name in (times.column, times.date) if name is not None]
+    wanted = list(dict.fromkeys([*text, *columns]))
+    table = None if header.rows == 0 else reader.read_columns(file, header, wanted, text, rows)
+    if table is None or table.num_rows == 0:
+        raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
+    return table
+
+
+def _earliest(times: Times, table: Any) -> np.datetime64:
+    stamps: Stamps = times.stamps(table, ambiguous=True)[0]
+    return np.datetime64(np.min(stamps))
+
+
+def _repeated_names(columns: Sequence[str], header: Header) -> Iterator[Note]:
+    for name in columns:
+        if f"{name}:2" in header.columns:
+            what = f"has several columns '{name}'; the first is read"
+            yield what, f"Name '{name}:2' in the rig description where the second is meant"
+
+
+def _release_memory() -> None:
+    """Release the memory that Arrow keeps for later use; numpy needs it."""
+    import pyarrow as pa
+
+    pa.default_memory_pool().release_unused()

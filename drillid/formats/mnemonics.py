@@ -1,0 +1,129 @@
+"""Names of columns: units in them, the mnemonics of WITS and WITSML, times and dates."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterable
+
+from drillid.units.names import known_units
+
+MNEMONICS = {
+    "torque_command": ("TQA", "TQX", "TQ", "TORQUE", "STOR", "TORQ", "SURFTORQUE", "TDTORQUE"),
+    "speed": ("RPMA", "RPM", "SURFRPM", "ROTRPM", "TDRPM", "ROTARYSPEED"),
+    "speed_set": ("RPMSP", "RPMSET", "TDRPMSP", "RPMSETPOINT"),
+    "hole_depth": ("DMEA", "DEPTMEAS", "HOLEDEPTH", "HDEP", "DEPTHHOLE", "HDTH"),
+    "bit_depth": ("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "BPOS", "DEPTHBIT", "DBIT"),
+    "weight_on_bit": ("WOBA", "WOBX", "WOB", "SWOB", "WEIGHTONBIT"),
+    "flow": ("MFIA", "MFIP", "FLOWIN", "MUDFLOWIN", "FLWI", "TFLO", "MFI", "FLIN"),
+    "standpipe_pressure": ("SPPA", "SPP", "STANDPIPEPRESSURE", "SPPRESS"),
+    "hook_load": ("HKLA", "HKLX", "HKLD", "HKL", "HOOKLOAD", "HKLO"),
+}
+"""Names under which WITS, WITSML and recorders keep a channel, the likelier first, in capitals without signs.
+An injected sweep has none."""
+SURE = {
+    "torque_command": ("TQA",),
+    "speed": ("RPMA",),
+    "hole_depth": ("DMEA",),
+    "bit_depth": ("DBTM",),
+    "weight_on_bit": ("WOBA",),
+    "flow": ("MFIA", "MFIP"),
+    "standpipe_pressure": ("SPPA",),
+    "hook_load": ("HKLA",),
+}
+"""Of these, the mnemonics of WITS, which nothing else is called."""
+WITHOUT_UNIT = {"speed": "rpm", "speed_set": "rpm"}
+"""Channels that WITS has in one unit only, metric or not."""
+
+_TIMES = (
+    *("time", "timestamp", "datetime", "dateandtime", "dateandtimeutc", "timedate", "timeutc", "utctime", "utc"),
+    *("timestamputc", "localtime", "timelocal", "datetimeutc", "rtime", "logtime", "timeindex", "zeit", "datumzeit"),
+    *("tid", "datotid", "hora", "fechahora", "heure", "время", "etim", "etime", "elapsedtime", "unixtime", "epoch"),
+    *("seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
+)
+_DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "day")
+_IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>.*)\)|\{(?P<curly>[^{}]*)\})$")
+_AFTER_COMMA = re.compile(r"^(?P<name>.*?\S)\s*,\s*(?P<unit>[^,]+)$")
+_NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}
+_OF_OTHER_LOGS = frozenset(
+    ("api", "gapi", "degc", "degf", "ppm", "ohmm", "ohm", "euc", "mv", "v", "a", "ma", "us", "gal")
+)
+_LONGEST_UNIT = 40
+_OTHER_UNITS = ("datetime", "date", "text", "string", "unknown", "hh:mm:ss", "yyyy/mm/dd", "yyyy-mm-dd", "dd/mm/yyyy")
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Name and unit of a column such as 'TQA [kN.m]', 'Torque (ft-lbf)' or 'Depth, m'; no unit where there is none."""
+    stripped = name.strip()
+    match = _IN_BRACKETS.match(stripped)
+    if match is not None:
+        unit = next(part for part in (match["square"], match["round"], match["curly"]) if part is not None).strip()
+        if is_unit(unit) or match["square"] is not None:
+            return match["name"], "" if unit.lower() in _NO_UNIT else unit
+        return stripped, ""
+    match = _AFTER_COMMA.match(stripped)
+    if match is not None and is_unit(match["unit"].strip()):
+        return match["name"], match["unit"].strip()
+    return stripped, ""
+
+
+def is_unit(text: str) -> bool:
+    """Whether the text is the name of a unit, or says that there is none."""
+    plain = text.strip()
+    if plain.lower() in _NO_UNIT or plain.lower() in _OTHER_UNITS or _looks_like_date_format(plain):
+        return True
+    words = re.findall(r"[^\W\d_]+|[%°\"'#]", plain)
+    return bool(words) and all(word.casefold() in _unit_names() for word in words) and len(plain) < _LONGEST_UNIT
+
+
+@functools.cache
+def _unit_names() -> frozenset[str]:
+    """Names of units in lower case; those that only pint knows are not worth its import here."""
+    return frozenset(name.casefold() for name in known_units()) | _OF_OTHER_LOGS
+
+
+def is_no_unit(text: str) -> bool:
+    """Whether the text says that a column has no unit."""
+    return text.strip().lower() in _NO_UNIT
+
+
+def _looks_like_date_format(text: str) -> bool:
+    return bool(re.fullmatch(r"(?i)[ymdhs.,:/ t-]*(?:yy|hh|ss)[ymdhs.,:/ t-]*(?:\.?[sf0]+)?z?", text))
+
+
+def key_of(name: str) -> str:
+    """A name in capitals, without its unit and without signs."""
+    return re.sub(r"[\W_]", "", split_unit(name)[0]).upper()
+
+
+def channel_of(name: str) -> str | None:
+    """Channel that a column of this name usually holds."""
+    key = key_of(name)
+    return next((channel for channel, names in MNEMONICS.items() if key in names), None)
+
+
+def surely(channel: str, columns: Iterable[str]) -> str | None:
+    """The one column that has the channel's mnemonic in WITS."""
+    names = list(columns)
+    for mnemonic in SURE.get(channel, ()):
+        found = [name for name in names if key_of(name) == mnemonic]
+        if len(found) == 1:
+            return found[0]
+    return None
+
+
+def time_among(columns: Iterable[str]) -> str | None:
+    """The column that is named like a time, the likeliest of several."""
+    return _first_of(_TIMES, columns)
+
+
+def date_among(columns: Iterable[str]) -> str | None:
+    """The column that is named like a date."""
+    return _first_of(_DATES, columns)
+
+
+def _first_of(names: tuple[str, ...], columns: Iterable[str]) -> str | None:
+    by_key: dict[str, str] = {}
+    for column in columns:
+        by_key.setdefault(key_of(column).lower(), column)
+    return next((by_key[name] for name in names if name in by_key), None)

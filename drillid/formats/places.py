@@ -1,0 +1,39 @@
+"""Where in a file a cell is, as its user counts: lines of a text, rows of a sheet or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from drillid.formats.description import Header
+
+_FIRST_ROW = 1
+"""Rows are counted from 1, without the header."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Names of places in one table of a file, for messages; `line_of`: line of a row, 0 where there are no lines."""
+
+    path: Path
+    header: Header
+    line_of: Callable[[Path, Header, int], int]
+
+    def cell(self, column: str, row: int) -> str:
+        """The place of a cell by its column and its row, counted from 0."""
+        line = self.line_of(self.path, self.header, row)
+        if not line:
+            return f"{self.whole}, column '{column}', row {row + _FIRST_ROW}"
+        if self.header.table:
+            return f"{self.whole}, column '{column}', row {line}"
+        return f"{self.whole}, line {line}, column '{column}', row {row + _FIRST_ROW}"
+
+    def column(self, name: str) -> str:
+        """The place of a column."""
+        return f"{self.whole}, column '{name}'"
+
+    @property
+    def whole(self) -> str:
+        """The file, or the table in it."""
+        return f"{self.path}, '{self.header.table}'" if self.header.table else str(self.path)

@@ -1,0 +1,1 @@
+"""Readers, one a format: a module with `SUFFIXES`, `headers` and `read_columns` each."""

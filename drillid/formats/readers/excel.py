@@ -1,0 +1,142 @@
+"""Workbooks: xlsx, xlsb, xls and ods."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drillid.formats.description import Dialect, Header, Unusable
+from drillid.formats.header_rows import find_header
+from drillid.formats.numbers_in_text import with_numbers
+from drillid.formats.packing import check_archive, first_bytes
+
+SUFFIXES = (".xlsx", ".xls", ".xlsm", ".xlsb", ".ods")
+_SAMPLE_ROWS = 200
+_EPOCH = datetime.datetime(1970, 1, 1)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Sheet, its first row with content, counted from 0, and the first row of data behind it."""
+
+    sheet: str
+    top: int
+    first: int
+
+
+def _workbook(path: Path) -> Any:
+    import python_calamine
+
+    if first_bytes(path, 2) == b"PK":
+        check_archive(path)
+    try:
+        return python_calamine.CalamineWorkbook.from_path(path)
+    except python_calamine.CalamineError as error:
+        raise ValueError(str(error)) from error
+
+
+def headers(path: Path, dialect: Dialect) -> list[Header]:
+    """A table for each sheet with rows of data.
+
+    Raises
+    ------
+    ValueError
+        If it is no workbook, or no sheet has a header.
+    """
+    workbook = _workbook(path)
+    found, nameless = [], []
+    for sheet in workbook.sheet_names:
+        if dialect.table not in (None, sheet):
+            continue
+        rows, top = _rows(workbook, sheet, _SAMPLE_ROWS)
+        if not rows:
+            continue
+        header = find_header(
+            [[_as_text(cell) for cell in row] for row in rows],
+            None if dialect.header_line is None else dialect.header_line - 1 - top,
+            None if dialect.units_line is None else dialect.units_line - 1 - top,
+        )
+        if header is None or len(header.names) < 2:
+            nameless.append(sheet)
+            continue
+        found.append(Header(header.names, header.units, table=sheet, layout=_Layout(sheet, top, header.first)))
+    if not found and nameless:
+        raise Unusable(
+            f"has no row with the names of the columns in its sheet '{nameless[0]}'",
+            "State the number of that row in the rig description as file.header_line",
+        )
+    return found
+
+
+def read_columns(
+    path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
+) -> Any:
+    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text."""
+    import pyarrow as pa
+
+    layout: _Layout = header.layout
+    limit = None if rows is None else layout.first + rows
+    data = _rows(_workbook(path), layout.sheet, limit)[0][layout.first :]
+    data = [row for row in data if any(cell != "" for cell in row)]
+    places = [header.columns.index(name) for name in columns]
+    arrays = {}
+    for name, at in zip(columns, places, strict=True):
+        cells = [row[at] if at < len(row) else "" for row in data]
+        arrays[name] = _times(cells) if name in text else _numbers(cells)
+    numeric = [name for name in columns if name not in text and pa.types.is_string(arrays[name].type)]
+    return with_numbers(pa.table(arrays), numeric, None, None, ";") if numeric else pa.table(arrays)
+
+
+def line_of(path: Path, header: Header, row: int) -> int:
+    """Number of the sheet's row, counted from 1, that holds a row of data."""
+    layout: _Layout = header.layout
+    data = _rows(_workbook(path), layout.sheet, None)[0]
+    held = [at for at, cells in enumerate(data) if at >= layout.first and any(cell != "" for cell in cells)]
+    return layout.top + held[row] + 1 if row < len(held) else 0
+
+
+def _rows(workbook: Any, sheet: str, limit: int | None) -> tuple[list[list[Any]], int]:
+    """Cells of a sheet from its first row with content on, and the number of empty rows before that."""
+    found = workbook.get_sheet_by_name(sheet)
+    top = found.start[0] if found.start else 0
+    rows: list[list[Any]] = found.to_python(skip_empty_area=True, nrows=limit)
+    return rows, int(top)
+
+
+def _as_text(cell: Any) -> str:
+    return str(cell).strip()
+
+
+def _numbers(cells: list[Any]) -> Any:
+    """Cells as float64, or as text where one is no number."""
+    import pyarrow as pa
+
+    if all(isinstance(cell, int | float) or cell == "" for cell in cells):
+        return pa.array([None if cell == "" else float(cell) for cell in cells], pa.float64())
+    return pa.array([None if cell == "" else str(cell) for cell in cells], pa.string())
+
+
+def _times(cells: list[Any]) -> Any:
+    """Cells of a column of times: times, times of day, numbers or text."""
+    import pyarrow as pa
+
+    held = [cell for cell in cells if cell != ""]
+    if held and all(isinstance(cell, datetime.datetime | datetime.date) for cell in held):
+        return pa.array([_microseconds(cell) for cell in cells], pa.int64()).cast(pa.timestamp("us"))
+    if held and all(isinstance(cell, datetime.time) for cell in held):
+        return pa.array([None if cell == "" else cell for cell in cells], pa.time64("us"))
+    if held and all(isinstance(cell, datetime.timedelta) for cell in held):
+        return pa.array([None if cell == "" else cell for cell in cells], pa.duration("us"))
+    if held and all(isinstance(cell, int | float) for cell in held):
+        return pa.array([None if cell == "" else float(cell) for cell in cells], pa.float64())
+    return pa.array([None if cell == "" else str(cell) for cell in cells], pa.string())
+
+
+def _microseconds(cell: Any) -> int | None:
+    if cell == "":
+        return None
+    whole = cell if isinstance(cell, datetime.datetime) else datetime.datetime.combine(cell, datetime.time())
+    return (whole - _EPOCH) // datetime.timedelta(microseconds=1)

@@ -1,0 +1,52 @@
+"""Apache Parquet."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from drillid.formats.arrow_tables import with_floats
+from drillid.formats.description import Dialect, Header
+from drillid.formats.header_rows import unique
+from drillid.formats.mnemonics import split_unit
+
+SUFFIXES = (".parquet", ".pq")
+
+
+def headers(path: Path, dialect: Dialect) -> list[Header]:
+    """The one table of the file; units stand in the names or in the columns' own notes."""
+    from pyarrow import parquet
+
+    return [header_of(parquet.read_schema(path), parquet.read_metadata(path).num_rows)]
+
+
+def header_of(schema: Any, rows: int | None = None) -> Header:
+    """The header of an Arrow schema."""
+    units = {}
+    for field in schema:
+        noted = {key.lower(): value for key, value in (field.metadata or {}).items()}
+        unit = next((noted[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in noted), "")
+        unit = unit or split_unit(field.name)[1]
+        if unit:
+            units[field.name] = unit
+    return Header(unique(schema.names), units, rows=rows)
+
+
+def read_columns(
+    path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
+) -> Any:
+    """The columns as an Arrow table; numbers of any width become float64."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    if rows is None:
+        table = parquet.read_table(path, columns=list(columns), page_checksum_verification=True)
+    else:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            batches = file.iter_batches(batch_size=rows, columns=list(columns))
+            table = pa.Table.from_batches(
+                itertools.islice(batches, 1), file.schema_arrow.empty_table().select(list(columns)).schema
+            )
+    return with_floats(table, text)

@@ -1,0 +1,327 @@
+"""WITSML log objects, 1.3.1.1 and 1.4.1.1, over time; read as a stream, documents with a DTD refused."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from drillid.formats.description import Dialect, Header, Unusable
+from drillid.formats.header_rows import unique
+from drillid.formats.mnemonics import is_no_unit, split_unit
+from drillid.formats.numbers_in_text import with_numbers
+from drillid.formats.packing import opened
+
+SUFFIXES = (".xml", ".witsml")
+STREAMS = True
+
+_BLOCK = 2**18
+_LINES = 20_000
+_TIME_INDEX = "date time"
+
+
+@dataclass
+class _Curve:
+    mnemonic: str = ""
+    unit: str = ""
+    null: str = ""
+    column: int = 0
+    kind: str = ""
+
+
+@dataclass
+class _Log:
+    """One log object, filled while it is read.
+
+    lists : mnemonics and units beside its data, which name the order of the cells
+    """
+
+    name: str = ""
+    uid: str = ""
+    index_type: str = ""
+    index_curve: str = ""
+    index_column: int = 0
+    null: str = ""
+    delimiter: str = ","
+    curves: list[_Curve] = field(default_factory=list)
+    mnemonics: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+
+    @property
+    def over_time(self) -> bool:
+        """Whether the index is a time; of a log that does not say, what its index is called."""
+        if self.index_type:
+            return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", "elapsed time")
+        return "TIME" in (self.index_curve or (self.ordered()[0].mnemonic if self.curves else "")).upper()
+
+    def ordered(self) -> list[_Curve]:
+        """Curves in the order of the cells."""
+        if self.mnemonics:
+            by_name: dict[str, _Curve] = {}
+            for curve in self.curves:
+                by_name.setdefault(curve.mnemonic, curve)
+            found = [by_name.get(name) or _Curve(name) for name in self.mnemonics]
+            for curve, unit in zip(found, self.units, strict=False):
+                curve.unit = curve.unit or unit
+            return found
+        if self.curves and all(curve.column for curve in self.curves):
+            return sorted(self.curves, key=lambda curve: curve.column)
+        return self.curves
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Names of the cells of a log's rows, and what they hold."""
+
+    names: tuple[str, ...]
+    units: dict[str, str]
+    nulls: tuple[float, ...]
+    time: str
+
+
+def headers(path: Path, dialect: Dialect) -> list[Header]:
+    """One table for all logs over time with the same curves.
+
+    Raises
+    ------
+    ValueError
+        If the document is no WITSML log, or holds logs over depth only.
+    """
+    tables: dict[tuple[str, ...], list[tuple[_Log, _Columns]]] = {}
+    depths = []
+    for log, _ in _documents(path, lines=False):
+        if not log.over_time:
+            depths.append(log.index_curve or log.name)
+            continue
+        columns = _columns(log)
+        tables.setdefault(tuple(sorted(columns.names)), []).append((log, columns))
+    if not tables and depths:
+        raise Unusable(f"holds logs over depth only, with the index '{depths[0]}'", "Export the logs over time")
+    if not tables:
+        raise ValueError("it is no WITSML document with a log")
+    found = []
+    for number, logs in enumerate(tables.values()):
+        log, first = logs[0]
+        table = "" if len(tables) == 1 else (log.name or log.uid or f"log {number + 1}")
+        units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
+        nulls = tuple(dict.fromkeys(null for _, columns in logs for null in columns.nulls))
+        found.append(Header(first.names, units, table=table, time=first.time, nulls=nulls, layout=set(first.names)))
+    return found
+
+
+def read_columns(
+    path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
+) -> Any:
+    """The columns of all logs of the table, one behind the other, in the order of the document."""
+    import pyarrow as pa
+
+    numeric = [name for name in columns if name not in text]
+    schema = pa.schema([(name, pa.string() if name in text else pa.float64()) for name in columns])
+    parts: list[Any] = []
+    count = 0
+    for log, lines in _documents(path, lines=True):
+        if not log.over_time:
+            continue
+        names = _columns(log).names
+        if set(names) != header.layout or not lines:
+            continue
+        lines = lines if rows is None else lines[: rows - count]
+        parts.append(_parsed(lines, log.delimiter, names, columns, numeric))
+        count += len(lines)
+        if rows is not None and count >= rows:
+            break
+    whole = [part for part in parts if part.schema == schema]
+    if len(whole) == len(parts):
+        return pa.concat_tables(parts) if parts else schema.empty_table()
+    return pa.concat_tables([_as_text(part, columns) for part in parts])
+
+
+def _as_text(table: Any, columns: Sequence[str]) -> Any:
+    import pyarrow as pa
+
+    return table.cast(pa.schema([(name, pa.string()) for name in columns]))
+
+
+def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Sequence[str], numeric: list[str]) -> Any:
+    """Lines of cells as an Arrow table; a column with a cell that is no number stays text."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    as_text = dict.fromkeys(columns, pa.string())
+
+    def read(types: dict[str, Any]) -> Any:
+        return arrow_csv.read_csv(
+            io.BytesIO("\n".join(lines).encode()),
+            read_options=arrow_csv.ReadOptions(column_names=list(names)),
+            parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
+            convert_options=arrow_csv.ConvertOptions(
+                include_columns=list(columns), column_types=types, strings_can_be_null=True, timestamp_parsers=[]
+            ),
+        )
+
+    try:
+        return read(as_text | dict.fromkeys(numeric, pa.float64()))
+    except pa.ArrowInvalid:
+        return with_numbers(read(as_text), numeric, ".", None, delimiter)
+
+
+def _columns(log: _Log) -> _Columns:
+    """Names of a log's cells."""
+    curves = log.ordered()
+    if not curves:
+        raise ValueError(f"its log '{log.name}' names no curves")
+    names = unique([curve.mnemonic.strip() or f"column {at}" for at, curve in enumerate(curves, 1)])
+    units = {}
+    for name, curve in zip(names, curves, strict=True):
+        unit = curve.unit.strip() or split_unit(name)[1]
+        if not is_no_unit(unit):
+            units[name] = unit
+    index = log.index_curve.strip()
+    time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
+    nulls = [number for text in (log.null, *(curve.null for curve in curves)) if (number := _number(text)) is not None]
+    return _Columns(names, units, tuple(dict.fromkeys(nulls)), time)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _documents(path: Path, lines: bool) -> Iterator[tuple[_Log, list[str]]]:
+    """Logs of a document with pieces of their lines of data.
+
+    A log is yielded once for each piece, or once without lines where only headers are wanted.
+    """
+    from defusedxml import DefusedXmlException
+    from defusedxml.expatreader import DefusedExpatParser
+
+    handler = _handler(lines)
+    parser = DefusedExpatParser(forbid_dtd=True)
+    parser.setContentHandler(handler)
+    try:
+        with opened(path) as content:
+            yield from _fed(parser, handler, content, path)
+    except DefusedXmlException as error:
+        raise Unusable(
+            "declares entities or a document type, which no WITSML log needs and attacks use",
+            "Export the log again without them",
+        ) from error
+
+
+def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[tuple[_Log, list[str]]]:
+    from xml.sax import SAXException, SAXParseException
+
+    try:
+        while block := content.read(_BLOCK):
+            parser.feed(block)
+            yield from handler.taken()
+        parser.close()
+    except SAXParseException as error:
+        raise ValueError(f"line {error.getLineNumber()}: {error.getMessage()}") from error
+    except (SAXException, AssertionError) as error:
+        raise ValueError(str(error)) from error
+    yield from handler.taken()
+
+
+def _handler(lines: bool) -> Any:
+    """A handler of XML events that collects logs; made here so that the library is imported late."""
+    from xml.sax.handler import ContentHandler
+
+    class Handler(ContentHandler):
+        """Fills logs from elements, whatever their namespace."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.log: _Log | None = None
+            self.curve: _Curve | None = None
+            self.text: list[str] | None = None
+            self.rows: list[str] = []
+            self.ready: list[tuple[_Log, list[str]]] = []
+            self.seen = False
+
+        def taken(self) -> list[tuple[_Log, list[str]]]:
+            """What is complete since the last time."""
+            if self.log is not None and len(self.rows) >= _LINES:
+                self._hand_over()
+            ready, self.ready = self.ready, []
+            return ready
+
+        def _hand_over(self) -> None:
+            assert self.log is not None
+            self.ready.append((self.log, self.rows))
+            self.rows, self.seen = [], True
+
+        def startElement(self, name: str, attrs: Any) -> None:
+            """Begin of an element."""
+            local = name.rpartition(":")[2]
+            if local == "log":
+                self.log, self.seen = _Log(uid=attrs.get("uid", "")), False
+            elif local == "logCurveInfo":
+                self.curve = _Curve(attrs.get("uid", ""))
+            elif local == "indexCurve" and self.log is not None:
+                self.log.index_column = int(attrs.get("columnIndex", "0") or 0) if "columnIndex" in attrs else 0
+            self.text = []
+
+        def characters(self, content: str) -> None:
+            """Text of an element, in pieces."""
+            if self.text is not None:
+                self.text.append(content)
+
+        def endElement(self, name: str) -> None:
+            """End of an element."""
+            local = name.rpartition(":")[2]
+            text, self.text = "".join(self.text or ()), None
+            if self.log is None:
+                return
+            if local == "data":
+                if lines:
+                    self.rows.append(text.strip())
+            elif local == "log":
+                if self.rows or not self.seen:
+                    self._hand_over()
+                self.log = None
+            elif local == "logCurveInfo":
+                if self.curve is not None:
+                    self.log.curves.append(self.curve)
+                self.curve = None
+            elif self.curve is not None:
+                _fill_curve(self.curve, local, text.strip())
+            else:
+                _fill_log(self.log, local, text.strip())
+
+    return Handler()
+
+
+def _fill_curve(curve: _Curve, element: str, text: str) -> None:
+    if element == "mnemonic":
+        curve.mnemonic = text
+    elif element == "unit":
+        curve.unit = text
+    elif element == "nullValue":
+        curve.null = text
+    elif element == "columnIndex" and text.isdigit():
+        curve.column = int(text)
+    elif element == "typeLogData":
+        curve.kind = text
+
+
+def _fill_log(log: _Log, element: str, text: str) -> None:
+    if element == "name":
+        log.name = text
+    elif element == "indexType":
+        log.index_type = text
+    elif element == "indexCurve":
+        log.index_curve = text
+    elif element == "nullValue":
+        log.null = text
+    elif element == "dataDelimiter" and text:
+        log.delimiter = text
+    elif element == "mnemonicList":
+        log.mnemonics = [name.strip() for name in next(csv.reader([text]), [])]
+    elif element == "unitList":
+        log.units = [unit.strip() for unit in next(csv.reader([text]), [])]

@@ -1,0 +1,69 @@
+"""Zarr stores in a folder, opened by xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from drillid.formats.description import Dialect, Header
+from drillid.formats.readers.netcdf import columns_of, tables_of
+
+SUFFIXES = (".zarr",)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    import warnings
+
+    import xarray as xr
+
+    if not path.exists():
+        raise FileNotFoundError(path)
+    if not path.is_dir():
+        raise ValueError("it is no folder, as a zarr store is")
+    try:
+        with warnings.catch_warnings():
+            # stores need no consolidated metadata, and zarr's newer types are read all the same
+            warnings.simplefilter("ignore")
+            with xr.open_zarr(path, decode_timedelta=False, chunks=None, create_default_indexes=False) as dataset:
+                yield dataset
+    except FileNotFoundError as error:
+        raise ValueError(f"it is no zarr store, or damaged: {error}") from error
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:  # zarr and its codecs raise whatever they meet in a damaged store
+        raise ValueError(f"it is no zarr store, or damaged: {error}") from error
+
+
+def headers(path: Path, dialect: Dialect) -> list[Header]:
+    """A table for the variables along each dimension."""
+    with _opened(path) as dataset:
+        return tables_of(dataset, sum(file.stat().st_size for file in path.rglob("*") if file.is_file()))
+
+
+def read_columns(
+    path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
+) -> Any:
+    """The columns as an Arrow table.
+
+    Raises
+    ------
+    ValueError
+        If a chunk of them is missing, which zarr itself takes for empty.
+    """
+    with _opened(path) as dataset:
+        _check_chunks(path, columns)
+        return columns_of(dataset, header, columns, text, rows)
+
+
+def _check_chunks(path: Path, columns: Sequence[str]) -> None:
+    import zarr
+
+    group = zarr.open_group(path, mode="r")
+    for name in columns:
+        array: Any = group[name]
+        if array.nchunks_initialized < array.nchunks:
+            missing = array.nchunks - array.nchunks_initialized
+            raise ValueError(f"{missing} of the {array.nchunks} chunks of '{name}' are missing")

@@ -1,0 +1,31 @@
+"""Starts of counted times in files: 'seconds since 2025-03-03 06:00:00', '2025-03-03T06:00:00Z'."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from drillid.formats.written_times import UnclearDate, parse
+
+_SINCE = re.compile(r"^\s*\w+\s+since\s+(.+)$", re.IGNORECASE)
+
+
+def start_of(text: str) -> np.datetime64 | None:
+    """The time in such a text, UTC where it has a zone; None of any other text."""
+    import pyarrow as pa
+
+    match = _SINCE.match(text)
+    stamp = re.sub(r"(\d)\.?0* ?(?:UTC|GMT)$", r"\1Z", (match[1] if match else text).strip())
+    try:
+        found = parse(pa.chunked_array([[stamp]]))
+    except UnclearDate:
+        return None
+    if found is None or found.wrong[0] or not found.dated:
+        return None
+    return np.datetime64(int(found.since[0]), "ns")
+
+
+def unit_since(text: str) -> str:
+    """The unit in 'seconds since …', or the text itself."""
+    return re.split(r"\s+since\s", text, maxsplit=1)[0].strip() if _SINCE.match(text) else text

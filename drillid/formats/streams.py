@@ -1,0 +1,93 @@
+"""Streams of text on their way to a parser: other encodings, runs of spaces."""
+
+from __future__ import annotations
+
+import codecs
+import io
+from typing import IO
+
+DELIMITER = "\x1f"
+"""Character that stands for any number of spaces; none of text."""
+_BLOCK = 2**22
+
+
+class _Changed(io.RawIOBase):
+    """A stream of bytes that is changed block by block."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self.stream, self.ready = stream, b""
+
+    def readable(self) -> bool:
+        """Streams of bytes to read."""
+        return True
+
+    def next_block(self) -> bytes | None:
+        """The next changed bytes, None at the end."""
+        raise NotImplementedError
+
+    def read(self, size: int | None = -1) -> bytes:
+        """Next bytes."""
+        pieces, held, wanted = [self.ready], len(self.ready), -1 if size is None else size
+        while wanted < 0 or held < wanted:
+            block = self.next_block()
+            if block is None:
+                break
+            pieces.append(block)
+            held += len(block)
+        whole = b"".join(pieces)
+        if wanted < 0:
+            self.ready = b""
+            return whole
+        self.ready = whole[wanted:]
+        return whole[:wanted]
+
+
+class Squeezed(_Changed):
+    """Lines whose runs of spaces and tabs are one `DELIMITER`, and none are at their ends."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        super().__init__(stream)
+        self.rest, self.ended = b"", False
+
+    def next_block(self) -> bytes | None:
+        """Whole lines; what follows the last line break waits for the next block."""
+        if self.ended:
+            return None
+        block = self.stream.read(_BLOCK)
+        if not block:
+            self.ended = True
+            return squeezed(self.rest)
+        block = self.rest + block
+        # a carriage return at the very end may belong to a line feed that is yet to come
+        whole = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+        self.rest = block[whole:]
+        return squeezed(block[:whole])
+
+
+class Transcoded(_Changed):
+    """The same text in UTF-8."""
+
+    def __init__(self, stream: IO[bytes], encoding: str) -> None:
+        super().__init__(stream)
+        self.decoder, self.ended = codecs.getincrementaldecoder(encoding)(errors="replace"), False
+
+    def next_block(self) -> bytes | None:
+        """The next characters."""
+        if self.ended:
+            return None
+        block = self.stream.read(_BLOCK)
+        self.ended = not block
+        return self.decoder.decode(block, final=not block).encode()
+
+
+def squeezed(lines: bytes) -> bytes:
+    """Lines with one delimiter between their words."""
+    ended = b"\n" if lines.endswith((b"\n", b"\r")) else b""
+    return b"\n".join(map(DELIMITER.encode().join, map(bytes.split, lines.splitlines()))) + ended
+
+
+def in_utf_8(stream: IO[bytes], encoding: str) -> IO[bytes]:
+    """The stream itself where its bytes are UTF-8 or hold its ASCII, else its text in UTF-8."""
+    if encoding.lower() in ("utf-8", "utf8", "ascii"):
+        return stream
+    return Transcoded(stream, encoding)  # type: ignore[return-value]
