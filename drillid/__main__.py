@@ -1,5 +1,7 @@
 """Commands of drillid: simulations that need no workflow."""
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +29,7 @@ def run_workflow(
 ) -> None:
     """Run the workflow of this folder; all other words go to Snakemake: targets, --dry-run, --until fits …
 
-    Exit codes: 0 all wells done, 1 a fault of workflow or machine, 3 wells failed, 128 + n ended by signal n.
+    Exit codes: 0 no well failed, 1 a fault of workflow, program or machine, 3 wells failed, 128 + n ended by signal n.
     """
     from drillid.fleet.command import run
 
@@ -39,6 +41,7 @@ def run_workflow(
     raise typer.Exit(code)
 
 
+<<<<<<< HEAD
 @app.command("explain")
 def explain_result(
     path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
@@ -51,6 +54,62 @@ def explain_result(
     except DrillidError as error:
         typer.echo(f"drillid: {error}", err=True)
         raise typer.Exit(1) from None
+=======
+@app.command("check")
+def check_configuration(
+    configuration: Annotated[Path, typer.Argument(help="Configuration that a run would be given.")] = Path(
+        "config/config.yaml"
+    ),
+    logs: Annotated[bool, typer.Option(help="Read every log as well.")] = True,
+) -> None:
+    """Look for whatever a run would reject: in configuration, sheets, rig descriptions and every log.
+
+    One row per finding: where, what, remedy. Exit code 1 where a log, a well or the run would fail.
+    """
+    from drillid.records.check import Checked, check
+
+    checked, findings = Checked(), []
+    for finding in check(configuration, checked, logs=logs):
+        findings.append(finding)
+        if not sys.stdout.isatty():
+            typer.echo("\t".join(finding.row))
+    if findings and sys.stdout.isatty():
+        _print_table(("", "where", "what", "remedy"), [finding.row for finding in findings])
+    fails = sum(finding.fails for finding in findings)
+    typer.echo(
+        f"{checked}: {fails} of {len(findings)} findings would fail" if findings else f"{checked}: sound", err=True
+    )
+    raise typer.Exit(int(fails > 0))
+
+
+def _print_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """A table as wide as the terminal."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*columns, show_lines=True)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    Console().print(table)
+
+
+@app.command("init")
+def write_example(
+    folder: Annotated[Path, typer.Argument(help="Folder to write the configuration into.")] = Path(),
+) -> None:
+    """Write a configuration with empty sheets, to be filled in, into a folder from which `drillid run` is started."""
+    from drillid.fleet.installation import write_example as write
+
+    try:
+        written = write(folder)
+    except DrillidError as error:
+        typer.echo(f"drillid: {error}", err=True)
+        raise typer.Exit(1) from None
+    typer.echo(
+        "".join(f"written: {path}\n" for path in written) + "Describe each rig in config/rigs/<rig>.yaml", nl=True
+    )
+>>>>>>> 106c38f1acf2f945fb81fe296c1ec507b8da6658
 
 
 @simulations.command("start-up")

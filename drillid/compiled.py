@@ -10,6 +10,7 @@ depend on what was compiled or loaded before, and in which order. Here every fun
 """
 
 import hashlib
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -52,7 +53,7 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
     FileNotFoundError
         If one of the folders does not exist.
     """
-    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else root / "__pycache__"
+    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _writable(root / "__pycache__")
     cache = str(base / f"{'-'.join(folders)}-{_sources(folders, root)}")
 
     def compiled_function(function: Function) -> Function:
@@ -66,6 +67,14 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
         return typed
 
     return compiled_function
+
+
+def _writable(folder: Path) -> Path:
+    """The folder where it can be written, else one of the user's: an installed library may be read-only."""
+    there = next(each for each in (folder, *folder.parents) if each.exists())
+    if os.access(there, os.W_OK):
+        return folder
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "drillid"
 
 
 def _sources(folders: tuple[str, ...], root: Path) -> str:

@@ -3,7 +3,7 @@
 import difflib
 import io
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -20,6 +20,8 @@ from drillid.errors import SettingsError
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
 
+Faults = Callable[[SettingsError], None]
+"""What takes the faults of rows."""
 _SEPARATORS = {",": "commas", ";": "semicolons"}
 
 
@@ -85,12 +87,25 @@ class Listing:
         object.__setattr__(self, "folder", self.folder or folder_of(self.name))
 
     def load(self) -> Well:
-        """Read the rig description.
+        """The well with its rig description.
 
         Raises
         ------
         SettingsError
             If it is missing, cannot be read or does not validate, or if the well has no logs.
+        """
+        rig = self.load_rig()
+        if not self.logs:
+            raise SettingsError("logs sheet", f"well '{self.name}' has no logs", "List its log files there")
+        return Well(self.name, rig, self.logs)
+
+    def load_rig(self) -> Rig:
+        """The rig description alone.
+
+        Raises
+        ------
+        SettingsError
+            If it is missing, cannot be read or does not validate.
         """
         if not self.rig_file.is_file():
             raise SettingsError(
@@ -98,17 +113,20 @@ class Listing:
                 f"rig '{self.rig_file.stem}' has no description",
                 f"Write this file, or correct the rig of well '{self.name}' in the wells sheet",
             )
-        if not self.logs:
-            raise SettingsError("logs sheet", f"well '{self.name}' has no logs", "List its log files there")
-        return Well(self.name, Rig.from_yaml(self.rig_file), self.logs)
+        return Rig.from_yaml(self.rig_file)
 
     def absolute(self) -> "Listing":
         """The same with absolute paths, which hold in any working folder."""
         return replace(self, rig_file=self.rig_file.absolute(), logs=tuple(log.absolute() for log in self.logs))
 
 
-def read_sheets(settings: "Settings") -> dict[str, Listing]:
+def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str, Listing]:
     """All wells of the sheets by their folders, in the order of the wells sheet.
+
+    Parameters
+    ----------
+    settings : where the sheets are, and where logs may lie
+    faults : what takes the faults of rows, which are left out; without it the first fault is raised
 
     Raises
     ------
@@ -117,8 +135,9 @@ def read_sheets(settings: "Settings") -> dict[str, Listing]:
         listed twice, wells that would share a folder, a log of an unknown well, listed twice, or
         outside of the folders that logs may lie in.
     """
-    rows = _wells_apart(_rows(Path(settings.wells), WellRow))
-    logs = _logs_of_wells(settings, rows.keys())
+    faults = _raise if faults is None else faults
+    rows = _wells_apart(_rows(Path(settings.wells), WellRow, faults), faults)
+    logs = _logs_of_wells(settings, rows.keys(), faults)
     listings = (
         Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description, row.folder)
         for name, row in rows.items()
@@ -126,40 +145,52 @@ def read_sheets(settings: "Settings") -> dict[str, Listing]:
     return {listing.folder: listing for listing in listings}
 
 
-def _wells_apart(rows: Iterable[tuple[str, WellRow]]) -> dict[str, WellRow]:
+def _raise(fault: SettingsError) -> None:
+    raise fault
+
+
+def _wells_apart(rows: Iterable[tuple[str, WellRow]], faults: Faults) -> dict[str, WellRow]:
     """Rows by the names of their wells, each with a folder of its own on every file system."""
     found: dict[str, WellRow] = {}
     owners: dict[str, str] = {}
     for where, row in rows:
         if row.well in found:
-            raise SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows")
+            faults(SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows"))
+            continue
         folder = row.folder or folder_of(row.well)
         other = owners.setdefault(as_seen(folder), row.well)
         if other != row.well:
             what = f"wells '{other}' and '{row.well}' would share the folder '{folder}' where case does not count"
             remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
-            raise SettingsError(where, what, remedy)
+            faults(SettingsError(where, what, remedy))
+            continue
         found[row.well] = row
     return found
 
 
-def _logs_of_wells(settings: "Settings", names: Collection[str]) -> dict[str, list[Path]]:
+def _logs_of_wells(settings: "Settings", names: Collection[str], faults: Faults) -> dict[str, list[Path]]:
     logs: dict[str, list[Path]] = {name: [] for name in names}
     seen: dict[str, str] = {}
     roots = Roots.of([".", Path(settings.logs).parent, settings.results, *settings.log_roots])
-    for where, row in _rows(Path(settings.logs), LogRow):
-        if row.well not in logs:
-            close = difflib.get_close_matches(row.well, names, n=1)
-            remedy = f"Did you mean '{close[0]}'?" if close else f"Add the well to {settings.wells}"
-            raise SettingsError(where, f"log of the unknown well '{row.well}'", remedy)
+    for where, row in _rows(Path(settings.logs), LogRow, faults):
         path = os.path.normpath(row.log)
-        if path in seen:
-            raise SettingsError(where, f"log '{row.log}' is listed already at {seen[path]}", "Remove one of the rows")
-        if not roots.hold(row.log):
-            raise _outside(where, row.log, roots)
-        seen[path] = where
-        logs[row.well].append(Path(row.log))
+        if row.well not in logs:
+            faults(_unknown(where, row.well, names, settings.wells))
+        elif path in seen:
+            what = f"log '{row.log}' is listed already at {seen[path]}"
+            faults(SettingsError(where, what, "Remove one of the rows"))
+        elif not roots.hold(row.log):
+            faults(_outside(where, row.log, roots))
+        else:
+            seen[path] = where
+            logs[row.well].append(Path(row.log))
     return logs
+
+
+def _unknown(where: str, well: str, names: Collection[str], sheet: str) -> SettingsError:
+    close = difflib.get_close_matches(well, names, n=1)
+    remedy = f"Did you mean '{close[0]}'?" if close else f"Add the well to {sheet}"
+    return SettingsError(where, f"log of the unknown well '{well}'", remedy)
 
 
 def _outside(where: str, log: str, roots: Roots) -> SettingsError:
@@ -168,7 +199,7 @@ def _outside(where: str, log: str, roots: Roots) -> SettingsError:
     return SettingsError(where, what, f"If it may be read, add to the configuration: log_roots: [{folder}]")
 
 
-def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
+def _rows(path: Path, model: type[Row], faults: Faults) -> Iterator[tuple[str, Row]]:
     """The sheet's rows, each with its place for messages; blank lines and lines that begin with '#' are skipped."""
     lines = read_text(path).splitlines()
     used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
@@ -184,7 +215,14 @@ def _rows(path: Path, model: type[Row]) -> list[tuple[str, Row]]:
         raise SettingsError(
             str(path), f"is not a table ({error})", "Separate the columns by tabs, one row per line"
         ) from error
-    return [_row(path, number, record, model) for number, record in zip(used[1:], _records(table), strict=True)]
+    for number, record in zip(used[1:], _records(table), strict=True):
+        where = f"{path}, row {number}"
+        try:
+            row = model.checked(record, where)
+        except SettingsError as fault:
+            faults(fault)
+        else:
+            yield where, row
 
 
 def _check_separator(path: Path, header: str) -> None:
@@ -197,8 +235,3 @@ def _check_separator(path: Path, header: str) -> None:
 def _records(table: pd.DataFrame) -> list[dict[str, str]]:
     stripped = table.fillna("").map(str.strip)
     return [{str(name).strip(): value for name, value in record.items()} for record in stripped.to_dict("records")]
-
-
-def _row(path: Path, number: int, record: dict[str, str], model: type[Row]) -> tuple[str, Row]:
-    where = f"{path}, row {number}"
-    return where, model.checked(record, where)

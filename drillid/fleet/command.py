@@ -16,7 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
-from drillid.errors import SettingsError
+from drillid.config.files import read_yaml
+from drillid.fleet.installation import snakemake_words
 from drillid.fleet.lock import RUN, identity
 
 OUTCOME = "DRILLID_OUTCOME"
@@ -41,12 +42,11 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
     Raises
     ------
     SettingsError
-        If the current folder holds no workflow.
+        If there is no workflow, or the configuration cannot be read.
     """
-    if not Path("Snakefile").is_file():
-        raise SettingsError(str(Path.cwd()), "holds no workflow", "Start drillid in the folder with the Snakefile")
+    read_yaml(configuration or "config/config.yaml")
     # targets come first: --configfile takes all words that follow it
-    command = [sys.executable, "-m", "snakemake", *arguments, "--nolock", "--workflow-profile", str(profile)]
+    command = [sys.executable, "-m", "snakemake", *arguments, "--nolock", *snakemake_words(profile)]
     command += ["--jobs", jobs] if jobs else []
     command += ["--configfile", str(configuration)] if configuration else []
     with tempfile.TemporaryDirectory(prefix="drillid-") as folder:

@@ -38,7 +38,7 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
             raise LogError(
                 places.cell(name, row),
                 f"'{cells.iloc[row]}' is not a number",
-                "Correct the cell, or leave it empty where there is no value",
+                f"Correct the cell{places.in_line(row)}, or leave it empty where there is no value",
             )
         values = found.to_numpy(dtype=np.float64, copy=True)
     for null in (*NULL_VALUES, *null_values, np.inf, -np.inf):

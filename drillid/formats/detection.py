@@ -30,8 +30,8 @@ _MAGIC: tuple[tuple[bytes, tuple[str, ...]], ...] = (
 )
 """First bytes of formats, and endings of the readers that take them, the usual one first."""
 _PLAIN_TEXT = (".csv",)
-_TEXT = (".csv", ".las", ".xml")
-"""One ending of each reader of text."""
+_SAVED_AS_TEXT = (".xls",)
+"""An ending of the readers whose files other programs save as text."""
 _XML = re.compile(rb"<(?:\w+:)?(?:logs|WITSML|log)\b", re.IGNORECASE)
 
 
@@ -73,10 +73,11 @@ def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
 
 
 def _agree(named: LogFormat, suffixes: tuple[str, ...]) -> bool:
-    """Whether the content does not contradict the name; any text may be of any format that is text."""
+    """Whether the content does not contradict the name; text is what it is called, but for workbooks."""
     readers_of = [formats()[suffix] for suffix in suffixes]
-    both_text = suffixes == _PLAIN_TEXT and not set(_TEXT).isdisjoint(named.SUFFIXES)
-    return not suffixes or named in readers_of or both_text
+    if suffixes == _PLAIN_TEXT and set(_SAVED_AS_TEXT).isdisjoint(named.SUFFIXES):
+        return True
+    return not suffixes or named in readers_of
 
 
 def suffix_of(path: Path) -> str:

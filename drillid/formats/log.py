@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import traceback
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -193,7 +194,9 @@ def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
         raise LogError(str(path), "is a folder, not a log file", "List the files in it in the logs sheet") from error
     except PermissionError as error:
         raise LogError(str(path), "may not be read", "Ask for the permission to read it") from error
-    except Exception as error:  # libraries raise whatever they like on damaged files
+    except Exception as error:
+        if not isinstance(error, OSError | ValueError | EOFError) and not _of_a_library(error):
+            raise
         raise LogError(
             str(path),
             f"cannot be read ({first_line(error)})",
@@ -204,6 +207,12 @@ def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
 _KNOWN: OrderedDict[tuple[Any, ...], list[Header]] = OrderedDict()
 _MOST_KNOWN = 64
 """Headers are kept while a log is sorted, checked and read, as finding them may take a pass over the file."""
+
+
+def _of_a_library(error: Exception) -> bool:
+    """Whether an error was raised outside this package: libraries raise whatever they meet in damaged files."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return not Path(frames[-1].filename).is_relative_to(Path(__file__).parent)
 
 
 def _headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> list[Header]:

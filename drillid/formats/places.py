@@ -22,12 +22,13 @@ class Places:
 
     def cell(self, column: str, row: int) -> str:
         """The place of a cell by its column and its row, counted from 0."""
-        line = self.line_of(self.path, self.header, row)
-        if not line:
-            return f"{self.whole}, column '{column}', row {row + _FIRST_ROW}"
-        if self.header.table:
-            return f"{self.whole}, column '{column}', row {line}"
-        return f"{self.whole}, line {line}, column '{column}', row {row + _FIRST_ROW}"
+        line = self.line_of(self.path, self.header, row) if self.header.table else 0
+        return f"{self.whole}, column '{column}', row {line or row + _FIRST_ROW}"
+
+    def in_line(self, row: int) -> str:
+        """The line of a text file that holds a row, as part of a remedy; empty of other files."""
+        line = 0 if self.header.table else self.line_of(self.path, self.header, row)
+        return f" in line {line} of the file" if line else ""
 
     def column(self, name: str) -> str:
         """The place of a column."""

@@ -362,8 +362,9 @@ class Times:
 
     def _wrong(self, row: int, cell: object, remedy: str = "") -> LogError:
         shown = "" if cell is None else cell
+        example = f"Write time stamps such as 2025-03-03T06:00:00.020Z{self.places.in_line(row)}"
         return LogError(
-            self.places.cell(self.column, row), f"'{shown}' is not a time", remedy or f"{_EXAMPLE}, {_OTHER_FORMAT}"
+            self.places.cell(self.column, row), f"'{shown}' is not a time", remedy or f"{example}, {_OTHER_FORMAT}"
         )
 
     def _localised(self, since: Integers, ambiguous: bool | None) -> Stamps:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from drillid import compiled
 from drillid.compiled import compiler
 
 INNER = """
@@ -88,3 +89,14 @@ def test_a_kernel_that_only_moves_counts_as_changed(kernels: Path) -> None:
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="nowhere"):
         compiler("nowhere", root=tmp_path)
+
+
+def test_kernels_of_a_library_that_cannot_be_written_are_kept_with_the_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library, own = tmp_path / "library", tmp_path / "cache"
+    library.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(own))
+    assert compiled._writable(library / "__pycache__") == library / "__pycache__"
+    monkeypatch.setattr(compiled.os, "access", lambda path, _: not Path(path).is_relative_to(library))
+    assert compiled._writable(library / "__pycache__") == own / "drillid"

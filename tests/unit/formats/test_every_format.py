@@ -90,9 +90,9 @@ def test_text_among_numbers_is_named_by_row_and_column(suffix: str, log: pd.Data
     log["RPM"] = log["RPM"].astype(str)
     log.loc[6, "RPM"] = "n/a!"
     path = write(log, tmp_path / f"log{suffix}")
-    lines = {".csv": "line 8, column 'RPM', row 7", ".xlsx": "'Sheet1', column 'RPM', row 8"}
-    place = next((text for ending, text in lines.items() if suffix.startswith(ending)), "column 'RPM', row 7")
-    with pytest.raises(LogError, match=rf"{place}: 'n/a!' is not a number"):
+    place = "'Sheet1', column 'RPM', row 8" if suffix == ".xlsx" else "column 'RPM', row 7"
+    line = {".csv": " in line 8 of the file", ".las": r" in line \d\d of the file"}.get("." + suffix.split(".")[1], "")
+    with pytest.raises(LogError, match=rf"{place}: 'n/a!' is not a number\. Correct the cell{line}, or leave it empty"):
         read_log(path, "Time", [depth(suffix), "RPM"]).pop("RPM")
 
 

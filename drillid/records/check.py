@@ -1,0 +1,157 @@
+"""`drillid check`: everything that would fail, or be left out, in a run over a configuration; nothing is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drillid.config.files import read_yaml
+from drillid.config.rig import CHANNEL_UNITS, Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Listing, read_sheets
+from drillid.errors import DrillidError, SettingsError
+from drillid.formats import units
+from drillid.records.channels import read_channels
+from drillid.units import to_si_factor
+
+DEFAULT_CONFIGURATION = Path("config/config.yaml")
+"""What every run reads first; another configuration contains only what differs."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a run would reject, or leave out with a note.
+
+    fails : whether a log, a well or the whole run would fail
+    """
+
+    where: str
+    what: str
+    remedy: str
+    fails: bool = True
+
+    @classmethod
+    def of(cls, error: DrillidError) -> Finding:
+        """The finding that an error stands for."""
+        return cls(error.where, error.what, error.remedy)
+
+    @property
+    def row(self) -> tuple[str, str, str, str]:
+        """The finding as a row of a table, each cell in one line."""
+        cells = ("fails" if self.fails else "note", self.where, self.what, self.remedy)
+        first, where, what, remedy = (" ".join(cell.split()) for cell in cells)
+        return first, where, what, remedy
+
+
+@dataclass
+class Checked:
+    """What has been looked at so far."""
+
+    wells: int = 0
+    rigs: int = 0
+    logs: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.wells} wells, {self.rigs} rigs and {self.logs} logs checked"
+
+
+def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:
+    """Findings in configuration, sheets, rig descriptions and, unless `logs` is false, in every log.
+
+    Parameters
+    ----------
+    configuration : the file that a run is given
+    checked : counts up what has been looked at
+    """
+    try:
+        settings = _settings(configuration)
+    except SettingsError as error:
+        yield Finding.of(error)
+        return
+    faults: list[SettingsError] = []
+    try:
+        listings = read_sheets(settings, faults.append)
+    except SettingsError as error:
+        faults.append(error)
+        listings = {}
+    yield from map(Finding.of, faults)
+    if not listings and not faults:
+        yield Finding(settings.wells, "lists no wells", "Add a row for each well", fails=False)
+    rigs: dict[Path, Rig | None] = {}
+    for listing in listings.values():
+        checked.wells += 1
+        yield from _well(listing, settings, rigs, checked, logs)
+    checked.rigs = len(rigs)
+
+
+def _settings(configuration: Path) -> Settings:
+    """Settings as a run merges them."""
+    files = [file for file in (DEFAULT_CONFIGURATION, configuration) if file != DEFAULT_CONFIGURATION or file.is_file()]
+    content: dict[str, Any] = {}
+    for file in dict.fromkeys(files or [configuration]):
+        own = read_yaml(file)
+        if not isinstance(own, Mapping | None):
+            raise SettingsError(str(file), "holds no keys with values", "Write keys with their values")
+        content = _merged(content, own or {})
+    return Settings.checked(content, configuration)
+
+
+def _merged(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(content)
+    for key, value in changes.items():
+        before = merged.get(key)
+        merged[key] = _merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
+    return merged
+
+
+def _well(
+    listing: Listing, settings: Settings, rigs: dict[Path, Rig | None], checked: Checked, logs: bool
+) -> Iterator[Finding]:
+    if listing.rig_file not in rigs:
+        rigs[listing.rig_file] = None
+        try:
+            rigs[listing.rig_file] = listing.load_rig()
+        except SettingsError as error:
+            yield Finding.of(error)
+    if not listing.logs:
+        yield Finding(settings.logs, f"well '{listing.name}' has no logs", "List its log files there")
+    rig = rigs[listing.rig_file]
+    if rig is None or not logs or settings.simulate is not None:
+        return
+    for path in listing.logs:
+        checked.logs += 1
+        yield from _log(path, rig)
+
+
+def _log(path: Path, rig: Rig) -> Iterator[Finding]:
+    """Findings in one log: its table, its times, its channels and their units."""
+    try:
+        yield from _other_units(path, rig)
+        raw = read_channels(path, rig)
+    except DrillidError as error:
+        yield Finding.of(error)
+        return
+    for what, remedy in raw.notes:
+        yield Finding(str(path), what, remedy, fails=False)
+
+
+def _other_units(path: Path, rig: Rig) -> Iterator[Finding]:
+    """Channels for which the file itself states another unit than the rig description."""
+    stated = units(path)
+    for name, column in rig.channels.items():
+        own = stated.get(column.column)
+        if own is None:
+            continue
+        try:
+            same = (
+                abs(to_si_factor(own, CHANNEL_UNITS[name]) / to_si_factor(column.unit, CHANNEL_UNITS[name]) - 1) < 1e-6
+            )
+        except ValueError:
+            continue
+        if not same:
+            what = (
+                f"column '{column.column}' is in '{own}' by the file itself, in '{column.unit}' by the rig description"
+            )
+            yield Finding(str(path), what, f"Correct the unit of {name} where the file is right", fails=False)
