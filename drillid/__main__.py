@@ -41,7 +41,6 @@ def run_workflow(
     raise typer.Exit(code)
 
 
-<<<<<<< HEAD
 @app.command("explain")
 def explain_result(
     path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
@@ -54,7 +53,8 @@ def explain_result(
     except DrillidError as error:
         typer.echo(f"drillid: {error}", err=True)
         raise typer.Exit(1) from None
-=======
+
+
 @app.command("check")
 def check_configuration(
     configuration: Annotated[Path, typer.Argument(help="Configuration that a run would be given.")] = Path(
@@ -109,7 +109,6 @@ def write_example(
     typer.echo(
         "".join(f"written: {path}\n" for path in written) + "Describe each rig in config/rigs/<rig>.yaml", nl=True
     )
->>>>>>> 106c38f1acf2f945fb81fe296c1ec507b8da6658
 
 
 @simulations.command("start-up")

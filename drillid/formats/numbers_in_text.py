@@ -55,11 +55,7 @@ def _decimal(table: Any, columns: Sequence[str], delimiter: str, thousands: str 
         unclear = unclear or (name, with_comma[0].as_py())
     if unclear is not None and delimiter != ",":
         raise Unusable(
-<<<<<<< HEAD
-            f"has cells such as '{unclear[1]}' in column '{unclear[0]}', whose comma may be of decimals or thousands",
-=======
             f"has cells such as '{unclear[1]}' in column '{unclear[0]}': a comma of decimals or thousands?",
->>>>>>> 106c38f1acf2f945fb81fe296c1ec507b8da6658
             "State file.decimal in the rig description",
         )
     return "."
