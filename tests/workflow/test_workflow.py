@@ -107,7 +107,7 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
     assert "Did you mean 'controller'?" in problems.loc["Rig", "remedy"]
     assert problems.loc["NoRig", "what"] == "rig 'missing' has no description"
     assert problems.loc["NoLog", "what"] == "well 'NoLog' has no logs"
-    assert "FileNotFoundError" in problems.loc["Lost", "what"]
+    assert problems.loc["Lost", "what"] == "does not exist"
     assert problems.loc["Die", "what"] == "the process was killed, probably out of memory"
     assert problems.loc["Good", "stage"] == "windows"
     log = (checkout.root / "results/main/logs/records/0000.log").read_text()

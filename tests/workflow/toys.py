@@ -33,6 +33,10 @@ def process(well, folders, settings):
     with Path("journal.txt").open("a") as journal:
         journal.write("{stage} " + well.name + " " + str(os.getpid()) + "\\n")
     if "{stage}" == "records":
+        # a missing log is a fault of the input, as the real readers say; any other OSError is one of the machine
+        for log in well.logs:
+            if not log.exists():
+                raise LogError(str(log), "does not exist", "Check the path in the logs sheet")
         text = "".join(log.read_text() for log in well.logs)
         if "die" in text:
             os.kill(os.getpid(), signal.SIGKILL)
