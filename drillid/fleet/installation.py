@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 from drillid.errors import SettingsError
@@ -10,6 +11,7 @@ from drillid.errors import SettingsError
 SNAKEFILE = "Snakefile"
 PROFILE = Path("workflow/profiles/default")
 _INSTALLED = Path(__file__).resolve().parents[1] / "checkout"
+_DEMO = Path("config/demo")
 _TO_FILL_IN = ("config/config.yaml", "config/wells.tsv", "config/logs.tsv", "config/README.md")
 
 
@@ -52,12 +54,32 @@ def write_example(folder: Path) -> list[Path]:
     SettingsError
         If there is no workflow to take them from.
     """
+    written = _copied(_TO_FILL_IN, folder)
+    (folder / "config/rigs").mkdir(parents=True, exist_ok=True)
+    return written
+
+
+def write_demo(folder: Path = Path()) -> Path:
+    """Write the demo's configuration where it is not there already, and return its path.
+
+    Raises
+    ------
+    SettingsError
+        If there is no workflow to take it from.
+    """
+    root = workflow_folder()
+    files = [path.relative_to(root).as_posix() for path in sorted((root / _DEMO).rglob("*")) if path.is_file()]
+    _copied(files, folder)
+    return folder / _DEMO / "config.yaml"
+
+
+def _copied(names: Iterable[str], folder: Path) -> list[Path]:
+    """Copy files of the workflow's folder to the same places of another; those that are there already are kept."""
     source, written = workflow_folder(), []
-    for name in _TO_FILL_IN:
+    for name in names:
         path = folder / name
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source / name, path)
             written.append(path)
-    (folder / "config/rigs").mkdir(parents=True, exist_ok=True)
     return written

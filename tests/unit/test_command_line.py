@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from drillid.__main__ import app
+from drillid.commands import app
 from drillid.simulation.start_up_files import COLUMNS, ramped_speed
 from drillid.units import RPM
 

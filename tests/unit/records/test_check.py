@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from drillid.__main__ import app
+from drillid.commands import app
 from drillid.records.check import Checked, Finding, check
 from tests.workflow.toys import RIG
 

@@ -1,0 +1,15 @@
+"""All commands under one name."""
+
+import typer
+
+from drillid.commands.simulation import simulations
+from drillid.commands.workflow import add_workflow_commands
+
+app = typer.Typer(no_args_is_help=True, help="Torsional dynamics of drill strings, identified while drilling.")
+app.add_typer(simulations, name="simulate")
+add_workflow_commands(app)
+
+
+@app.callback()
+def _commands() -> None:
+    """Torsional dynamics of drill strings, identified while drilling."""

@@ -1,0 +1,47 @@
+"""What all commands print: faults with their remedy, tables as wide as the terminal, JSON for programs."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Annotated, Any
+
+import typer
+
+from drillid.errors import DrillidError
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs instead of text.")]
+
+
+@contextlib.contextmanager
+def faults_told() -> Iterator[None]:
+    """End the command with code 1 where the library refuses something, and say what, where and what to do."""
+    try:
+        yield
+    except DrillidError as error:
+        typer.echo(f"drillid: {error}", err=True)
+        raise typer.Exit(1) from None
+
+
+def print_rows(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """A table as wide as the terminal; lines with tabs, each as it comes, where the output goes elsewhere."""
+    if not sys.stdout.isatty():
+        for row in rows:
+            typer.echo("\t".join(row))
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(*columns, show_lines=True)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    if table.row_count:
+        Console().print(table)
+
+
+def print_json(content: Any) -> None:
+    """One JSON document; times and other objects as text."""
+    typer.echo(json.dumps(content, indent=1, default=str, ensure_ascii=False))

@@ -1,0 +1,119 @@
+"""Commands around the workflow: run it, check what it would be given, explain what it made."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drillid.commands.output import Json, faults_told, print_json, print_rows
+
+Profile = Annotated[Path, typer.Option(help="Workflow profile.")]
+Jobs = Annotated[str, typer.Option(help="Cores to use, or jobs on a cluster; the profile's by default.")]
+DEFAULT_PROFILE = Path("workflow/profiles/default")
+
+
+def add_workflow_commands(app: typer.Typer) -> None:
+    """Add the commands of this module to the command line."""
+    passed_on = {"allow_extra_args": True, "ignore_unknown_options": True}
+    app.command("run", context_settings=passed_on)(run_workflow)
+    app.command("demo")(run_demo)
+    app.command("init")(write_example)
+    app.command("check")(check_configuration)
+    app.command("explain")(explain_result)
+
+
+def run_workflow(
+    context: typer.Context,
+    configfile: Annotated[Path | None, typer.Option(help="Configuration; config/config.yaml by default.")] = None,
+    profile: Profile = DEFAULT_PROFILE,
+    jobs: Jobs = "",
+    strict: Annotated[bool, typer.Option(help="End with code 3 where wells failed.")] = True,
+) -> None:
+    """Run the workflow of this folder; all other words go to Snakemake: targets, --dry-run, --until fits …
+
+    Exit codes: 0 no well failed, 1 a fault of workflow, program or machine, 3 wells failed, 128 + n ended by signal n.
+
+    Example: drillid run --configfile config/config.yaml --jobs 4
+    """
+    from drillid.fleet.command import run
+
+    with faults_told():
+        code = run(context.args, profile, configfile, jobs, strict)
+    raise typer.Exit(code)
+
+
+def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "") -> None:
+    """Simulate the raw logs of three small wells and take them to results/demo/report.html.
+
+    Example: drillid demo
+    """
+    from drillid.fleet.command import run
+    from drillid.fleet.installation import write_demo
+
+    with faults_told():
+        code = run([], profile, write_demo(), jobs, strict=True)
+    raise typer.Exit(code)
+
+
+def write_example(
+    folder: Annotated[Path, typer.Argument(help="Folder to write the configuration into.")] = Path(),
+) -> None:
+    """Write a configuration with empty sheets, to be filled in, into a folder from which `drillid run` is started.
+
+    Example: drillid init my-wells
+    """
+    from drillid.fleet.installation import write_example as write
+
+    with faults_told():
+        written = write(folder)
+    typer.echo(
+        "".join(f"written: {path}\n" for path in written) + "Describe each rig in config/rigs/<rig>.yaml", nl=True
+    )
+
+
+def check_configuration(
+    configuration: Annotated[Path, typer.Argument(help="Configuration that a run would be given.")] = Path(
+        "config/config.yaml"
+    ),
+    logs: Annotated[bool, typer.Option(help="Read every log as well.")] = True,
+    as_json: Json = False,
+) -> None:
+    """Look for whatever a run would reject: in configuration, sheets, rig descriptions and every log.
+
+    One row per finding: where, what, remedy. Exit code 1 where a log, a well or the run would fail.
+
+    Example: drillid check config/config.yaml
+    """
+    from drillid.records.check import Checked, Finding, check
+
+    checked, findings = Checked(), list[Finding]()
+
+    def rows() -> Iterator[tuple[str, str, str, str]]:
+        for finding in check(configuration, checked, logs=logs):
+            findings.append(finding)
+            yield finding.row
+
+    columns = ("kind", "where", "what", "remedy")
+    if as_json:
+        print_json([dict(zip(columns, row, strict=True)) for row in rows()])
+    else:
+        print_rows(columns, rows())
+    fails = sum(finding.fails for finding in findings)
+    typer.echo(
+        f"{checked}: {fails} of {len(findings)} findings would fail" if findings else f"{checked}: sound", err=True
+    )
+    raise typer.Exit(int(fails > 0))
+
+
+def explain_result(
+    path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
+) -> None:
+    """How a result came to be: stages, code, settings, checksums of the logs and versions behind it.
+
+    Example: drillid explain results/demo/depth/D01/depth.zarr
+    """
+    from drillid.fleet.explain import explain
+
+    with faults_told():
+        typer.echo(explain(path))
