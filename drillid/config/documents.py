@@ -187,8 +187,9 @@ def _table(model: type[BaseModel], only_scalars: bool = False) -> list[str]:
 
 def _values(field: FieldInfo) -> str:
     """What may stand there, where that is limited."""
-    if get_origin(field.annotation) is Literal:
-        return ", ".join(f"`{value}`" for value in get_args(field.annotation))
+    for part in (field.annotation, *get_args(field.annotation)):
+        if get_origin(part) is Literal:
+            return ", ".join(f"`{value}`" for value in get_args(part))
     return text_of_bounds(field)
 
 

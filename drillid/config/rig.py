@@ -1,8 +1,11 @@
 """The description of a rig: its log columns, its top drive and its drill string."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path, PurePath
+from typing import Annotated, Literal, Self, get_args
 
-from pydantic import model_validator
+from pydantic import Field, field_validator, model_validator
 
 from drillid.config.bounds import Between
 from drillid.config.validation import KeyFault, Strict
@@ -17,7 +20,7 @@ from drillid.units import (
     to_si_factor,
 )
 
-CHANNEL_UNITS = {
+CHANNEL_UNITS: dict[str, str] = {
     "torque_command": "N m",
     "torque_sweep": "N m",
     "speed": "rad/s",
@@ -30,8 +33,6 @@ CHANNEL_UNITS = {
     "hook_load": "N",
 }
 """SI unit of every channel that a rig description can map a column to."""
-
-REQUIRED_CHANNELS = ("torque_sweep", "speed", "hole_depth")
 
 Channel = Literal[
     "torque_command",
@@ -46,7 +47,11 @@ Channel = Literal[
     "hook_load",
 ]
 
+CHANNELS: tuple[Channel, ...] = get_args(Channel)
+REQUIRED_CHANNELS: tuple[Channel, ...] = ("torque_sweep", "speed", "hole_depth")
 
+
+_DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "space": " "}
 _THINNEST_WALL = 1e-4
 """Difference of the diameters, m, below which a tube has no wall."""
 
@@ -59,6 +64,7 @@ OuterDiameter = Annotated[Metres, Between(0.02, 0.8, "m", ("mm", "in", "cm"))]
 InnerDiameter = Annotated[Metres, Between(0, 0.8, "m", ("mm", "in", "cm"))]
 PartLength = Annotated[Metres, Between(0.1, 2000, "m", ("mm", "cm"))]
 Depth = Annotated[Metres, Between(0, 15000, "m")]
+NullValue = Annotated[float, Between(-1e300, 1e300, "dimensionless")]
 SampleRate = Annotated[Hertz, Between(0.01, 10000, "Hz")]
 
 
@@ -66,20 +72,107 @@ class Column(Strict):
     """One column of the log."""
 
     column: str
-    """Name of the column in the log's header."""
-    unit: str
-    """Unit of its values, such as 'kN m', 'ft-lbf', 'rpm', 'm', 'ft', 'bar', 'psi', 't', 'klbf', 'L/min', 'gal/min'."""
+    """Name of the column in the log's header; its unit may be left out of the name."""
+    unit: str | None = None
+    """Unit of its values, such as 'kN m', 'ft-lbf', 'rpm', 'm', 'ft', 'bar', 'psi', 't', 'klbf', 'L/min', 'gal/min';
+    needed unless the file itself states it."""
 
 
 class Clock(Strict):
-    """The log's time column."""
+    """The log's times; what is not stated is taken from the file where that is unambiguous, and noted."""
 
-    column: str = "Time"
-    """Name of the time column."""
+    column: str | None = None
+    """Name of the time column; found by its name where not given."""
+    date: str | None = None
+    """Name of the column of dates, where they stand apart from the times of day."""
     zone: str = "UTC"
-    """Time zone of time stamps without one."""
+    """Time zone of time stamps without one, such as Europe/Oslo; its daylight saving is observed."""
+    format: str | None = None
+    """Order 'day first' or 'month first' of written dates, or their format as strptime has it, '%d.%m.%y %H:%M:%S'."""
+    unit: Literal["ns", "us", "ms", "s", "min", "h", "day", "excel", "matlab", "labview"] | None = None
+    """Unit of times that are numbers, counted from `start`, else from 1970; or the serial days of workbooks and
+    MATLAB, or LabVIEW's seconds."""
+    start: str | None = None
+    """Time, such as 2025-03-03T06:00:00, from which numbers count, or date of the first of times of day."""
     sample_rate: SampleRate | None = None
     """Nominal sample rate; derived from the time stamps where not given."""
+
+    @field_validator("format")
+    @classmethod
+    def _is_a_format(cls, stated: str | None) -> str | None:
+        if stated is None or stated in ("day first", "month first") or "%" in stated:
+            return stated
+        what = f"'{stated}' is neither 'day first' nor 'month first' nor a format of strptime"
+        raise KeyFault("", what, "Write each part with its letter, such as '%d.%m.%Y %H:%M:%S'")
+
+    @field_validator("start")
+    @classmethod
+    def _is_a_time(cls, stated: str | None) -> str | None:
+        if stated is not None:
+            try:
+                datetime.fromisoformat(stated)
+            except ValueError as error:
+                what = f"'{stated}' is not an ISO time"
+                raise KeyFault("", what, "Write it as 2025-03-03T06:00:00, or a date as 2025-03-03") from error
+        return stated
+
+
+class LogFile(Strict):
+    """How log files are laid out; whatever is not stated is found out from the file."""
+
+    delimiter: str | None = None
+    """Character between the columns of a text file, or tab, comma, semicolon or space (any number of spaces)."""
+    decimal: Literal[".", ","] | None = None
+    """Character before the decimals."""
+    thousands: str | None = Field(default=None, min_length=1, max_length=1)
+    """Character between thousands."""
+    encoding: str | None = None
+    """Encoding of a text file, such as cp1252."""
+    comment: str | None = Field(default=None, min_length=1)
+    """Characters that begin lines without data."""
+    header_line: int | None = Field(default=None, ge=1, le=200)
+    """Line, counted from 1, of the names of the columns in a text file or sheet."""
+    units_line: int | None = Field(default=None, ge=1, le=200)
+    """Line, counted from 1, of the units."""
+    columns: tuple[str, ...] = ()
+    """Names of the columns of a file without a header."""
+    table: str | None = None
+    """Sheet, group, data set or log of a file that holds several; by default the one with most of the channels."""
+    null_values: tuple[NullValue, ...] = ()
+    """Further numbers that stand for missing values, beside -999.25, -9999 and the file's own."""
+    ignore_units: bool = False
+    """Whether units of the description hold where the file states others; else such a log is refused."""
+
+    @field_validator("delimiter")
+    @classmethod
+    def _is_a_character(cls, stated: str | None) -> str | None:
+        found = _DELIMITERS.get(stated, stated) if stated is not None else None
+        if found is not None and len(found) != 1:
+            raise KeyFault("", f"'{stated}' is not one character", f"Write one, or {', '.join(_DELIMITERS)}")
+        return found
+
+    @model_validator(mode="after")
+    def _separators_differ(self) -> Self:
+        if self.decimal is not None and self.decimal == self.thousands:
+            raise KeyFault("thousands", f"'{self.decimal}' stands before decimals already", "Correct one of the two")
+        return self
+
+
+class OtherLogs(Strict):
+    """Log files of another shape, such as depth at 1 Hz in files of their own; what is not given is as for all logs."""
+
+    files: str = Field(min_length=1)
+    """Pattern of their names, such as '*_depth.csv', or of their last folders and names, such as 'depth/*.csv'."""
+    time: Clock | None = None
+    """Their times."""
+    channels: dict[Channel, Column | None] | None = None
+    """Their channels; those that they lack are taken from the well's other logs of the time."""
+    file: LogFile | None = None
+    """Their layout."""
+
+    def match(self, log: Path) -> bool:
+        """Whether a log is one of them, capital letters or not."""
+        return PurePath(str(log).casefold()).match(self.files.casefold())
 
 
 class Stated(Strict):
@@ -180,9 +273,14 @@ class Rig(Strict):
     name: str
     """Name of the rig, for reports."""
     time: Clock = Clock()
-    """The log's time column."""
-    channels: dict[Channel, Column]
-    """Column and unit of each channel; torque_sweep, speed and hole_depth are needed."""
+    """The log's times."""
+    channels: dict[Channel, Column | None]
+    """Column and unit of each channel; torque_sweep is needed. Others that are not named are recognised by their
+    mnemonics in WITS; 'flow: null' says that a channel is not logged."""
+    file: LogFile = LogFile()
+    """Layout of the log files."""
+    other_logs: tuple[OtherLogs, ...] = ()
+    """Log files of other shapes; the first whose pattern fits a file holds for it."""
     controller: SpeedControl | None = None
     """Speed controller; where it is not given, it is estimated from the logged torque command."""
     drive_delay: StatedDelay | None = None
@@ -197,29 +295,43 @@ class Rig(Strict):
     """Sections of the hole, shallowest first."""
 
     @model_validator(mode="after")
-    def _channels_usable(self) -> "Rig":
-        missing = [name for name in REQUIRED_CHANNELS if name not in self.channels]
-        if missing:
-            raise KeyFault("channels", f"{', '.join(missing)} missing", "Map each to a column of the log with its unit")
-        if self.controller is None and "torque_command" not in self.channels:
-            raise KeyFault(
-                "controller",
-                "neither the controller nor the channel torque_command is given",
-                "Add 'controller' with its gain 'proportional', or map the torque command under 'channels'",
-            )
-        for name, column in self.channels.items():
-            try:
-                to_si_factor(column.unit, CHANNEL_UNITS[name])
-            except ValueError as error:
-                unit = CHANNEL_UNITS[name]
-                raise KeyFault(
-                    f"channels.{name}.unit",
-                    f"column '{column.column}': {error}",
-                    f"Write the unit in which the log holds it, one of the kind of {unit}",
-                ) from error
+    def _channels_usable(self) -> Self:
+        described = {"": self.channels} | {
+            f"other_logs.{at}.": other.channels or {} for at, other in enumerate(self.other_logs)
+        }
+        if not any(channels.get("torque_sweep") for channels in described.values()):
+            what = "torque_sweep is missing, which no log can go without"
+            raise KeyFault("channels", what, "Map it to the log's column of the injected torque, with its unit")
+        for place, channels in described.items():
+            _check_channels(channels, place)
         return self
+
+    def for_log(self, log: Path) -> Self:
+        """The description that holds for one log file, without other shapes."""
+        other = next((other for other in self.other_logs if other.match(log)), None)
+        changes = {} if other is None else dict(other)
+        own = {name: changes[name] for name in ("time", "channels", "file") if changes.get(name) is not None}
+        return self.model_copy(update={"other_logs": (), **own})
 
     def collars_at(self, bit_depth: float) -> Collars | None:
         """Collars in the hole when the bit drills at `bit_depth` (m)."""
         runs = [run for run in self.collars if run.from_depth <= bit_depth]
         return max(runs, key=lambda run: run.from_depth) if runs else None
+
+
+def _check_channels(channels: Mapping[Channel, Column | None], place: str) -> None:
+    """Reject units of another kind, and a needed channel that is said not to be logged."""
+    for name, column in channels.items():
+        if column is None and name in REQUIRED_CHANNELS:
+            raise KeyFault(f"{place}channels.{name}", "is needed and cannot be left out", "Map it to a column")
+        if column is None or column.unit is None:
+            continue
+        try:
+            to_si_factor(column.unit, CHANNEL_UNITS[name])
+        except ValueError as error:
+            unit = CHANNEL_UNITS[name]
+            raise KeyFault(
+                f"{place}channels.{name}.unit",
+                f"column '{column.column}': {error}",
+                f"Write the unit in which the log holds it, one of the kind of {unit}",
+            ) from error

@@ -47,7 +47,7 @@ _ENGINE = ("spectra", "mobility", "fits", "discrepancy")
 STAGES: dict[str, Stage] = {
     stage.name: stage
     for stage in (
-        Stage("records", (), ("records",), ("time", "channels")),
+        Stage("records", (), ("records",), ("time", "channels", "file", "other_logs")),
         Stage("windows", (_RECORDS,), ("windows",), ()),
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),

@@ -11,7 +11,7 @@ is dealt with in this package once for all formats.
 
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn
 from drillid.formats.detection import format_of, formats
-from drillid.formats.log import Log, column_named, first_stamp, headers, read_log, units
+from drillid.formats.log import Log, column_in, column_named, first_stamp, headers, read_log, table_with
 
 __all__ = [
     "Dialect",
@@ -20,11 +20,12 @@ __all__ = [
     "LogFormat",
     "Note",
     "TimeColumn",
+    "column_in",
     "column_named",
     "first_stamp",
     "format_of",
     "formats",
     "headers",
     "read_log",
-    "units",
+    "table_with",
 ]

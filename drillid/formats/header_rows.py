@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from drillid.formats.description import Dialect, Note
 from drillid.formats.mnemonics import is_no_unit, is_unit, split_unit
 
 Cells = Sequence[str]
@@ -27,11 +28,14 @@ class HeaderRows:
     names : names of the columns, unique; generated where a cell is empty
     units : units by name
     first : index of the first row of data
+    names_row, units_row : indices of the rows that they are taken from
     """
 
     names: tuple[str, ...]
     units: dict[str, str]
     first: int
+    names_row: int | None = None
+    units_row: int | None = None
 
 
 def is_number(cell: str) -> bool:
@@ -72,22 +76,39 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
         after = max(names_row, names_row if units_row is None else units_row) + 1
         first = next((at for at in range(after, len(rows)) if is_data(rows[at])), after)
         units = units_row if units_row is not None else _units_below(rows, names_row, first)
-        return _header(rows[names_row], None if units is None else rows[units], max(width, len(rows[names_row])), first)
+        return _header(rows, names_row, units, max(width, len(rows[names_row])), first)
     if first is None:
         names = next((at for at, row in enumerate(rows) if len(row) == width and any(map(str.strip, row))), None)
         if names is None:
             return None
         units = _units_below(rows, names, len(rows))
-        return _header(
-            rows[names], None if units is None else rows[units], width, (names if units is None else units) + 1
-        )
+        return _header(rows, names, units, width, (names if units is None else units) + 1)
     above = [at for at in range(first) if _fits(rows[at], width) and _held(rows[at]) and not _is_rule(rows[at])]
     if units_row is None and len(above) > 1 and _are_units(rows[above[-1]], rows[above[-2]]):
         units_row = above[-1]
     above = [at for at in above if at != units_row]
     if not above or 2 * _held(rows[above[-1]]) < min(width, 4) or _mostly_numbers(rows[above[-1]]):
         return None
-    return _header(rows[above[-1]], None if units_row is None else rows[units_row], width, first)
+    return _header(rows, above[-1], units_row, width, first)
+
+
+def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: Dialect) -> Iterator[Note]:
+    """A note on the lines that names and units are taken from, unless that is the first alone, or stated.
+
+    Parameters
+    ----------
+    line_of : line of a row, both counted from where their user does: lines from 1, rows from 0
+    """
+    if header.names_row is None:
+        return
+    names = line_of(header.names_row)
+    units = None if header.units_row is None else line_of(header.units_row)
+    found = [] if names == 1 or dialect.header_line == names else [f"names of the columns are taken from line {names}"]
+    if units is not None and units != dialect.units_line:
+        found.append(f"units are taken from line {units}")
+    if found:
+        remedy = "State file.header_line and file.units_line in the rig description where that is wrong"
+        yield f"the {' and the '.join(found)}", remedy
 
 
 def unique(names: Sequence[str]) -> tuple[str, ...]:
@@ -100,14 +121,16 @@ def unique(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _header(names: Cells, units: Cells | None, width: int, first: int) -> HeaderRows:
+def _header(rows: Sequence[Cells], names_row: int, units_row: int | None, width: int, first: int) -> HeaderRows:
+    names = rows[names_row]
     padded = [*names, *[""] * (width - len(names))]
     called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
     stated = {name: unit for name in called if (unit := split_unit(name)[1])}
-    if units is not None:
-        below = {name: unit.strip().strip("[](){}").strip() for name, unit in zip(called, units, strict=False)}
+    if units_row is not None:
+        cells = zip(called, rows[units_row], strict=False)
+        below = {name: unit.strip().strip("[](){}").strip() for name, unit in cells}
         stated |= {name: unit for name, unit in below.items() if unit and not is_no_unit(unit)}
-    return HeaderRows(called, stated, first)
+    return HeaderRows(called, stated, first, names_row, units_row)
 
 
 def _fits(row: Cells, width: int) -> bool:

@@ -89,7 +89,7 @@ def read_log(
     """
     described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
     with _reading(path) as (reader, file, notes):
-        header = _table_of(path, _headers(path, file, reader, dialect), columns, dialect)
+        header = _table_of(_headers(path, file, reader, dialect), columns)
         places = Places(path, header, _line_of)
         times, decided = _times(reader, file, described, places)
         wanted = [column_named(name, header, path) for name in columns]
@@ -104,9 +104,17 @@ def read_log(
 
 
 def first_stamp(
-    path: Path, time: str | TimeColumn | None, zone: str = "UTC", dialect: Dialect = PLAIN
+    path: Path,
+    time: str | TimeColumn | None,
+    zone: str = "UTC",
+    dialect: Dialect = PLAIN,
+    columns: Sequence[str] = (),
 ) -> np.datetime64:
     """Earliest of a log's first time stamps, by which logs are sorted; the rest of the log is read where it must be.
+
+    Parameters
+    ----------
+    columns : names by which the table is chosen; the others as of `read_log`
 
     Raises
     ------
@@ -115,7 +123,7 @@ def first_stamp(
     """
     described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
     with _reading(path) as (reader, file, _):
-        header = _table_of(path, _headers(path, file, reader, dialect), (), dialect)
+        header = _table_of(_headers(path, file, reader, dialect), columns)
         times, _ = _times(reader, file, described, Places(path, header, _line_of))
         try:
             return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
@@ -136,33 +144,38 @@ def headers(path: Path, dialect: Dialect = PLAIN) -> list[Header]:
         return _headers(path, file, reader, dialect)
 
 
-def units(path: Path, dialect: Dialect = PLAIN) -> dict[str, str]:
-    """Units that a log file states, by the names of its columns.
+def table_with(path: Path, columns: Sequence[str], dialect: Dialect = PLAIN) -> Header:
+    """The table of a log file that holds most of some columns.
 
     Raises
     ------
     LogError
         As `headers`.
     """
-    return {name: unit for header in headers(path, dialect) for name, unit in header.units.items()}
+    return _table_of(headers(path, dialect), columns)
+
+
+def column_in(header: Header, name: str) -> str | None:
+    """The column of a header that a name stands for: exactly, without its unit, or in other case; None without one."""
+    if name in header.columns:
+        return name
+    bare = split_unit(name)[0]
+    alike = [column for column in header.columns if split_unit(column)[0] == bare]
+    in_any_case = [column for column in header.columns if split_unit(column)[0].casefold() == bare.casefold()]
+    return next((found[0] for found in (alike, in_any_case) if len(found) == 1), None)
 
 
 def column_named(name: str, header: Header, path: Path) -> str:
-    """The column of a header that a name stands for: exactly, without its unit, or in other case.
+    """As `column_in`.
 
     Raises
     ------
     LogError
         If there is none, with the likely one.
     """
-    if name in header.columns:
-        return name
-    bare = split_unit(name)[0]
-    alike = [column for column in header.columns if split_unit(column)[0] == bare]
-    in_any_case = [column for column in header.columns if split_unit(column)[0].casefold() == bare.casefold()]
-    for found in (alike, in_any_case):
-        if len(found) == 1:
-            return found[0]
+    found = column_in(header, name)
+    if found is not None:
+        return found
     close = difflib.get_close_matches(name, header.columns, n=1)
     hint = f"Did you mean '{close[0]}'?" if close else "Name one of them in the rig description"
     existing = ", ".join(f"'{column}'" for column in header.columns) or "none"
@@ -248,7 +261,7 @@ def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -
     return chosen
 
 
-def _table_of(path: Path, found: list[Header], columns: Sequence[str], dialect: Dialect) -> Header:
+def _table_of(found: list[Header], columns: Sequence[str]) -> Header:
     """The table that holds all wanted columns, else the one that holds most of them."""
     if len(found) == 1:
         return found[0]

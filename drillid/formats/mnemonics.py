@@ -8,6 +8,33 @@ from collections.abc import Iterable
 
 from drillid.units.names import known_units
 
+MNEMONICS = {
+    "torque_command": ("TQA", "TQX", "TQ", "TORQUE", "STOR", "TORQ", "SURFTORQUE", "TDTORQUE"),
+    "speed": ("RPMA", "RPM", "SURFRPM", "ROTRPM", "TDRPM", "ROTARYSPEED"),
+    "speed_set": ("RPMSP", "RPMSET", "TDRPMSP", "RPMSETPOINT"),
+    "hole_depth": ("DMEA", "DEPTMEAS", "HOLEDEPTH", "HDEP", "DEPTHHOLE", "HDTH"),
+    "bit_depth": ("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "BPOS", "DEPTHBIT", "DBIT"),
+    "weight_on_bit": ("WOBA", "WOBX", "WOB", "SWOB", "WEIGHTONBIT"),
+    "flow": ("MFIA", "MFIP", "FLOWIN", "MUDFLOWIN", "FLWI", "TFLO", "MFI", "FLIN"),
+    "standpipe_pressure": ("SPPA", "SPP", "STANDPIPEPRESSURE", "SPPRESS"),
+    "hook_load": ("HKLA", "HKLX", "HKLD", "HKL", "HOOKLOAD", "HKLO"),
+}
+"""Names under which WITS, WITSML and recorders keep a channel, the likelier first, in capitals without signs.
+An injected sweep has none."""
+SURE = {
+    "torque_command": ("TQA",),
+    "speed": ("RPMA",),
+    "hole_depth": ("DMEA",),
+    "bit_depth": ("DBTM",),
+    "weight_on_bit": ("WOBA",),
+    "flow": ("MFIA",),
+    "standpipe_pressure": ("SPPA",),
+    "hook_load": ("HKLA",),
+}
+"""Of these, the mnemonics of WITS, which nothing else is called."""
+WITHOUT_UNIT = {"speed": "rpm", "speed_set": "rpm"}
+"""Channels that WITS has in one unit only, metric or not."""
+
 _TIMES = (
     *("time", "timestamp", "datetime", "dateandtime", "dateandtimeutc", "timedate", "timeutc", "utctime", "utc"),
     *("timestamputc", "localtime", "timelocal", "datetimeutc", "rtime", "logtime", "timeindex", "zeit", "datumzeit"),
@@ -67,6 +94,16 @@ def _looks_like_date_format(text: str) -> bool:
 def key_of(name: str) -> str:
     """A name in capitals, without its unit and without signs."""
     return re.sub(r"[\W_]", "", split_unit(name)[0]).upper()
+
+
+def surely(channel: str, columns: Iterable[str]) -> str | None:
+    """The one column that has the channel's mnemonic in WITS."""
+    names = list(columns)
+    for mnemonic in SURE.get(channel, ()):
+        found = [name for name in names if key_of(name) == mnemonic]
+        if len(found) == 1:
+            return found[0]
+    return None
 
 
 def time_among(columns: Iterable[str]) -> str | None:

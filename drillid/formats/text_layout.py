@@ -6,11 +6,12 @@ import codecs
 import csv
 import re
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from drillid.formats.description import Dialect, Unusable
-from drillid.formats.header_rows import HeaderRows, find_header, is_data, is_number
+from drillid.formats.description import Dialect, Note, Unusable
+from drillid.formats.header_rows import HeaderRows, find_header, is_data, is_number, where_names_are
 from drillid.formats.packing import lines_at_start
 
 _SAMPLE_LINES = 400
@@ -25,6 +26,7 @@ _COMMENTS = ("#", "//", "%", "!")
 _BETWEEN = ("\t", ";", "|", ",")
 """Delimiters, the ones first that occur in no number."""
 _SPACES = " "
+_GROUPED = re.compile(r"[+-]?\d{1,3}([., '’\u00a0\u202f])\d{3}(?!\d)")
 _SHARE = 0.9
 """Share of the lines of data that a delimiter must cut into the same number of cells."""
 
@@ -40,6 +42,7 @@ class TextLayout:
     header : names, units
     first_line : index of the first line of data
     has_rows : whether there is any
+    notes : decisions that were taken
     """
 
     encoding: str
@@ -49,6 +52,7 @@ class TextLayout:
     header: HeaderRows
     first_line: int
     has_rows: bool
+    notes: tuple[Note, ...] = ()
 
 
 def layout_of(path: Path, dialect: Dialect) -> TextLayout | None:
@@ -174,9 +178,11 @@ def _laid_out(
         )
     header = _with_date_apart(header, rows, delimiter)
     first_line = used[header.first] if header.first < len(used) else len(lines)
-    decimal = dialect.decimal or _decimal(rows[header.first :], delimiter)
+    cells = {cell for row in rows[header.first :] for cell in row if is_number(cell)}
+    decimal = dialect.decimal or ("." if delimiter == "," else decimal_of(cells))
+    notes = (*where_names_are(header, lambda row: used[row] + 1, dialect), *_written_numbers(decimal, cells, dialect))
     has_rows = header.first < len(used)
-    return TextLayout(encoding, delimiter, decimal, comment, header, first_line, has_rows)
+    return TextLayout(encoding, delimiter, decimal, comment, header, first_line, has_rows, notes)
 
 
 def _row_of(line: int | None, rows: dict[int, int], key: str) -> int | None:
@@ -214,15 +220,23 @@ def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) 
         if re.fullmatch(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}", data[at]) and re.match(r"\d{1,2}:\d{2}", data[at + 1]):
             names = (*given[:at], f"{given[at]} (date)", *given[at:])
             units = {name: unit for name, unit in header.units.items() if name in names[: at + 2]}
-            return HeaderRows(names, units, header.first)
+            return replace(header, names=names, units=units)
     return header
 
 
-def _decimal(rows: list[list[str]], delimiter: str) -> str | None:
-    if delimiter == ",":
-        return "."
-    cells = {cell for row in rows for cell in row if is_number(cell)}
-    return decimal_of(cells)
+def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> Iterator[Note]:
+    """Notes on decimals and thousands that are no matter of course."""
+    if decimal == "," and dialect.decimal is None:
+        example = next((cell for cell in sorted(cells) if "," in cell), "")
+        what = f"numbers such as '{example}' are read with a decimal comma"
+        yield what, "State file.decimal in the rig description where that is wrong"
+    grouped = next((cell for cell in sorted(cells) if _GROUPED.match(cell)), None)
+    if decimal is not None and grouped is not None and dialect.thousands is None:
+        sign = _GROUPED.match(grouped)
+        assert sign is not None
+        if sign[1] != decimal:
+            what = f"'{sign[1]}' in numbers such as '{grouped}' is taken to stand between thousands"
+            yield what, "State file.thousands in the rig description where that is wrong"
 
 
 def decimal_of(cells: set[str]) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import numpy as np
 from drillid.arrays import Array, Booleans, Floats, Integers
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel, Rig
 from drillid.errors import LogError
-from drillid.formats import read_log
+from drillid.formats import Log, read_log
 from drillid.records.clock import FEWEST_ROWS, too_few_rows
 from drillid.records.grid import Note
+from drillid.records.mapping import MappedColumn, Mapping, mapped
 from drillid.records.order import FIRST_YEAR, LAST_YEAR, outside_years, stray
 from drillid.records.plausibility import possible_values
 from drillid.units import to_si_factor
@@ -27,16 +29,24 @@ class RawChannels:
 
     stamps : ns since 1970 UTC, shape (row,), in the file's order
     channels : SI units, NaN for missing values, shape (row,); fast ones float64, the others float32
-    notes : what was left out (sentence, remedy)
+    notes : what was decided and left out (sentence, remedy)
+    columns : column and unit of each channel
     """
 
     stamps: Integers
     channels: dict[str, Array]
     notes: list[Note]
+    columns: dict[Channel, MappedColumn]
 
 
-def read_channels(path: Path, rig: Rig) -> RawChannels:
-    """Read the columns of a rig description from a log; an optional one that is empty or impossible is omitted.
+def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> RawChannels:
+    """Read the channels of a log; an optional one that is empty or impossible is omitted.
+
+    Parameters
+    ----------
+    path : the log
+    rig : description of the rig
+    elsewhere : channels that other logs of the well may hold, so that this one may lack them
 
     Raises
     ------
@@ -44,26 +54,42 @@ def read_channels(path: Path, rig: Rig) -> RawChannels:
         If the log cannot be read, is too short, its stamps are no times of a rig, or a required channel holds too few
         values or impossible ones.
     """
+    mapping = mapped(path, rig, elsewhere)
     names: dict[str, list[Channel]] = {}
-    for name, channel in rig.channels.items():
-        names.setdefault(channel.column, []).append(name)
-    log = read_log(path, rig.time.column, list(names), rig.time.zone)
+    for name, mapped_column in mapping.columns.items():
+        names.setdefault(mapped_column.column, []).append(name)
+    log = read_log(path, mapping.time, list(names), dialect=mapping.dialect)
     stamps = log.stamps.view(np.int64)
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(str(path), stamps.size)
-    kept, notes = _usable_rows(stamps, path)
+    kept, left_out = _usable_rows(stamps, path)
+    notes = [*log.notes, *mapping.notes, *left_out]
     whole = bool(np.all(kept))
     channels: dict[str, Array] = {}
     for column, same_column in names.items():
-        values = log.pop(column)
+        values, noted = _values_of(log, column, same_column, mapping)
+        notes += noted
+        if values is None:
+            continue
         values = values if whole else values[kept]
-        _check_held(column, values, same_column, path)
+        needed = [name for name in same_column if name in REQUIRED_CHANNELS and name not in elsewhere]
+        _check_held(column, values, needed, path)
         for name in same_column:
-            found, noted = _in_si(name, values, rig, path)
+            found, noted = _in_si(name, values, mapping.columns[name], path)
             notes += noted
             if found is not None:
                 channels[name] = found
-    return RawChannels(stamps if whole else stamps[kept], channels, notes)
+    return RawChannels(stamps if whole else stamps[kept], channels, notes, mapping.columns)
+
+
+def _values_of(log: Log, column: str, names: list[Channel], mapping: Mapping) -> tuple[Floats | None, list[Note]]:
+    """A column's values; nothing and a note where it is no column of numbers and nobody asked for it."""
+    try:
+        return log.pop(column), []
+    except LogError as error:
+        if not mapping.by_mnemonic.issuperset(names) or not set(names).isdisjoint(REQUIRED_CHANNELS):
+            raise
+        return None, [(f"column '{column}' is not used for {', '.join(names)}: {error.what}", error.remedy)]
 
 
 def _usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
@@ -89,22 +115,22 @@ def _usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
     return kept, notes
 
 
-def _check_held(column: str, values: Floats, names: list[Channel], path: Path) -> None:
-    """Reject a log that lacks the values of a required channel."""
+def _check_held(column: str, values: Floats, needed: list[Channel], path: Path) -> None:
+    """Reject a log that lacks the values of a channel that it needs."""
     held = int(np.sum(np.isfinite(values)))
-    if held < FEWEST_ROWS and not set(names).isdisjoint(REQUIRED_CHANNELS):
+    if held < FEWEST_ROWS and needed:
         number = f"only {held} values of the {FEWEST_ROWS} needed" if held else "no values"
         remedy = "Correct the rig description's columns, or the export"
         raise LogError(str(path), f"column '{column}' holds {number}", remedy)
 
 
-def _in_si(name: Channel, values: Floats, rig: Rig, path: Path) -> tuple[Array | None, list[Note]]:
+def _in_si(name: Channel, values: Floats, column: MappedColumn, path: Path) -> tuple[Array | None, list[Note]]:
     """A channel in SI units, nothing where it holds hardly any possible value, and notes."""
     if np.sum(np.isfinite(values)) < FEWEST_ROWS:
         return None, []
     with np.errstate(over="ignore"):
-        converted = values * to_si_factor(rig.channels[name].unit, CHANNEL_UNITS[name])
-    possible, notes = possible_values(name, converted, rig.channels[name], str(path))
+        converted = values * to_si_factor(column.unit, CHANNEL_UNITS[name])
+    possible, notes = possible_values(name, converted, column, str(path))
     if possible is None:
         return None, notes
     if np.sum(np.isfinite(possible)) < FEWEST_ROWS:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from drillid.config.files import read_yaml
-from drillid.config.rig import CHANNEL_UNITS, Rig
+from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.errors import DrillidError, SettingsError
-from drillid.formats import units
 from drillid.records.channels import read_channels
-from drillid.units import to_si_factor
 
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 """What every run reads first; another configuration contains only what differs."""
@@ -120,38 +118,24 @@ def _well(
     rig = rigs[listing.rig_file]
     if rig is None or not logs or settings.simulate is not None:
         return
+    commanded = list[bool]()
     for path in listing.logs:
         checked.logs += 1
-        yield from _log(path, rig)
+        held = yield from _log(path, rig)
+        commanded += [] if held is None else ["torque_command" in held]
+    if rig.controller is None and commanded and not any(commanded):
+        what = f"states no controller, and no log of the well '{listing.name}' holds torque_command, which shows it"
+        remedy = "Add 'controller' with its gain 'proportional', or map the torque command under 'channels'"
+        yield Finding(str(listing.rig_file), what, remedy)
 
 
-def _log(path: Path, rig: Rig) -> Iterator[Finding]:
-    """Findings in one log: its table, its times, its channels and their units."""
+def _log(path: Path, rig: Rig) -> Generator[Finding, None, Collection[str] | None]:
+    """Findings in one log: its table, its times, its channels and their units; returns the channels of a sound one."""
     try:
-        yield from _other_units(path, rig)
         raw = read_channels(path, rig)
     except DrillidError as error:
         yield Finding.of(error)
-        return
+        return None
     for what, remedy in raw.notes:
         yield Finding(str(path), what, remedy, fails=False)
-
-
-def _other_units(path: Path, rig: Rig) -> Iterator[Finding]:
-    """Channels for which the file itself states another unit than the rig description."""
-    stated = units(path)
-    for name, column in rig.channels.items():
-        own = stated.get(column.column)
-        if own is None:
-            continue
-        try:
-            same = (
-                abs(to_si_factor(own, CHANNEL_UNITS[name]) / to_si_factor(column.unit, CHANNEL_UNITS[name]) - 1) < 1e-6
-            )
-        except ValueError:
-            continue
-        if not same:
-            what = (
-                f"column '{column.column}' is in '{own}' by the file itself, in '{column.unit}' by the rig description"
-            )
-            yield Finding(str(path), what, f"Correct the unit of {name} where the file is right", fails=False)
+    return raw.channels.keys()

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Array
-from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel, Column
+from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Channel
 from drillid.errors import LogError
 from drillid.records import consistency
 from drillid.records.consistency import Measure, Samples
 from drillid.records.grid import Note
+from drillid.records.mapping import MappedColumn
 from drillid.units import RPM, to_si_factor
 
 _ANY = (-math.inf, math.inf)
@@ -260,13 +261,13 @@ CHECKS = (
 """Every check of a log's channels against each other."""
 
 
-def possible_values(name: Channel, values: Array, column: Column, where: str) -> tuple[Array | None, list[Note]]:
+def possible_values(name: Channel, values: Array, column: MappedColumn, where: str) -> tuple[Array | None, list[Note]]:
     """A channel without the values that are none; nothing where most of them are none.
 
     Parameters
     ----------
     values : SI units, NaN where missing, shape (row,)
-    column : its column and unit in the rig description
+    column : its column and unit
     where : name of the log for messages
 
     Raises
@@ -296,7 +297,7 @@ def possible_values(name: Channel, values: Array, column: Column, where: str) ->
     return None, [(f"{what}; the channel is not used", remedy)]
 
 
-def judge(samples: Samples, columns: Mapping[Channel, Column], where: str) -> list[Note]:
+def judge(samples: Samples, columns: Mapping[Channel, MappedColumn], where: str) -> list[Note]:
     """What is unusual about a log, as (sentence, remedy).
 
     Raises
@@ -331,7 +332,7 @@ def judge(samples: Samples, columns: Mapping[Channel, Column], where: str) -> li
     return questions
 
 
-def unit_remedy(name: Channel, value: float, column: Column) -> str:
+def unit_remedy(name: Channel, value: float, column: MappedColumn) -> str:
     """How to correct a channel at an unusual level (SI): the unit in which it would be a usual one, if there is any."""
     si, bounds = CHANNEL_UNITS[name], RANGES[name]
     stated = to_si_factor(column.unit, si)

@@ -19,6 +19,7 @@ from drillid.records.channels import FAST_CHANNELS, read_channels
 from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter
 from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
+from drillid.records.mapping import layout_of
 from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
 
@@ -77,7 +78,7 @@ def _in_time_order(logs: tuple[Path, ...], rig: Rig) -> tuple[list[Path], list[P
     starts, problems = [], []
     for path in logs:
         try:
-            starts.append((first_stamp(path, rig.time.column, rig.time.zone), path))
+            starts.append((first_stamp(path, *layout_of(rig.for_log(path))), path))
         except _FAILS_THE_JOB:
             raise
         except Exception as error:  # one log must not take the well's other logs along
@@ -143,15 +144,15 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End 
         If the log cannot be read or placed on a grid.
     """
     raw = read_channels(path, rig)
-    log = raw.channels
-    rate, anchor = (before.rate, before.time) if before else (rig.time.sample_rate, None)
+    log, columns, stated = raw.channels, raw.columns, rig.for_log(path).time.sample_rate
+    rate, anchor = (before.rate, before.time) if before else (stated, None)
     ticks = place_rows(raw.stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
-    _check_rate(ticks, rig.time.sample_rate, path)
+    _check_rate(ticks, stated, path)
     ticks = ticks if before is None else following(ticks, before)
     grid = Grid.of(ticks, str(path))
     notes = [*raw.notes, *_placed(log, ticks, grid, path), *clock_notes(ticks, grid)]
     samples = Samples(log, ticks.rows, ticks.tick / ticks.rate, grid.time[0], ticks.rate)
-    notes += judge(samples, rig.channels, str(path))
+    notes += judge(samples, columns, str(path))
     del raw, samples
     if share_of_real_jitter(log["torque_sweep"][ticks.rows], ticks) > 0.5:
         log |= {name: moved_to_ticks(log[name], ticks) for name in FAST_CHANNELS if name in log}

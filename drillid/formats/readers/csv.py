@@ -32,7 +32,8 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         date, time = apart, apart.removesuffix(" (date)")
     kept = replace(layout, decimal=dialect.decimal or layout.decimal)
     rows = None if layout.has_rows else 0
-    return [Header(found.names, found.units, time=time, date=date, layout=(kept, dialect.thousands), rows=rows)]
+    own = (kept, dialect.thousands)
+    return [Header(found.names, found.units, time=time, date=date, layout=own, notes=layout.notes, rows=rows)]
 
 
 def read_columns(

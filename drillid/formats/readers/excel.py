@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from drillid.formats.description import Dialect, Header, Unusable
-from drillid.formats.header_rows import find_header
+from drillid.formats.header_rows import find_header, where_names_are
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import check_archive, first_bytes
 
@@ -56,19 +56,29 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             continue
         header = find_header(
             [[_as_text(cell) for cell in row] for row in rows],
-            None if dialect.header_line is None else dialect.header_line - 1 - top,
-            None if dialect.units_line is None else dialect.units_line - 1 - top,
+            _row_of(dialect.header_line, top, len(rows), "header_line"),
+            _row_of(dialect.units_line, top, len(rows), "units_line"),
         )
         if header is None or len(header.names) < 2:
             nameless.append(sheet)
             continue
-        found.append(Header(header.names, header.units, table=sheet, layout=_Layout(sheet, top, header.first)))
+        notes = tuple(where_names_are(header, lambda row, top=top: top + row + 1, dialect))  # type: ignore[misc]
+        layout = _Layout(sheet, top, header.first)
+        found.append(Header(header.names, header.units, table=sheet, layout=layout, notes=notes))
     if not found and nameless:
         raise Unusable(
             f"has no row with the names of the columns in its sheet '{nameless[0]}'",
             "State the number of that row in the rig description as file.header_line",
         )
     return found
+
+
+def _row_of(line: int | None, top: int, count: int, key: str) -> int | None:
+    """Index of a stated row among those with content."""
+    if line is not None and not 0 <= line - 1 - top < count:
+        what = f"has nothing in row {line}, which the rig description states as file.{key}"
+        raise Unusable(what, f"Correct file.{key}")
+    return None if line is None else line - 1 - top
 
 
 def read_columns(

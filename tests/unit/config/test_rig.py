@@ -1,12 +1,17 @@
 """What is wrong with a rig description is told with its key and what to do."""
 
-from typing import Any
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, get_args
 
 import pytest
 import yaml
 
-from drillid.config.rig import Rig
+from drillid.config.rig import CHANNEL_UNITS, Clock, LogFile, Rig
 from drillid.errors import SettingsError
+from drillid.formats import Dialect, TimeColumn
+from drillid.formats.counted_times import COUNTED
+from drillid.formats.mnemonics import MNEMONICS, SURE
 from tests.workflow.toys import RIG
 
 TOY = yaml.safe_load(RIG)
@@ -22,12 +27,35 @@ def changed(**keys: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("content", "what", "remedy"),
     [
-        (changed(controller=None), "'controller': neither the controller nor the", "Add 'controller' with its gain"),
         (
             changed(channels={"speed": CHANNELS["speed"]}),
-            "'channels': torque_sweep, hole_depth missing",
-            "Map each to a column of the log with its unit",
+            "'channels': torque_sweep is missing",
+            "Map it to the log's column of the injected torque, with its unit",
         ),
+        (
+            changed(channels=CHANNELS | {"speed": None}),
+            "'channels.speed': is needed and cannot be left out",
+            "Map it to a column",
+        ),
+        (
+            changed(other_logs=[{"files": "*_depth.csv", "channels": {"hole_depth": {"column": "D", "unit": "kN"}}}]),
+            "'other_logs.0.channels.hole_depth.unit': column 'D': the unit 'kN' cannot be",
+            "one of the kind of m",
+        ),
+        (
+            changed(time={"format": "dd.mm.yyyy"}),
+            "'time.format': 'dd.mm.yyyy' is neither 'day first' nor 'month first' nor a format of strptime",
+            "'%d.%m.%Y %H:%M:%S'",
+        ),
+        (changed(time={"start": "3/3/2025"}), "'time.start': '3/3/2025' is not an ISO time", "2025-03-03T06:00:00"),
+        (changed(time={"unit": "seconds"}), "'time.unit': Input should be 'ns', 'us', 'ms', 's'", "Correct the value"),
+        (changed(file={"delimiter": "tabs"}), "'file.delimiter': 'tabs' is not one character", "Write one, or tab, "),
+        (
+            changed(file={"decimal": ",", "thousands": ","}),
+            "'file.thousands': ',' stands before decimals already",
+            "Correct one of the two",
+        ),
+        (changed(file={"header_line": 0}), "'file.header_line': 0 should be greater than", "counted from 1"),
         (
             changed(channels=CHANNELS | {"speed": {"column": "RPM", "unit": "psi"}}),
             "'channels.speed.unit': column 'RPM': the unit 'psi' cannot be",
@@ -108,3 +136,28 @@ def test_above_all_runs_there_are_no_collars() -> None:
     later = {"outer_diameter": "165.1 mm", "inner_diameter": "71.4 mm", "length": "90 m", "from_depth": "1000 m"}
     rig = Rig.checked(changed(collars=[later]), "toy.yaml")
     assert rig.collars_at(999.9) is None
+
+
+def test_a_log_of_another_shape_has_its_own_description_and_the_rest_is_as_for_all() -> None:
+    own = {"hole_depth": {"column": "Depth", "unit": "ft"}}
+    others = [
+        {"files": "*_Depth.csv", "channels": own, "time": {"zone": "Europe/Oslo"}},
+        {"files": "slow/*.xlsx", "file": {"table": "data"}},
+    ]
+    rig = Rig.checked(changed(other_logs=others), "toy.yaml")
+    depth, slow, usual = (rig.for_log(Path(name)) for name in ("a/W1_depth.CSV", "/b/slow/W1.xlsx", "slow.xlsx"))
+    assert depth.channels.keys() == own.keys()
+    assert depth.time.zone == "Europe/Oslo"
+    assert depth.file == usual.file == rig.file
+    assert (slow.file.table, slow.channels, slow.time) == ("data", rig.channels, rig.time)
+    assert usual == rig.model_copy(update={"other_logs": ()})
+    assert depth.for_log(Path("W1_depth.csv")) == depth
+
+
+def test_users_can_state_whatever_readers_can_do() -> None:
+    assert set(get_args(get_args(Clock.model_fields["unit"].annotation)[0])) == set(COUNTED)
+    assert set(Clock.model_fields) - {"sample_rate"} == {field.name for field in fields(TimeColumn)}
+    assert set(LogFile.model_fields) - {"ignore_units"} == {field.name for field in fields(Dialect)}
+    assert LogFile(delimiter="tab").delimiter == "\t"
+    assert set(SURE) <= set(MNEMONICS) <= set(CHANNEL_UNITS)
+    assert {channel: SURE[channel][0] in MNEMONICS[channel] for channel in SURE} == dict.fromkeys(SURE, True)

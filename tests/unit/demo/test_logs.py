@@ -49,6 +49,8 @@ def read(path: Path) -> pd.DataFrame:
 def channel(log: pd.DataFrame, rig: Rig, name: Channel) -> Floats:
     """One channel in SI units, as a reader makes it of the rig description."""
     column = rig.channels[name]
+    assert column is not None
+    assert column.unit is not None
     return log[column.column].to_numpy() * to_si_factor(column.unit, CHANNEL_UNITS[name])
 
 

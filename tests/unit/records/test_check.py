@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from drillid.commands import app
@@ -91,13 +92,23 @@ def test_a_configuration_that_cannot_be_used_is_one_finding(folder: Path, text: 
     assert what in found.what
 
 
-def test_a_unit_that_the_file_states_otherwise_is_noted(folder: Path) -> None:
+def test_a_unit_that_the_file_states_otherwise_is_told_and_the_description_may_be_preferred(folder: Path) -> None:
     (folder / "good.csv").write_text(LOG.replace("DMEA\n", "DMEA\n,kN.m,rpm,ft\n", 1))
-    noted = [each for each in findings(folder) if "by the rig description" in each.what]
-    assert [each.what for each in noted] == [
-        "column 'DMEA' is in 'ft' by the file itself, in 'm' by the rig description"
-    ]
-    assert not noted[0].fails
+    (told,) = (each for each in findings(folder) if each.fails)
+    assert told.where.endswith("good.csv, column 'DMEA'")
+    assert told.what == "is in 'ft' by the file itself, in 'm' by the rig description"
+    (folder / "rigs/toy.yaml").write_text(RIG + "file: {ignore_units: true}\n")
+    assert not any(each.fails for each in findings(folder))
+
+
+def test_the_lack_of_controller_and_torque_command_is_told_where_no_log_holds_it(folder: Path) -> None:
+    toy = yaml.safe_load(RIG)
+    toy.pop("controller")
+    (folder / "rigs/toy.yaml").write_text(yaml.safe_dump(toy))
+    (told,) = (each for each in findings(folder) if each.fails)
+    assert told.what.startswith("states no controller, and no log of the well '34/10-A-12 H' holds torque_command")
+    (folder / "good.csv").write_text(LOG.replace("RPM", "TQA (kN.m),RPM").replace(",120,", ",7.5,120,"))
+    assert not any(each.fails for each in findings(folder))
 
 
 def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run_would_fail(folder: Path) -> None:

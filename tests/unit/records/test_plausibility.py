@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drillid.config.rig import CHANNEL_UNITS, Channel, Column, Rig
+from drillid.config.rig import CHANNEL_UNITS, Channel, Rig
 from drillid.config.settings import Settings
 from drillid.errors import LogError
+from drillid.records.mapping import MappedColumn
 from drillid.records.plausibility import CHECKS, RANGES, possible_values, unit_remedy
 from drillid.records.stage import Record, regular_record
 from drillid.units import to_si_factor
@@ -174,7 +175,7 @@ def test_codes_of_a_recorder_are_missing_values_and_the_rest_is_used(tmp_path: P
 def test_the_share_of_impossible_values_decides(share: float, kept: bool) -> None:
     values = np.full(1000, 12.0)
     values[: round(1000 * share)] = np.linspace(100, 200, round(1000 * share))
-    column = Column(column="FLOW", unit="m^3/s")
+    column = MappedColumn("FLOW", "m^3/s")
     found, notes = possible_values("flow", values / 100, column, "log")
     assert (found is not None) == kept
     assert bool(notes) == (share > 0)
@@ -195,7 +196,7 @@ def test_the_unit_that_was_meant_is_named(name: Channel, meant: str) -> None:
     read = RANGES[name].typical / factor
     low, high = RANGES[name].usual
     if not low <= read <= high:
-        remedy = unit_remedy(name, read, Column(column="C", unit=si))
+        remedy = unit_remedy(name, read, MappedColumn("C", si))
         assert remedy.startswith("If the column 'C' holds ")
         unit = remedy.split(" holds ")[1].split(" it is ")[0]
         assert low <= read * to_si_factor(unit, si) <= high
