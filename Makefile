@@ -1,6 +1,6 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run field bench blind discoveries test mutants lint format lock docs tutorial clean
+.PHONY: help setup demo rigs run field bench bench-fleet blind discoveries test mutants lint format lock docs tutorial clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
@@ -23,6 +23,7 @@ help:
 	@echo "make rigs    the wells of config/shared-rigs"
 	@echo "make field   start of rotation of a real well, beside its measurement in ../shared/data/field"
 	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
+	@echo "make bench-fleet    what a fleet costs and survives: planning, overhead, speed-up, nights, faults; PARTS=plan for some"
 	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; CASES=40 for a quick look"
 	@echo "make discoveries    what the simulations get wrong on wells, motor bench and field start, and why"
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
@@ -59,6 +60,11 @@ field: $(READY)
 bench: export OPENBLAS_NUM_THREADS := 1
 bench: $(READY)
 	$(BIN)/python -m benchmarks.identification.bench
+
+# wells are simulated once and kept in results/bench-fleet
+bench-fleet: export OPENBLAS_NUM_THREADS := 1
+bench-fleet: setup
+	$(BIN)/python -m benchmarks.fleet $(PARTS)
 
 # hours from nothing; what is done already is kept in results/blind
 blind: export OPENBLAS_NUM_THREADS := 1

@@ -7,7 +7,6 @@ time-domain simulator. Times are processor times of one core. The results go to 
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,40 +18,11 @@ from benchmarks.identification import comparison, fits, joint, peers, spectra, t
 from benchmarks.identification.accuracy import LEVEL, WINDOWS, Accuracy
 from benchmarks.identification.bound import Noise
 from benchmarks.identification.windows import SimulatedWindow, simulated_windows
+from benchmarks.result import Result, result_table
 from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.physics.parameters import PARAMETERS
 
 FILE = Path("results/bench.json")
-
-
-@dataclass(frozen=True)
-class Result:
-    """One result with its target.
-
-    key : in results/bench.json
-    meaning : what it is
-    least, most : target, either may be infinite
-    """
-
-    key: str
-    meaning: str
-    value: float
-    least: float = -np.inf
-    most: float = np.inf
-
-    @property
-    def target(self) -> str:
-        """The target in words."""
-        if np.isinf(self.least):
-            return f"at most {self.most:g}"
-        if np.isinf(self.most):
-            return f"at least {self.least:,g}"
-        return f"{self.least:g} to {self.most:g}"
-
-    @property
-    def holds(self) -> bool:
-        """Whether the target is met."""
-        return bool(self.least <= self.value <= self.most)
 
 
 def single_windows(console: Console, _: Sequence[SimulatedWindow]) -> list[Result]:
@@ -187,12 +157,7 @@ def main() -> None:
     for part in PARTS:
         console.rule(part.__doc__ or "")
         results += part(console, windows)
-    table = Table(title="What identification reaches")
-    for heading in ("result", "reached", "target", "holds"):
-        table.add_column(heading)
-    for result in results:
-        table.add_row(result.meaning, f"{result.value:,.4g}", result.target, "yes" if result.holds else "no")
-    console.print(table)
+    console.print(result_table("What identification reaches", results))
     FILE.parent.mkdir(parents=True, exist_ok=True)
     FILE.write_text(json.dumps({result.key: result.value for result in results}, indent=2) + "\n")
     console.print(f"Written to {FILE}")

@@ -1,0 +1,1 @@
+"""What a fleet costs and survives: planning, overhead, speed-up, nights and faults."""

@@ -1,0 +1,81 @@
+"""Dry run of 1000 wells with ten logs each: time of one core and memory.
+
+Once with one well a job, of which the figures are, and once with 25, as the profiles of clusters set it.
+"""
+
+import re
+import resource
+import shutil
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.sheets import ROOT, workflow, write_fleet
+from benchmarks.result import Result
+
+WELLS, LOGS = 1000, 10
+BATCHES = (1, 25)
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """One dry run.
+
+    jobs : that would run
+    seconds, clock : s, of one core and of the clock, which are the same on an idle machine
+    mebibytes : largest resident memory
+    """
+
+    jobs: int
+    seconds: float
+    clock: float
+    mebibytes: float
+
+
+def measure(console: Console) -> Measurement:
+    """Lay the sheets out and plan."""
+    folder = FOLDER / "plan"
+    lay_out(folder, WELLS, LOGS)
+    found = {size: planned(folder, size) for size in BATCHES}
+    shutil.rmtree(folder)
+    for size, run in found.items():
+        console.print(
+            f"{WELLS} wells, {size} a job: {run.jobs:,} jobs planned in {run.seconds:.1f} s, "
+            f"{run.clock:.1f} s of the clock, {run.mebibytes:.0f} MiB"
+        )
+    singly = found[BATCHES[0]]
+    return Measurement(
+        [
+            Result("plan_s_1000", "dry run of 1000 wells, s", singly.seconds, most=60.0),
+            Result("plan_mib_1000", "memory of the dry run of 1000 wells, MiB", singly.mebibytes, most=1024.0),
+        ]
+    )
+
+
+def lay_out(folder: Path, wells: int, logs: int) -> None:
+    """Sheets of wells with so many logs each; a dry run does not read them."""
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "raw").mkdir(parents=True)
+    sheet = {f"W{well:05d}": [f"raw/W{well:05d}_{log}.csv" for log in range(logs)] for well in range(wells)}
+    for path in (path for paths in sheet.values() for path in paths):
+        (folder / path).write_text("no samples\n")
+    rigs = sorted((ROOT / "config/demo/rigs").glob("*.yaml"))
+    write_fleet(folder, sheet, {well: rigs[number % len(rigs)] for number, well in enumerate(sheet)})
+
+
+def planned(folder: Path, batch_size: int) -> DryRun:
+    """A dry run with so many wells a job, measured in a process whose only child it is."""
+    with ProcessPoolExecutor(1) as pool:
+        return pool.submit(_planned, folder, batch_size).result()
+
+
+def _planned(folder: Path, batch_size: int) -> DryRun:
+    begin = time.perf_counter()
+    done = workflow(folder, "--dry-run", "--quiet", "rules", "--config", f"fleet={{batch_size: {batch_size}}}")
+    clock, usage = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    (jobs,) = set(re.findall(r"^total +(\d+)$", done.stdout, re.MULTILINE))
+    return DryRun(int(jobs), usage.ru_utime + usage.ru_stime, clock, usage.ru_maxrss / 1024)
