@@ -175,7 +175,7 @@ class Processed:
 
     def verdicts(self) -> list[dict[Hashable, Any]]:
         """Rows of verdicts.csv."""
-        return read_verdicts(self.folders.stage("discrepancy") / "verdicts.csv").to_dict("records")
+        return read_verdicts(self.folders).to_dict("records")
 
     def run(self, stage: str, rig: Rig | None = None, settings: Settings | None = None) -> list[Problem]:
         """Do one stage again, with another rig or other settings where given."""

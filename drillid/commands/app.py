@@ -2,12 +2,14 @@
 
 import typer
 
+from drillid.commands.identification import add_identification_commands
 from drillid.commands.simulation import simulations
 from drillid.commands.workflow import add_workflow_commands
 
 app = typer.Typer(no_args_is_help=True, help="Torsional dynamics of drill strings, identified while drilling.")
 app.add_typer(simulations, name="simulate")
 add_workflow_commands(app)
+add_identification_commands(app)
 
 
 @app.callback()

@@ -5,12 +5,15 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, Any
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drillid.errors import DrillidError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs instead of text.")]
 
@@ -42,6 +45,11 @@ def print_rows(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
         Console().print(table)
 
 
+def records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
+    """Rows of a table as JSON holds them: what is not known is null."""
+    return table.astype(object).where(table.notna(), None).to_dict("records")
+
+
 def print_json(content: Any) -> None:
     """One JSON document; times and other objects as text."""
-    typer.echo(json.dumps(content, indent=1, default=str, ensure_ascii=False))
+    typer.echo(json.dumps(content, indent=1, default=str, ensure_ascii=False, allow_nan=False))

@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
+from drillid.datasets.tables import read_table, write_table
 
 _SERIES_CHUNK = 60_000
 """Samples in a chunk of a long series; ten minutes at 100 Hz."""
@@ -105,6 +106,20 @@ class WellFolders:
             _finish(temporary, path)
         else:
             shutil.rmtree(path, ignore_errors=True)
+
+    def write_table(self, stage: str, name: str, table: pd.DataFrame) -> None:
+        """Write a table of a stage, whole or not at all."""
+        write_table(table, self.stage(stage) / f"{name}.csv")
+
+    def read_table(self, stage: str, name: str, **options: Any) -> pd.DataFrame:
+        """Read a table of a stage; `options` are those of `pandas.read_csv`.
+
+        Raises
+        ------
+        FileNotFoundError
+            If the stage wrote none.
+        """
+        return read_table(self.stage(stage) / f"{name}.csv", **options)
 
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import pandas as pd
 
@@ -28,7 +28,7 @@ def write_table(table: pd.DataFrame, path: str | Path) -> None:
     os.replace(temporary, path)
 
 
-def read_table(path: str | Path, **options: Any) -> pd.DataFrame:
+def read_table(path: str | Path | TextIO, **options: Any) -> pd.DataFrame:
     """Read a table that `write_table` has written; `options` are those of `pandas.read_csv`.
 
     Raises

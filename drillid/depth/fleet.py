@@ -33,7 +33,7 @@ def write_fleet(results: Path, wells: Sequence[str]) -> None:
 
 def fleet_verdicts(results: Path, wells: Sequence[str]) -> pd.DataFrame:
     """The verdicts of all wells, in their order."""
-    files = [WellFolders(results, well).stage("discrepancy") / "verdicts.csv" for well in wells]
-    tables = [read_verdicts(file) for file in files if file.exists()]
+    fleet = [WellFolders(results, well) for well in wells]
+    tables = [read_verdicts(well) for well in fleet if (well.stage("discrepancy") / "verdicts.csv").exists()]
     filled = [table for table in tables if len(table)]
     return pd.concat(filled, ignore_index=True) if filled else verdict_table("", [])

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from drillid.arrays import Floats
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
-from drillid.datasets.tables import write_table
 from drillid.depth.responses import identified_responses
 from drillid.discrepancy.products.extended_model import identified_window_models
 from drillid.fits.datasheet import stored_controller
@@ -96,7 +95,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         | {"depth": fits["hole_depth"].values, "state": [state.name.lower() for state in RigState]}
     )
     folders.write("depth", "depth", dataset)
-    write_table(parameter_table(dataset, fits["reason"].values), folders.stage("depth") / "parameters.csv")
+    folders.write_table("depth", "parameters", parameter_table(dataset, fits["reason"].values))
     return _unstable(dataset)
 
 

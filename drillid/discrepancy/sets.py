@@ -18,12 +18,12 @@ from drillid.discrepancy.verdicts.verdict import NONE, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     import pandas as pd
     import xarray as xr
 
     from drillid.config.rig import Rig
+    from drillid.datasets.store import WellFolders
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +106,12 @@ def all_verdicts(sets: Sequence[ExaminedSet], changes: Sequence[Verdict]) -> lis
     return [*(verdict for verdict in verdicts if not is_contradicted(verdict)), *changes]
 
 
-def read_verdicts(path: Path) -> pd.DataFrame:
-    """The table as it was written; empty texts stay texts."""
-    from drillid.datasets.tables import read_table
-
+def read_verdicts(folders: WellFolders) -> pd.DataFrame:
+    """The well's table as it was written; empty texts stay texts."""
     texts = ("well", "verdict", "family", "class", "cause", "unit", "what_would_separate", "evidence")
     empty = {name: [""] for name in COLUMNS if name not in texts}
-    return read_table(path, dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=empty)
+    types = dict.fromkeys(texts, str)
+    return folders.read_table("discrepancy", "verdicts", dtype=types, keep_default_na=False, na_values=empty)
 
 
 def window_verdicts(

@@ -12,7 +12,6 @@ from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.store import Problem, WellFolders, window_place
-from drillid.datasets.tables import write_table
 from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
@@ -59,9 +58,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
     folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
-    write_table(table, folders.stage("discrepancy") / "intervals.csv")
-    verdicts = verdict_table(well.name, all_verdicts(sets, changes))
-    write_table(verdicts, folders.stage("discrepancy") / "verdicts.csv")
+    folders.write_table("discrepancy", "intervals", table)
+    folders.write_table("discrepancy", "verdicts", verdict_table(well.name, all_verdicts(sets, changes)))
     return _failed_tests(dataset.isel(window=data.fits["accepted"].values), error_rate)
 
 

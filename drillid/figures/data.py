@@ -12,7 +12,6 @@ import xarray as xr
 from drillid.arrays import Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.store import WellFolders
-from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.sets import read_verdicts
 
@@ -67,8 +66,8 @@ class WellResults:
                 ("depth", "depth"),
             )
         }
-        intervals = read_table(folders.stage("discrepancy") / "intervals.csv")
-        verdicts = read_verdicts(folders.stage("discrepancy") / "verdicts.csv")
+        intervals = folders.read_table("discrepancy", "intervals")
+        verdicts = read_verdicts(folders)
         spectra = folders.read("spectra", "spectra")
         return WellResults(
             well.name, well.rig, spectra=spectra, verdicts=verdicts, intervals=intervals, error_rate=error_rate, **read

@@ -165,7 +165,7 @@ def identified(folders: WellFolders, rig: Rig) -> Identified:
     """Read what the report needs of a well that has its depth dataset."""
     fits, windows = folders.read("fits", "fits").load(), folders.read("windows", "windows").load()
     discrepancy = folders.read("discrepancy", "discrepancy").load()
-    table = read_table(folders.stage("discrepancy") / "intervals.csv")
+    table = folders.read_table("discrepancy", "intervals")
     run = runs(rig, windows["bit_depth"].values)
     accepted, flagged = fits["accepted"].values.astype(bool), discrepancy["flagged"].values.astype(bool)
     chi2 = fits["chi2_per_dof"].values[accepted]

@@ -69,7 +69,7 @@ def verdict_text(row: Mapping[Any, Any]) -> VerdictText:
 
 def read_verdict_texts(folders: WellFolders) -> tuple[tuple[VerdictText, ...], tuple[SetText, ...]]:
     """Texts of the verdicts and of the sets of windows of a well."""
-    rows = read_verdicts(folders.stage("discrepancy") / "verdicts.csv").to_dict("records")
+    rows = read_verdicts(folders).to_dict("records")
     sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
     texts = tuple(
         SetText(

@@ -15,7 +15,6 @@ from drillid.arrays import Array
 from drillid.datasets.codes import RecordFlag, RigState
 from drillid.datasets.measured import WINDOWS
 from drillid.datasets.store import Problem, WellFolders
-from drillid.datasets.tables import write_table
 from drillid.windows.channels import log_bounds, sample_rate
 from drillid.windows.rig_state import NEEDED, rig_states, without_holes
 from drillid.windows.segments import (
@@ -62,7 +61,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         else:
             rows.append(replace(segment, reason=reason_of(segment)))
     folders.write("windows", "windows", _windows_dataset(windows))
-    write_table(segments_table(well.name, rows), folders.stage("windows") / "segments.csv")
+    folders.write_table("windows", "segments", segments_table(well.name, rows))
     if windows:
         return []
     return [

@@ -313,7 +313,7 @@ def test_a_well_without_any_fit_gets_no_verdict(lagging: Processed, tmp_path: Pa
     well.run("depth")
     assert well.dataset("discrepancy", "discrepancy")["verdict"].values.tolist() == ["", ""]
     assert well.dataset("discrepancy", "examination").sizes["set"] == 0
-    assert len(read_verdicts(well.folders.stage("discrepancy") / "verdicts.csv")) == 0
+    assert len(read_verdicts(well.folders)) == 0
     assert np.isnan(well.dataset("depth", "depth")["bit_mobility_controlled"].values).all()
 
 

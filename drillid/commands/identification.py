@@ -1,0 +1,77 @@
+"""`drillid fit`: one well's logs to parameters, without the workflow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drillid.commands.output import Json, faults_told, print_json, print_rows, records
+
+if TYPE_CHECKING:
+    from drillid.identification import Identification
+
+
+def add_identification_commands(app: typer.Typer) -> None:
+    """Add the commands of this module to the command line."""
+    app.command("fit")(fit_logs)
+
+
+def fit_logs(
+    logs: Annotated[list[Path], typer.Argument(help="Raw log files of one well.")],
+    rig: Annotated[Path, typer.Option(help="Description of the rig, as config/README.md explains.")],
+    configuration: Annotated[
+        Path | None, typer.Option("--configfile", help="Settings other than the defaults.")
+    ] = None,
+    verdicts: Annotated[bool, typer.Option("--verdicts", help="Examine what the fits leave unexplained too.")] = False,
+    table: Annotated[Path | None, typer.Option(help="CSV to write the parameters into.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="PNG, SVG or PDF of measured and fitted mobility.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Fit the eight parameters of the transmission line to every window of a well's logs.
+
+    Exit code 1 where rig description or logs cannot be used, or hold no window.
+
+    Example: drillid fit stand.csv --rig rig.yaml --plot mobility.png
+    """
+    from drillid.config.settings import Settings
+    from drillid.identification import identify
+
+    with faults_told():
+        settings = Settings.from_yaml(configuration) if configuration else Settings()
+        identification = identify(logs, rig, settings)
+        found = identification.verdicts if verdicts else None
+        if plot is not None:
+            identification.draw("command_mobility_fitted").savefig(plot, dpi=settings.figures.dpi)
+    if table is not None:
+        identification.parameters.to_csv(table, index=False)
+    if as_json:
+        content = {"parameters": identification.parameters, "problems": identification.problems}
+        content |= {} if found is None else {"verdicts": found}
+        print_json({name: records(frame) for name, frame in content.items()})
+        return
+    _print_parameters(identification)
+    if found is not None:
+        columns = ("verdict", "probability", "from_m", "to_m", "size", "unit", "evidence")
+        print_rows(columns, [[_cell(value) for value in row] for row in found[list(columns)].to_numpy()])
+    for row in identification.problems.itertuples(index=False):
+        typer.echo(f"{row.stage}: {row.where}: {row.what}. {row.remedy}", err=True)
+
+
+def _print_parameters(identification: Identification) -> None:
+    """One row per window: every parameter with its standard error."""
+    parameters = identification.parameters
+    units = dict(zip(parameters["parameter"], parameters["unit"], strict=True))
+    columns = ("window", "depth [m]", *(f"{name} [{unit}]" for name, unit in units.items()), "χ²/dof", "")
+    rows = []
+    for window, of_window in parameters.groupby("window"):
+        values = [f"{row.value:.4g} ± {row.standard_error:.2g}" for row in of_window.itertuples(index=False)]
+        first = of_window.iloc[0]
+        verdict = "" if first["accepted"] else "not accepted"
+        rows.append([str(window), f"{first['hole_depth']:.1f}", *values, f"{first['chi2_per_dof']:.2f}", verdict])
+    print_rows(columns, rows)
+
+
+def _cell(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
