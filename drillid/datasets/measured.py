@@ -39,6 +39,17 @@ RECORDS = DatasetSchema(
     },
 )
 
+LOGS = DatasetSchema(
+    "Logs in a well's records, in order of time",
+    {
+        "log": Variable(("log",), "int16", "", "number of the log file, in order of time"),
+        "file": Variable(("log",), "str", "", "name of the log file"),
+        "first_sample": Variable(("log",), "int64", "", "index of its first sample in the records"),
+        "samples": Variable(("log",), "int64", "", "number of its samples in the records"),
+        "key": Variable(("log",), "str", "", "hash of its samples"),
+    },
+)
+
 STATES = DatasetSchema(
     "State of the rig at every sample of the records",
     {

@@ -3,13 +3,14 @@
 from drillid.datasets.examined import DISCREPANCIES as DISCREPANCIES
 from drillid.datasets.examined import EXAMINATIONS as EXAMINATIONS
 from drillid.datasets.identified import DEPTH, FITS, FLEET, JOINT_FITS, STACK_FITS
-from drillid.datasets.measured import MOBILITIES, RECORDS, SPECTRA, STACKS, STATES, WINDOWS
+from drillid.datasets.measured import LOGS, MOBILITIES, RECORDS, SPECTRA, STACKS, STATES, WINDOWS
 
 PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
 """Columns of every stage's problems.csv: one row for everything that was rejected, with its reason."""
 
 DATASETS = {
     "records": RECORDS,
+    "logs": LOGS,
     "states": STATES,
     "windows": WINDOWS,
     "spectra": SPECTRA,

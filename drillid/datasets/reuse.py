@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+
+from drillid.datasets.store import WellFolders
+
+_MEMO = "memo.json"
 
 
 def digest(content: Any) -> str:
@@ -78,3 +82,43 @@ def _merged(kept: xr.Dataset, made: xr.Dataset, dimension: str, order: Any) -> x
             values = np.take(np.concatenate([kept[name].values, values], axis=axis), order, axis=axis)
         variables[name] = (variable.dims, values)
     return xr.Dataset(variables).set_coords([name for name in made.coords if name in variables])
+
+
+class Memo:
+    """What a stage found out about parts of a well that is no row of a dataset, by keys as those of rows.
+
+    Everything in it can be written as JSON, which keeps the bits of numbers.
+
+    earlier : what an earlier run found; empty where none did with this code and these settings
+    found : what this run has found or taken over
+    """
+
+    def __init__(self, folders: WellFolders, stage: str) -> None:
+        self._folders, self._stage = folders, stage
+        self.earlier: Mapping[str, Any] = _read_memo(folders.aside(stage) / _MEMO)
+        self.found: dict[str, Any] = {}
+
+    def key(self, *content: Any) -> str:
+        """Key of what comes from this content, beside code, settings and rig description."""
+        return digest([self._folders.basis, *content])
+
+    def result(self, key: str, make: Callable[[], Any]) -> Any:
+        """What has this key: taken over where an earlier run found it, else made."""
+        if key not in self.found:
+            # what is made goes through JSON as well, so that it is the same the next time
+            self.found[key] = self.earlier[key] if key in self.earlier else json.loads(json.dumps(make()))
+        return self.found[key]
+
+    def save(self) -> None:
+        """Write what was found into the stage's folder of the well."""
+        path = self._folders.stage(self._stage) / _MEMO
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(self.found))
+
+
+def _read_memo(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import traceback
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,7 @@ import xarray as xr
 
 from drillid.arrays import Array
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
+from drillid.datasets.reuse import Memo
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import DrillidError, LogError
 from drillid.formats import first_stamp
@@ -20,6 +23,7 @@ from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance
 from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
 from drillid.records.mapping import layout_of
+from drillid.records.placed_logs import EarlierLogs, PlacedLog, file_states, samples_key
 from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
 
@@ -51,39 +55,80 @@ class Record:
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Read every log of a well and write its records, log by log; without any usable log there is no store."""
-    readable, problems = _in_time_order(well.logs, well.rig)
-    end: End | None = None
-    number = 0
-    with folders.appending("records", "records") as append:
-        for path in readable:
-            try:
-                record = regular_record(path, well.rig, settings.records, end)
-                samples, late = _after(record.samples, end, path)
-            except _FAILS_THE_JOB:
-                raise
-            except Exception as error:  # one log must not take the well's other logs along
-                problems.append(_refusal(path, error))
-                continue
-            problems += [Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late)]
-            for first in range(0, samples.sizes["time"], _PIECE):
-                piece = samples.isel(time=slice(first, first + _PIECE))
-                append(piece.assign(log=("time", np.full(piece.sizes["time"], number))))
-            end, number = record.end, number + 1
-    return problems
+    """Read every log of a well that is new or changed and write its records, log by log.
+
+    Without any usable log there is no store.
+    """
+    memo = Memo(folders, "records")
+    logs, problems = _in_time_order(file_states(well.logs), well.rig, memo)
+    earlier, placed, end = EarlierLogs(folders, memo, logs), list[PlacedLog](), None
+    with folders.appending("records", "records", kept=earlier.kept) as append:
+        for path in logs:
+            log = earlier.unchanged(path, end)
+            samples = earlier.samples(log) if log else None
+            if log is None:
+                log, samples = _placed_log(path, logs[path], end, well.rig, settings.records)
+            first = sum(each.samples for each in placed)
+            log = replace(log, first=first)
+            if samples is not None:
+                number = sum(each.samples > 0 for each in placed)
+                for begin in range(0, log.samples, _PIECE):
+                    piece = samples.isel(time=slice(begin, begin + _PIECE)).load().drop_encoding()
+                    append(piece.assign(log=("time", np.full(piece.sizes["time"], number))))
+            if not log.unforeseen:
+                memo.found[earlier.key(path, end)] = asdict(log)
+            end = log.end
+            placed.append(log)
+    used = [(path.name, log) for path, log in zip(logs, placed, strict=True) if log.samples]
+    if used:
+        folders.write("records", "logs", _logs_dataset(used))
+    memo.save()
+    return [*problems, *(problem for log in placed for problem in log.problems)]
 
 
-def _in_time_order(logs: tuple[Path, ...], rig: Rig) -> tuple[list[Path], list[Problem]]:
-    """Logs in order of their first stamp, and problems of those whose time cannot be read."""
+def _placed_log(
+    path: Path, state: str, end: End | None, rig: Rig, settings: RecordsSettings
+) -> tuple[PlacedLog, xr.Dataset | None]:
+    """Read a log that continues a given end; its samples, None where it cannot be used."""
+    try:
+        record = regular_record(path, rig, settings, end)
+        samples, late = _after(record.samples, end, path)
+    except _FAILS_THE_JOB:
+        raise
+    except Exception as error:  # one log must not take the well's other logs along
+        unforeseen = not isinstance(error, DrillidError)
+        return PlacedLog(state, "", 0, 0, end, (_refusal(path, error),), unforeseen), None
+    notes = tuple(Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late))
+    return PlacedLog(state, samples_key(samples), 0, samples.sizes["time"], record.end, notes), samples
+
+
+def _logs_dataset(logs: Sequence[tuple[str, PlacedLog]]) -> xr.Dataset:
+    columns = {
+        "file": [name for name, _ in logs],
+        "first_sample": [log.first for _, log in logs],
+        "samples": [log.samples for _, log in logs],
+        "key": [log.key for _, log in logs],
+    }
+    return xr.Dataset({name: ("log", values) for name, values in columns.items()}, {"log": np.arange(len(logs))})
+
+
+def _in_time_order(states: Mapping[Path, str], rig: Rig, memo: Memo) -> tuple[dict[Path, str], list[Problem]]:
+    """States of the logs in order of their first stamp, and problems of those whose time cannot be read."""
     starts, problems = [], []
-    for path in logs:
+    for path, state in states.items():
         try:
-            starts.append((first_stamp(path, *layout_of(rig.for_log(path))), path))
+            read = functools.partial(_start, path, rig)
+            starts.append((memo.result(memo.key("start", state), read) if state else read(), path))
         except _FAILS_THE_JOB:
             raise
         except Exception as error:  # one log must not take the well's other logs along
             problems.append(_refusal(path, error))
-    return [path for _, path in sorted(starts)], problems
+    return {path: states[path] for _, path in sorted(starts)}, problems
+
+
+def _start(path: Path, rig: Rig) -> int:
+    """First stamp of a log, ns since 1970 UTC."""
+    return int(first_stamp(path, *layout_of(rig.for_log(path))).astype("datetime64[ns]").astype(np.int64))
 
 
 def _refusal(path: Path, error: Exception) -> Problem:
