@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -24,6 +25,7 @@ from drillid.physics.parameters import PARAMETERS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from drillid.control.tuning import Family, Tuning
     from drillid.figures.data import WellResults
 
 _TO_THE_FITS = ("records", "windows", "spectra", "mobility", "fits")
@@ -160,6 +162,27 @@ class Identification:
             raise SettingsError(figure, "is no figure", f"Choose one of {', '.join(functions)}")
         with matplotlib.rc_context(STYLE):
             return functions[figure](self.results)
+
+    def tuned(self, family: Family = "proportional integral") -> Tuning:
+        """Speed control tuned to the last accepted window and to how well its parameters are known.
+
+        Raises
+        ------
+        EstimationError
+            If no window's fit is accepted, or no settings of the family keep the margins.
+        """
+        from drillid.control.tuning import sampled_systems, tune
+        from drillid.fits.datasheet import data_sheet, stored_controller
+
+        accepted = self.fits.isel(window=self.fits["accepted"].values)
+        if not accepted.sizes["window"]:
+            remedy = "See the column reason of the fits, and the problems"
+            raise EstimationError(self.well.name, "the fit of no window is accepted", remedy)
+        last = accepted.isel(window=-1)
+        sheet = data_sheet(self.well.rig, stored_controller(accepted), float(last["hole_depth"]))
+        error = last["standard_error"].values
+        covariance = last["correlation"].values * np.outer(error, error)
+        return tune(sampled_systems(last["value"].values, covariance, sheet.equipment), family)
 
 
 def _first(problems: Sequence[Problem]) -> tuple[str, str, str]:

@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
+import enum
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from drillid.commands.output import Json, faults_told, print_json, print_rows, records
+from drillid.units import RPM
 
 if TYPE_CHECKING:
     from drillid.identification import Identification
+
+_RPM_PER_KN_M = 1e3 / RPM
 
 
 def add_identification_commands(app: typer.Typer) -> None:
     """Add the commands of this module to the command line."""
     app.command("fit")(fit_logs)
+    app.command("tune")(tune_control)
+
+
+Logs = Annotated[list[Path], typer.Argument(help="Raw log files of one well.")]
+RigFile = Annotated[Path, typer.Option(help="Description of the rig, as config/README.md explains.")]
+Configuration = Annotated[Path | None, typer.Option("--configfile", help="Settings other than the defaults.")]
 
 
 def fit_logs(
-    logs: Annotated[list[Path], typer.Argument(help="Raw log files of one well.")],
-    rig: Annotated[Path, typer.Option(help="Description of the rig, as config/README.md explains.")],
-    configuration: Annotated[
-        Path | None, typer.Option("--configfile", help="Settings other than the defaults.")
-    ] = None,
+    logs: Logs,
+    rig: RigFile,
+    configuration: Configuration = None,
     verdicts: Annotated[bool, typer.Option("--verdicts", help="Examine what the fits leave unexplained too.")] = False,
     table: Annotated[Path | None, typer.Option(help="CSV to write the parameters into.")] = None,
     plot: Annotated[Path | None, typer.Option(help="PNG, SVG or PDF of measured and fitted mobility.")] = None,
@@ -35,15 +45,11 @@ def fit_logs(
 
     Example: drillid fit stand.csv --rig rig.yaml --plot mobility.png
     """
-    from drillid.config.settings import Settings
-    from drillid.identification import identify
-
     with faults_told():
-        settings = Settings.from_yaml(configuration) if configuration else Settings()
-        identification = identify(logs, rig, settings)
+        identification = _identified(logs, rig, configuration)
         found = identification.verdicts if verdicts else None
         if plot is not None:
-            identification.draw("command_mobility_fitted").savefig(plot, dpi=settings.figures.dpi)
+            identification.draw("command_mobility_fitted").savefig(plot, dpi=identification.settings.figures.dpi)
     if table is not None:
         identification.parameters.to_csv(table, index=False)
     if as_json:
@@ -57,6 +63,50 @@ def fit_logs(
         print_rows(columns, [[_cell(value) for value in row] for row in found[list(columns)].to_numpy()])
     for row in identification.problems.itertuples(index=False):
         typer.echo(f"{row.stage}: {row.where}: {row.what}. {row.remedy}", err=True)
+
+
+class ControlFamily(enum.StrEnum):
+    """Families of controllers, as the command takes them."""
+
+    SOFT = "proportional integral"
+    COMPENSATED = "inertia compensation"
+    MATCHED = "impedance matching"
+
+
+def tune_control(
+    logs: Logs,
+    rig: RigFile,
+    family: Annotated[ControlFamily, typer.Option(help="What the rig's controller can do.")] = ControlFamily.SOFT,
+    configuration: Configuration = None,
+    as_json: Json = False,
+) -> None:
+    """Settings of the speed control that damp the bit's vibration most and keep the loop's margins.
+
+    They are tuned to the last window that was fitted, for all that its uncertainty allows.
+
+    Example: drillid tune stand.csv --rig rig.yaml --family "impedance matching"
+    """
+    with faults_told():
+        tuning = _identified(logs, rig, configuration).tuned(family.value)
+    settings = tuning.in_units()
+    peaks = {"bit_mobility_now": tuning.present, "bit_mobility_tuned": tuning.value}
+    gain, phase = float(tuning.margins.gain.min()), float(np.degrees(tuning.margins.phase.min()))
+    if as_json:
+        named = {name: {"value": value, "unit": unit} for name, (value, unit) in settings.items()}
+        print_json({"settings": named, **peaks, "unit": "rad/(N m s)", "gain_margin": gain, "phase_margin_deg": phase})
+        return
+    print_rows(("setting", "value", "unit"), [(name, f"{value:.4g}", unit) for name, (value, unit) in settings.items()])
+    typer.echo(
+        f"Largest bit mobility {tuning.present * _RPM_PER_KN_M:.2f} → {tuning.value * _RPM_PER_KN_M:.2f} rpm/(kN m); "
+        f"gain margin {gain:.1f}, phase margin {phase:.0f}°, at worst within the fit's uncertainty"
+    )
+
+
+def _identified(logs: Sequence[Path], rig: Path, configuration: Path | None) -> Identification:
+    from drillid.config.settings import Settings
+    from drillid.identification import identify
+
+    return identify(logs, rig, Settings.from_yaml(configuration) if configuration else Settings())
 
 
 def _print_parameters(identification: Identification) -> None:

@@ -83,3 +83,18 @@ def test_depths_and_files_that_cannot_be_are_refused(survey: Path, tmp_path: Pat
     assert code == 1
     assert "none.csv" in told
     assert call("--survey", survey)[0] == 2
+
+
+def test_every_command_has_help_with_an_example() -> None:
+    listed = CliRunner().invoke(app, ["--help"])
+    for command in ("run", "demo", "init", "check", "explain", "fit", "tune", "blind"):
+        assert f" {command} " in listed.stdout
+        if command != "blind":
+            assert "Example: drillid" in CliRunner().invoke(app, [command, "--help"]).stdout
+
+
+def test_the_proof_needs_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["blind"])
+    assert result.exit_code == 1
+    assert "checkout" in result.stderr

@@ -108,3 +108,14 @@ def test_the_command_prints_and_writes_the_same(folder: Path, identified: Identi
     refused = CliRunner().invoke(app, ["fit", str(tmp_path / "none.csv"), "--rig", str(folder / "rig.yaml")])
     assert refused.exit_code == 1
     assert "none.csv" in refused.stderr
+
+
+def test_control_is_tuned_to_the_fit(folder: Path, identified: Identification, tmp_path: Path) -> None:
+    (tmp_path / "settings.yaml").write_text("windows: {length_s: 480}\n")
+    words = ["tune", folder / "stand.csv", "--rig", folder / "rig.yaml", "--configfile", tmp_path / "settings.yaml"]
+    result = CliRunner().invoke(app, [*map(str, words), "--json"])
+    assert result.exit_code == 0, result.output
+    content = json.loads(result.stdout)
+    assert content["bit_mobility_tuned"] < content["bit_mobility_now"]
+    assert content["gain_margin"] > 1.99
+    assert content["settings"]["proportional"]["unit"] == "kN m/rpm"
