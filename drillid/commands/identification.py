@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import enum
+import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
 import typer
 
 from drillid.commands.output import Json, faults_told, print_json, print_rows, records
-from drillid.units import RPM
 
 if TYPE_CHECKING:
     from drillid.identification import Identification
 
-_RPM_PER_KN_M = 1e3 / RPM
+_RPM_PER_KN_M = 30e3 / math.pi
 
 
 def add_identification_commands(app: typer.Typer) -> None:
@@ -25,6 +23,8 @@ def add_identification_commands(app: typer.Typer) -> None:
     app.command("tune")(tune_control)
 
 
+Family = Literal["proportional integral", "inertia compensation", "impedance matching"]
+"""As `drillid.control.tuning` has them, whose import would slow down every command."""
 Logs = Annotated[list[Path], typer.Argument(help="Raw log files of one well.")]
 RigFile = Annotated[Path, typer.Option(help="Description of the rig, as config/README.md explains.")]
 Configuration = Annotated[Path | None, typer.Option("--configfile", help="Settings other than the defaults.")]
@@ -65,18 +65,10 @@ def fit_logs(
         typer.echo(f"{row.stage}: {row.where}: {row.what}. {row.remedy}", err=True)
 
 
-class ControlFamily(enum.StrEnum):
-    """Families of controllers, as the command takes them."""
-
-    SOFT = "proportional integral"
-    COMPENSATED = "inertia compensation"
-    MATCHED = "impedance matching"
-
-
 def tune_control(
     logs: Logs,
     rig: RigFile,
-    family: Annotated[ControlFamily, typer.Option(help="What the rig's controller can do.")] = ControlFamily.SOFT,
+    family: Annotated[Family, typer.Option(help="What the rig's controller can do.")] = "proportional integral",
     configuration: Configuration = None,
     as_json: Json = False,
 ) -> None:
@@ -87,10 +79,10 @@ def tune_control(
     Example: drillid tune stand.csv --rig rig.yaml --family "impedance matching"
     """
     with faults_told():
-        tuning = _identified(logs, rig, configuration).tuned(family.value)
+        tuning = _identified(logs, rig, configuration).tuned(family)
     settings = tuning.in_units()
     peaks = {"bit_mobility_now": tuning.present, "bit_mobility_tuned": tuning.value}
-    gain, phase = float(tuning.margins.gain.min()), float(np.degrees(tuning.margins.phase.min()))
+    gain, phase = float(tuning.margins.gain.min()), math.degrees(tuning.margins.phase.min())
     if as_json:
         named = {name: {"value": value, "unit": unit} for name, (value, unit) in settings.items()}
         print_json({"settings": named, **peaks, "unit": "rad/(N m s)", "gain_margin": gain, "phase_margin_deg": phase})
