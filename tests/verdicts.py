@@ -17,5 +17,6 @@ LAG = Verdict(
     predictive_gain_low=309.6,
     predictive_gain_high=368.2,
     held_out_windows=12,
+    evidence_nats=4070.0,
     what_would_separate="a sweep to higher frequency",
 )

@@ -1,6 +1,6 @@
 """Settings of the workflow: only choices that change results, one model per stage."""
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -98,6 +98,15 @@ class DiscrepancySettings(Strict):
 
     error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of faultless wells that may have an interval flagged, or a window whose residuals fail a test."""
+    base_rate: float = Field(default=0.5, gt=0, lt=1)
+    """Share of sets of windows in which something is wrong, before their data are looked at. No count over rigs is
+    published: even odds favour neither answer; put in the share of your own rigs."""
+    second_cause_rate: float = Field(default=0.111, gt=0, lt=1)
+    """Share of sets with one cause that have a further one. No count is published: one in nine
+    holds where causes come independently of each other and a set in five has any."""
+    cause_weights: dict[str, Annotated[float, Field(gt=0, le=1000)]] = Field(default_factory=dict)
+    """How much more common a cause, or `unknown`, is than another; 1 where not given. No count is published: equal
+    weights are those of indifference (Laplace)."""
 
 
 class DepthSettings(Strict):

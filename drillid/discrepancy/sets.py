@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drillid.arrays import Indices
+from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gather import gather_well
 from drillid.discrepancy.verdicts.engine import examine
@@ -59,15 +60,19 @@ def window_sets(rig: Rig, windows: xr.Dataset, fits: xr.Dataset) -> list[Indices
     return [rows for number in np.unique(run) if (rows := np.flatnonzero((run == number) & fitted)).size]
 
 
-def examine_well(data: WellData, error_rate: float) -> list[ExaminedSet]:
+def examine_well(data: WellData, error_rate: float, base_rates: BaseRates | None = None) -> list[ExaminedSet]:
     """Examine every set of a well.
 
     Parameters
     ----------
     error_rate : probability that a well in which nothing is wrong gets a verdict other than none; the sets share it
+    base_rates : of causes, before the data are looked at
     """
     sets = window_sets(data.rig, data.windows, data.fits)
-    return [ExaminedSet(rows, examine(evidence_of(data.at(rows)), error_rate=error_rate / len(sets))) for rows in sets]
+    return [
+        ExaminedSet(rows, examine(evidence_of(data.at(rows)), error_rate=error_rate / len(sets), base_rates=base_rates))
+        for rows in sets
+    ]
 
 
 def evidence_of(data: WellData) -> Evidence:
@@ -76,7 +81,8 @@ def evidence_of(data: WellData) -> Evidence:
 
 
 COLUMNS = (
-    *("well", "from_m", "to_m", "verdict", "family", "class", "cause", "probability", "location_m"),
+    *("well", "from_m", "to_m", "verdict", "family", "class", "cause", "probability", "evidence_nats"),
+    "location_m",
     *("size", "size_low", "size_high", "unit"),
     *("predictive_gain", "predictive_gain_low", "predictive_gain_high", "held_out_windows"),
     *("what_would_separate", "evidence"),

@@ -12,6 +12,7 @@ from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.discrepancy.base_rates import stated_base_rates
 from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
@@ -53,7 +54,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         | {"flagged": ("window", flag(p_values, error_rate))}
     )
     table = intervals(data.windows, dataset, run)
-    sets = examine_well(data, error_rate)
+    sets = examine_well(data, error_rate, stated_base_rates(settings.discrepancy))
     changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)

@@ -55,7 +55,7 @@ def well(request: pytest.FixtureRequest, measured: Path, tmp_path_factory: pytes
     folders = WellFolders(root, "W10")
     with pytest.MonkeyPatch.context() as without_names:
         # nothing here asks what the engine names, which takes minutes
-        without_names.setattr("drillid.discrepancy.stage.examine_well", lambda data, error_rate: [])
+        without_names.setattr("drillid.discrepancy.stage.examine_well", lambda *given: [])
         for stage in (fits, discrepancy, depth):
             stage.process(w10(), folders, settings)
     return folders

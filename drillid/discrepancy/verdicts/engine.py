@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import expit, logit, logsumexp
 
+from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import pool
 from drillid.discrepancy.evidence import Evidence
@@ -16,12 +17,17 @@ from drillid.discrepancy.rules import DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHA
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses
-from drillid.discrepancy.verdicts.verdict import NONE, Verdict, calibrated
+from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import EstimationError
 
 
 def examine(
-    evidence: Evidence, *, catalogue: Sequence[Cause] | None = None, error_rate: float = 0.05, seed: int = 0
+    evidence: Evidence,
+    *,
+    catalogue: Sequence[Cause] | None = None,
+    error_rate: float = 0.05,
+    seed: int = 0,
+    base_rates: BaseRates | None = None,
 ) -> Examination:
     """Test the base model, name causes of its misfit, extend the model by them and measure the predictive gain.
 
@@ -31,6 +37,7 @@ def examine(
     catalogue : causes that may be named; all where not given
     error_rate : chance that a set in which nothing is wrong gets another verdict than none
     seed : of the draws that give p-values
+    base_rates : of causes, before the data are looked at; those of the default settings where not given
 
     Raises
     ------
@@ -52,17 +59,21 @@ def examine(
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
     detections = tuple(detection for detection in pool(evidence.detections) if detection.cause in names)
-    examination = Examination((), model, base, base, (), before, before, None, detections)
+    examination = Examination((), model, base, base, (), before, before, None, detections, base_rates or BaseRates())
     if before.p_value < error_rate * RESPONSES_SHARE or base_model_rejected(model, base):
         examination = explain_responses(examination, causes, generator)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
     significant = [detection for detection in detections if detection.p_value < threshold]
-    return _at_even_odds(combine_with_detections(examination, significant, error_rate))
+    return at_even_odds(combine_with_detections(examination, significant, error_rate))
 
 
-def _at_even_odds(examination: Examination) -> Examination:
-    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given."""
-    uncalibrated = examination.verdicts or (_none(examination),)
+def at_even_odds(examination: Examination) -> Examination:
+    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given, and what is only
+    unknown is none where that is likelier.
+    """
+    if not examination.verdicts:
+        return replace(examination, verdicts=(calibrated(_none(examination)),))
+    uncalibrated = examination.verdicts
     verdicts = tuple(calibrated(verdict) for verdict in uncalibrated)
     # the calibration of names holds from even odds of the posterior on
     kept = tuple(
@@ -71,26 +82,35 @@ def _at_even_odds(examination: Examination) -> Examination:
         if not verdict.members or min(verdict.probability, before.probability) >= EVEN_ODDS
     )
     if kept:
-        return replace(examination, verdicts=kept)
-    likeliest = max(uncalibrated, key=lambda verdict: verdict.probability)
-    unknown = as_unknown(likeliest, "it is likelier something else, or nothing")
-    return replace(unextended(examination), verdicts=(calibrated(unknown),))
+        result = replace(examination, verdicts=kept)
+    else:
+        likeliest = max(uncalibrated, key=lambda verdict: verdict.probability)
+        unknown = as_unknown(likeliest, "it is likelier something else, or nothing")
+        result = replace(unextended(examination), verdicts=(calibrated(unknown),))
+    nothing = calibrated(_none(examination))
+    if all(verdict.verdict == UNKNOWN and verdict.probability < nothing.probability for verdict in result.verdicts):
+        return replace(unextended(examination), verdicts=(nothing,))
+    return result
 
 
 def _none(examination: Examination) -> Verdict:
-    """The verdict none, with its posterior probability at even prior odds that something is wrong."""
+    """The verdict none, with its posterior probability; whatever may be wrong counts alike, and once more where a
+    verdict was found in it.
+    """
     operating_points, before = examination.model.evidence.operating_points, examination.before
     logs = [
         *before.by_cause.values(),
         before.unknown_evidence,
         *(detection.log_evidence for detection in examination.detections),
+        *(verdict.evidence_nats for verdict in examination.verdicts),
     ]
-    odds = float(logsumexp(logs) - np.log(len(logs)))
+    log_evidence = float(logsumexp(logs) - np.log(len(logs)))
     return Verdict(
         verdict=NONE,
         family="",
-        probability=float(expit(-odds)),
+        probability=float(expit(-log_evidence - logit(examination.base_rates.wrong))),
         from_m=float(operating_points.hole_depth.min()),
         to_m=float(operating_points.hole_depth.max()),
+        evidence_nats=-log_evidence,
         evidence=f"p-value {before.p_value:.2g} of the misfit where nothing is wrong",
     )

@@ -1,11 +1,11 @@
-"""The engine's examination of a set of windows, and probabilities from its evidence."""
+"""The engine's examination of a set of windows."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import expit, logsumexp
+from scipy.special import logsumexp
 
-from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit
@@ -31,6 +31,7 @@ class Examination:
     """The screen of the extended model; that of the base model where nothing was named."""
     posterior: Posterior | None
     detections: tuple[PooledDetection, ...]
+    base_rates: BaseRates
 
 
 def unextended(examination: Examination) -> Examination:
@@ -44,11 +45,6 @@ def remaining_evidence(after: Screen) -> float:
     return max(float(logsumexp(values) - np.log(len(values))), 0.0)
 
 
-def posterior_probability(log_evidence: float) -> float:
-    """Posterior probability of a cause, with prior odds of one over the number of causes in the catalogue."""
-    return float(expit(log_evidence - np.log(len(CATALOGUE))))
-
-
 def unproved_names(unproved: tuple[Verdict, ...], reason: str = NO_SURE_GAIN) -> str:
     """Clause with the names that would fit, and the reason why they are not given; empty without any."""
     names = ", ".join(verdict.verdict for verdict in unproved)
@@ -58,4 +54,12 @@ def unproved_names(unproved: tuple[Verdict, ...], reason: str = NO_SURE_GAIN) ->
 def as_unknown(verdict: Verdict, reason: str = NO_SURE_GAIN) -> Verdict:
     """The verdict unknown in place of one whose name is not given."""
     evidence = f"{verdict.evidence}{unproved_names((verdict,), reason)}"
-    return Verdict(UNKNOWN, verdict.family, verdict.probability, verdict.from_m, verdict.to_m, evidence=evidence)
+    return Verdict(
+        UNKNOWN,
+        verdict.family,
+        verdict.probability,
+        verdict.from_m,
+        verdict.to_m,
+        evidence_nats=verdict.evidence_nats,
+        evidence=evidence,
+    )

@@ -11,7 +11,6 @@ from drillid.discrepancy.rules import (
     CLASS_MASS,
     CLOSURE_RATE,
     NAMELESS_EVIDENCE,
-    PAIR_PENALTY,
     SHADOW_OF_DETECTION,
     SHADOW_OF_EVIDENCE,
 )
@@ -19,11 +18,10 @@ from drillid.discrepancy.verdicts.examination import (
     NO_SURE_GAIN,
     Examination,
     as_unknown,
-    posterior_probability,
     remaining_evidence,
     unextended,
 )
-from drillid.discrepancy.verdicts.naming import class_name, distinguishable, separator
+from drillid.discrepancy.verdicts.naming import class_evidence, class_name, distinguishable, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
@@ -59,7 +57,7 @@ def combine_with_detections(
     chosen = [
         detection
         for place, detection in enumerate(chosen)
-        if detection.log_evidence >= max(least, PAIR_PENALTY if place else 0.0)
+        if detection.log_evidence >= max(least, examination.base_rates.pair_penalty if place else 0.0)
     ]
     # where the strongest is no cause of the catalogue, weaker detections may be side effects of it too
     in_catalogue = not chosen or reasons[chosen[0].cause] != _MISFIT
@@ -99,7 +97,7 @@ def _distorts_responses(examination: Examination, detections: list[PooledDetecti
         return True
     # no linear cause explains a distorted response; one that does must have the evidence of a second cause
     evidence = remaining_evidence(examination.before)
-    stands = evidence > PAIR_PENALTY and examination.after.p_value >= CLOSURE_RATE
+    stands = evidence > examination.base_rates.pair_penalty and examination.after.p_value >= CLOSURE_RATE
     return not stands and sum(detection.log_evidence for detection in distorting) > evidence
 
 
@@ -127,9 +125,10 @@ def _of_symptom(examination: Examination, detection: PooledDetection) -> Verdict
     return Verdict(
         verdict=UNKNOWN,
         family=symptom.family,
-        probability=posterior_probability(detection.log_evidence),
+        probability=examination.base_rates.probability([UNKNOWN], detection.log_evidence),
         from_m=float(depth.min()),
         to_m=float(depth.max()),
+        evidence_nats=detection.log_evidence,
         evidence=f"{symptom.meaning}, p-value {detection.p_value:.2g} where nothing is wrong",
         what_would_separate=symptom.separated_by,
     )
@@ -145,7 +144,8 @@ def _detection_verdict(
     cause, evidence = CATALOGUE[detection.cause], examination.model.evidence
     alike = [other for other in significant if other is detection or _alike(detection.cause, other.cause)]
     rivals = [detection] if cause.stands_alone else alike
-    logs = np.array([other.log_evidence for other in rivals])
+    base_rates = examination.base_rates
+    logs = np.array([other.log_evidence + base_rates.log_weight(other.cause) for other in rivals])
     shares = np.exp(logs - logsumexp(logs))
     likely = {
         other.cause: share
@@ -153,12 +153,13 @@ def _detection_verdict(
         if other is detection or (share > 1 - CLASS_MASS and not distinguishable(detection, other))
     }
     members = list(likely)
+    own_evidence = {other.cause: other.log_evidence for other in rivals}
     gain = detection_gain([own for own in evidence.detections if own.cause == detection.cause])
     half_width = TWO_SIDED * detection.size_error * _error_factor(examination)
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
-        probability=posterior_probability(detection.log_evidence) * float(sum(likely.values())),
+        probability=base_rates.probability([cause.name], detection.log_evidence) * float(sum(likely.values())),
         from_m=float(evidence.operating_points.hole_depth.min()),
         to_m=float(evidence.operating_points.hole_depth.max()),
         cause=detection.cause,
@@ -171,6 +172,7 @@ def _detection_verdict(
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
+        evidence_nats=class_evidence({name: own_evidence[name] for name in members}, base_rates),
         evidence=f"a detection of its own in the record, p-value {detection.p_value:.2g} where it is absent",
     )
 

@@ -19,7 +19,6 @@ from drillid.discrepancy.rules import (
     DISTINCT,
     LEFT_UNEXPLAINED,
     PAIR_FIRST_WITHIN,
-    PAIR_PENALTY,
     PLACE_CONFIDENCE,
     REJECTED_CHI2,
     REJECTED_PULLS,
@@ -27,11 +26,17 @@ from drillid.discrepancy.rules import (
 )
 from drillid.discrepancy.verdicts.examination import (
     Examination,
-    posterior_probability,
     remaining_evidence,
     unproved_names,
 )
-from drillid.discrepancy.verdicts.naming import Posterior, cause_posterior, class_name, distinguishable, separator
+from drillid.discrepancy.verdicts.naming import (
+    Posterior,
+    cause_posterior,
+    class_evidence,
+    class_name,
+    distinguishable,
+    separator,
+)
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
@@ -57,7 +62,8 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
     fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
     if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
         return _unknown(examination, max(before.unknown_evidence, most))
-    first = cause_posterior(_with_own_detections(fitted_causes, examination.detections), before.unknown_evidence)
+    detected = _with_own_detections(fitted_causes, examination.detections)
+    first = cause_posterior(detected, before.unknown_evidence, examination.base_rates)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
@@ -65,7 +71,7 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
         alternative = _alternative(examination, first, after, causes, generator)
         if alternative is not None:
             chosen, after = alternative
-    total = sum(fit.log_evidence for _, fit in chosen) - PAIR_PENALTY * (len(chosen) - 1)
+    total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
     is_incomplete = after.p_value < CLOSURE_RATE and remaining_evidence(after) > max(
         LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total
     )
@@ -140,7 +146,7 @@ def _alternative(
     ----------
     residual : screen of the model extended by the likeliest cause
     """
-    model = examination.model
+    model, pair_penalty = examination.model, examination.base_rates.pair_penalty
     best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
     # a cause without evidence of its own is not tried as one of two
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
@@ -151,11 +157,11 @@ def _alternative(
             option = (cause.log_evidence, [(own, cause)], after)
         else:
             seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
-            if max((fit.log_evidence for fit in seconds), default=0.0) < PAIR_PENALTY:
+            if max((fit.log_evidence for fit in seconds), default=0.0) < pair_penalty:
                 continue
-            second = cause_posterior(seconds, after.unknown_evidence)
+            second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
             after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
-            total = cause.log_evidence + second.best.log_evidence - PAIR_PENALTY
+            total = cause.log_evidence + second.best.log_evidence - pair_penalty
             option = (total, [(own, cause), (second, second.best)], after)
         if best is None or option[0] > best[0]:
             best = option
@@ -190,7 +196,9 @@ def _posterior_given(
     screened = screen(model, fit, (other.extension,), causes, generator)
     fitted_causes = _second_causes(examination, fit, other.extension, screened, causes)
     own = [candidate for candidate in fitted_causes if candidate.name == first.name]
-    return _with_first(cause_posterior(fitted_causes, screened.unknown_evidence), own[0]) if own else None
+    if not own:
+        return None
+    return _with_first(cause_posterior(fitted_causes, screened.unknown_evidence, examination.base_rates), own[0])
 
 
 def _with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
@@ -211,10 +219,12 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
         detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
     )
     members = _members(result, posterior, without)
+    own_evidence = {one.name: one.log_evidence for one in (*posterior.fitted_causes, fit)}
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
-        probability=sum(posterior.share[name] for name in members) * posterior_probability(fit.log_evidence),
+        probability=sum(posterior.share[name] for name in members)
+        * result.base_rates.probability([cause.name], fit.log_evidence),
         from_m=float(depth.min()),
         to_m=float(depth.max()),
         cause=cause.name,
@@ -228,6 +238,7 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate=separator(members),
+        evidence_nats=class_evidence({name: own_evidence[name] for name in members}, result.base_rates),
         evidence=f"linear responses, log Bayes factor {fit.log_evidence:.1f}",
     )
 
@@ -296,7 +307,7 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
     verdict = Verdict(
         verdict=UNKNOWN,
         family=channel,
-        probability=posterior_probability(log_evidence),
+        probability=examination.base_rates.probability([UNKNOWN], log_evidence),
         from_m=float(operating_points.hole_depth.min()),
         to_m=float(operating_points.hole_depth.max()),
         evidence=(
@@ -304,6 +315,7 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
             f"{unproved_names(unproved)}"
         ),
         what_would_separate=_localised(examination, channel),
+        evidence_nats=log_evidence,
     )
     return replace(examination, verdicts=(verdict,))
 

@@ -189,6 +189,7 @@ def change_verdict(
         predictive_gain_high=gain.high,
         held_out_windows=gain.windows,
         what_would_separate="a caliper log, cuttings returns and downhole vibration data",
+        evidence_nats=evidence_of_p_value(p_value),
         evidence=evidence,
     )
 

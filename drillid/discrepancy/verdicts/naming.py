@@ -1,11 +1,12 @@
 """From evidence to names: the posterior over causes, and the smallest class that has most of its mass."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
 
+from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection
 from drillid.discrepancy.inference.search import FittedCause
@@ -42,18 +43,25 @@ class Posterior:
         return tuple(members)
 
 
-def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float) -> Posterior:
-    """Posterior with equal prior probability of every cause and of something unknown.
+def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float, base_rates: BaseRates) -> Posterior:
+    """Posterior over causes and something unknown.
 
     Parameters
     ----------
     fitted_causes : at least one
     unknown : log Bayes factor of a disturbance of unknown shape
     """
-    order = sorted(fitted_causes, key=lambda fit: -fit.log_evidence)
-    logs = np.array([*(fit.log_evidence for fit in order), unknown])
+    log_weight = {fit.name: fit.log_evidence + base_rates.log_weight(fit.name) for fit in fitted_causes}
+    order = sorted(fitted_causes, key=lambda fit: -log_weight[fit.name])
+    logs = np.array([*(log_weight[fit.name] for fit in order), unknown + base_rates.log_weight(UNKNOWN)])
     shares = np.exp(logs - logsumexp(logs))
     return Posterior(tuple(order), dict(zip([*(fit.name for fit in order), UNKNOWN], shares.tolist(), strict=True)))
+
+
+def class_evidence(evidence: Mapping[str, float], base_rates: BaseRates) -> float:
+    """Log Bayes factor of a class: the mean of its members', weighted by how common they are."""
+    weight = [base_rates.log_weight(name) for name in evidence]
+    return float(logsumexp(np.add(weight, list(evidence.values()))) - logsumexp(weight))
 
 
 def distinguishable(first: PooledDetection, second: PooledDetection) -> bool:

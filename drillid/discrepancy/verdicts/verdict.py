@@ -22,7 +22,7 @@ class Verdict:
     family: str
     """Family of the most likely member; of the verdict unknown, the port at which the misfit arises."""
     probability: float
-    """Probability that the verdict is right."""
+    """Probability that the verdict is right, with the base rates of the settings."""
     from_m: float
     """Hole depth at which the set begins, m."""
     to_m: float
@@ -43,6 +43,9 @@ class Verdict:
     predictive_gain_high: float = float("nan")
     held_out_windows: int = 0
     what_would_separate: str = ""
+    evidence_nats: float = float("nan")
+    """Log Bayes factor of the verdict, without any base rate: of something wrong against nothing, of one of several
+    causes against its absence, of none against something wrong."""
     evidence: str = ""
     """In words: where it shows, and how strong the evidence is."""
 

@@ -293,9 +293,7 @@ def test_something_unknown_leaves_a_reading(lagging: Processed, examined: Examin
     assert identified_window_models(stored) == {}
 
 
-def test_a_misfit_without_a_sure_gain_is_unknown_and_never_none(
-    lagging: Processed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_misfit_without_a_sure_gain_is_unknown(lagging: Processed, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(linear_verdicts, "held_out_gain", lambda *_: PredictiveGain(1.0, 10.0, 2))
     (verdict,) = examine(evidence(lagging)).verdicts
     assert verdict.verdict == UNKNOWN

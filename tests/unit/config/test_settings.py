@@ -35,8 +35,9 @@ def _parts(annotation: Any) -> Iterator[Any]:
 
 
 def _metadata(field: FieldInfo) -> list[Any]:
-    inside = [part for part in _annotations(field.annotation) if isinstance(part, Between)]
-    return [*field.metadata, *inside]
+    parts = list(_annotations(field.annotation))
+    inside = [each for part in parts if isinstance(part, FieldInfo) for each in part.metadata]
+    return [*field.metadata, *inside, *(part for part in parts if isinstance(part, Between))]
 
 
 def _annotations(annotation: Any) -> Iterator[Any]:

@@ -9,7 +9,8 @@ from drillid.config.settings import Settings
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.gather import Series, gather, gather_well
-from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.engine import at_even_odds, examine
+from drillid.discrepancy.verdicts.verdict import Verdict
 from drillid.errors import EstimationError
 from drillid.physics.parameters import LENGTH
 from drillid.windows.channels import window_channels
@@ -59,6 +60,18 @@ def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
     fitted[1] = np.nan
     with_gap, whole = examine(replace(of_well, fitted=fitted)).verdicts, examine(of_well).verdicts
     assert [verdict.verdict for verdict in with_gap] == [verdict.verdict for verdict in whole]
+
+
+@pytest.mark.parametrize(("log_evidence", "verdict"), [(-1.5, "none"), (30.0, "unknown")])
+def test_a_misfit_is_unknown_where_that_is_likelier_than_none(
+    of_well: Evidence, log_evidence: float, verdict: str
+) -> None:
+    examination = examine(of_well)
+    probability = examination.base_rates.probability(["unknown"], log_evidence)
+    misfit = Verdict("unknown", "string", probability, 1000.0, 1010.0, evidence_nats=log_evidence)
+    (stated,) = at_even_odds(replace(examination, verdicts=(misfit,))).verdicts
+    assert stated.verdict == verdict
+    assert stated.probability > 0.5
 
 
 @pytest.mark.parametrize(

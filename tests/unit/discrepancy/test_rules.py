@@ -9,7 +9,6 @@ from scipy.stats import norm
 
 from benchmarks.blind.scores import TARGETS
 from drillid.discrepancy import rules
-from drillid.discrepancy.catalogue import CATALOGUE
 
 ROOT = Path(__file__).resolve().parents[3]
 FURTHER_SCORES = {"detections_named"}
@@ -18,8 +17,6 @@ FURTHER_SCORES = {"detections_named"}
 
 def test_derived_rules_follow_from_what_they_are_derived_from() -> None:
     assert norm.cdf(rules.DISTINCT / 2) == pytest.approx(rules.DISTINGUISHED_SHARE)
-    # one set in nine has two causes, and any other may be the second
-    assert np.exp(rules.PAIR_PENALTY) == pytest.approx(8 * (len(CATALOGUE) - 1), rel=0.02)
     assert 2 * norm.sf(rules.TORQUE_STEP) * 600 * 50 == pytest.approx(1e-3, rel=0.2)
     assert np.exp(-rules.LINE_KEPT) == pytest.approx(1 / 7, rel=0.06)
     assert rules.RESPONSES_SHARE + rules.DETECTIONS_SHARE < 1

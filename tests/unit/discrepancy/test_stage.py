@@ -119,7 +119,7 @@ def test_a_damping_that_leaves_its_run_is_an_interval(
     healthy: Processed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # copies of one window are no set that the engine could examine
-    monkeypatch.setattr("drillid.discrepancy.stage.examine_well", lambda data, error_rate: [])
+    monkeypatch.setattr("drillid.discrepancy.stage.examine_well", lambda *given: [])
     well = healthy.copied(tmp_path / "results")
     for stage, name in ((one, one) for one in ("windows", "spectra", "mobility", "fits")):
         four = well.dataset(stage, name)
