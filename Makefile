@@ -1,6 +1,6 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run field bench bench-fleet blind discoveries test mutants lint format lock docs tutorial clean
+.PHONY: help setup demo rigs run field bench bench-fleet blind discoveries test mutants lint format lock docs site tutorial clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
@@ -29,6 +29,7 @@ help:
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
 	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
 	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
+	@echo "make site    the documentation as a site in results/site"
 	@echo "make tutorial    run docs/tutorial.py and write docs/tutorial.md with its figures"
 
 setup: $(READY) $(COMMAND)
@@ -104,6 +105,10 @@ format: $(READY)
 
 docs: $(READY)
 	$(BIN)/python -m scripts.write_documents
+
+# warnings are errors
+site: $(READY)
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. $(BIN)/mkdocs build --quiet --strict
 
 tutorial: $(READY)
 	$(BIN)/python -m scripts.write_tutorial $(TUTORIAL)

@@ -1,4 +1,4 @@
-"""`make bench-fleet`, or `python -m benchmarks.fleet plan overhead` for some parts; figures to results/bench-fleet.json.
+"""`make bench-fleet`, or `python -m benchmarks.fleet plan` for a part of it; figures go to results/bench-fleet.json.
 
 Where real wells are needed, they are simulated once and kept in results/bench-fleet.
 """

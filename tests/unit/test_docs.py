@@ -10,6 +10,7 @@ from drillid.config import documents as docs
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets
+from scripts.write_documents import commands_page
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = docs.documents(ROOT)
@@ -18,6 +19,12 @@ DOCUMENTS = docs.documents(ROOT)
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_the_file_is_what_the_models_give(name: str) -> None:
     assert (ROOT / name).read_text() == DOCUMENTS[name], f"{name} is out of date: run `make docs`"
+
+
+def test_the_page_of_commands_is_what_the_command_line_says() -> None:
+    assert (ROOT / "docs/commands.md").read_text() == commands_page(), (
+        "docs/commands.md is out of date: run `make docs`"
+    )
 
 
 def test_the_default_configuration_is_the_defaults() -> None:
