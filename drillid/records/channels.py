@@ -19,7 +19,7 @@ from drillid.records.order import FIRST_YEAR, LAST_YEAR, outside_years, stray
 from drillid.records.plausibility import possible_values
 from drillid.units import to_si_factor
 
-FAST_CHANNELS = ("torque_command", "torque_sweep", "speed")
+FAST_CHANNELS: tuple[Channel, ...] = ("torque_command", "torque_sweep", "speed")
 """Channels that carry the dynamics; the others are slow and only determine the rig's state."""
 
 

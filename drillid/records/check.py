@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
+from drillid.records.joining import SlowLogs, Source, joined, sources
 
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 """What every run reads first; another configuration contains only what differs."""
@@ -118,24 +119,31 @@ def _well(
     rig = rigs[listing.rig_file]
     if rig is None or not logs or settings.simulate is not None:
         return
-    commanded = list[bool]()
-    for path in listing.logs:
-        checked.logs += 1
-        held = yield from _log(path, rig)
-        commanded += [] if held is None else ["torque_command" in held]
+    fast, slow = sources(listing.logs, rig)
+    checked.logs += len(listing.logs)
+    times, commanded = list[tuple[int, int]](), list[bool]()
+    for source in fast:
+        sound = yield from _log(source, slow)
+        if sound is not None:
+            times.append(sound[0])
+            commanded.append(sound[1])
+    yield from (replace(Finding.of(error), fails=False) for error in slow.problems(times))
     if rig.controller is None and commanded and not any(commanded):
         what = f"states no controller, and no log of the well '{listing.name}' holds torque_command, which shows it"
         remedy = "Add 'controller' with its gain 'proportional', or map the torque command under 'channels'"
         yield Finding(str(listing.rig_file), what, remedy)
 
 
-def _log(path: Path, rig: Rig) -> Generator[Finding, None, Collection[str] | None]:
-    """Findings in one log: its table, its times, its channels and their units; returns the channels of a sound one."""
+def _log(source: Source, slow: SlowLogs) -> Generator[Finding, None, tuple[tuple[int, int], bool] | None]:
+    """Findings in one log: its table, its times, its channels and their units.
+
+    Returns the first and last stamp (ns) of a sound log, and whether it holds the torque command.
+    """
     try:
-        raw = read_channels(path, rig)
+        raw = joined(read_channels(source.path, source.rig, slow.channels), slow, source.path)
     except DrillidError as error:
         yield Finding.of(error)
         return None
     for what, remedy in raw.notes:
-        yield Finding(str(path), what, remedy, fails=False)
-    return raw.channels.keys()
+        yield Finding(str(source.path), what, remedy, fails=False)
+    return (int(raw.stamps.min()), int(raw.stamps.max())), "torque_command" in raw.channels

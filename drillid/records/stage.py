@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from drillid.records.channels import FAST_CHANNELS, read_channels
 from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter
 from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
-from drillid.records.mapping import layout_of
+from drillid.records.joining import Known, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import EarlierLogs, PlacedLog, file_states, samples_key
 from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
@@ -36,6 +36,7 @@ _PIECE = 1_200_000
 """Samples written at once, a whole number of the store's chunks."""
 _FAILS_THE_JOB = (OSError, MemoryError)
 """Faults of the machine and not of a log; readers turn those of reading a file into `LogError`."""
+_NO_SLOW_LOGS = SlowLogs()
 _RATE_TOLERANCE = 0.01
 """Largest relative deviation of the rate of a log's stamps from the nominal rate."""
 
@@ -59,15 +60,19 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
     Without any usable log there is no store.
     """
-    memo = Memo(folders, "records")
-    logs, problems = _in_time_order(file_states(well.logs), well.rig, memo)
+    memo, states = Memo(folders, "records"), file_states(well.logs)
+    known = functools.partial(_known, memo, states)
+    fast, slow = sources(well.logs, well.rig, known)
+    starts, problems = _in_time_order(fast, known)
+    logs = _joined_states(starts, states, slow)
+    rigs = {source.path: source.rig for source in fast}
     earlier, placed, end = EarlierLogs(folders, memo, logs), list[PlacedLog](), None
     with folders.appending("records", "records", kept=earlier.kept) as append:
         for path in logs:
             log = earlier.unchanged(path, end)
             samples = earlier.samples(log) if log else None
             if log is None:
-                log, samples = _placed_log(path, logs[path], end, well.rig, settings.records)
+                log, samples = _placed_log(path, logs[path], end, rigs[path], settings.records, slow)
             first = sum(each.samples for each in placed)
             log = replace(log, first=first)
             if samples is not None:
@@ -82,16 +87,38 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     used = [(path.name, log) for path, log in zip(logs, placed, strict=True) if log.samples]
     if used:
         folders.write("records", "logs", _logs_dataset(used))
+    times = [
+        (starts[path], max(starts[path], log.end.time if log.end else 0))
+        for path, log in zip(logs, placed, strict=True)
+    ]
+    problems += [problem for log in placed for problem in log.problems]
+    problems += [Problem(error.where, error.what, error.remedy) for error in slow.problems(times)]
     memo.save()
-    return [*problems, *(problem for log in placed for problem in log.problems)]
+    return problems
+
+
+def _known(memo: Memo, states: Mapping[Path, str], kind: str, path: Path, find: Callable[[], Any]) -> Any:
+    """A finding about a file that an earlier run made while the file was as it is now, else found anew."""
+    return memo.result(memo.key(kind, states[path]), find) if states[path] else find()
+
+
+def _joined_states(starts: Mapping[Path, int], states: Mapping[Path, str], slow: SlowLogs) -> dict[Path, str]:
+    """States of logs with those of the slow logs that may be joined to each before the next begins."""
+    if not slow.channels:
+        return {path: states[path] for path in starts}
+    found, ends = {}, [*list(starts.values())[1:], np.iinfo(np.int64).max // 2]
+    for (path, first), last in zip(starts.items(), ends, strict=True):
+        beside = [states[file] for file in slow.files_around(first, last)]
+        found[path] = " | ".join([states[path], *sorted(slow.channels), *beside]) if states[path] else ""
+    return found
 
 
 def _placed_log(
-    path: Path, state: str, end: End | None, rig: Rig, settings: RecordsSettings
+    path: Path, state: str, end: End | None, rig: Rig, settings: RecordsSettings, slow: SlowLogs
 ) -> tuple[PlacedLog, xr.Dataset | None]:
     """Read a log that continues a given end; its samples, None where it cannot be used."""
     try:
-        record = regular_record(path, rig, settings, end)
+        record = regular_record(path, rig, settings, end, slow)
         samples, late = _after(record.samples, end, path)
     except _FAILS_THE_JOB:
         raise
@@ -112,23 +139,22 @@ def _logs_dataset(logs: Sequence[tuple[str, PlacedLog]]) -> xr.Dataset:
     return xr.Dataset({name: ("log", values) for name, values in columns.items()}, {"log": np.arange(len(logs))})
 
 
-def _in_time_order(states: Mapping[Path, str], rig: Rig, memo: Memo) -> tuple[dict[Path, str], list[Problem]]:
-    """States of the logs in order of their first stamp, and problems of those whose time cannot be read."""
+def _in_time_order(logs: Sequence[Source], known: Known) -> tuple[dict[Path, int], list[Problem]]:
+    """First stamps (ns) of the logs in order of them, and problems of those whose time cannot be read."""
     starts, problems = [], []
-    for path, state in states.items():
+    for log in logs:
         try:
-            read = functools.partial(_start, path, rig)
-            starts.append((memo.result(memo.key("start", state), read) if state else read(), path))
+            starts.append((known("start", log.path, functools.partial(_start, log)), log.path))
         except _FAILS_THE_JOB:
             raise
         except Exception as error:  # one log must not take the well's other logs along
-            problems.append(_refusal(path, error))
-    return {path: states[path] for _, path in sorted(starts)}, problems
+            problems.append(_refusal(log.path, error))
+    return {path: start for start, path in sorted(starts)}, problems
 
 
-def _start(path: Path, rig: Rig) -> int:
+def _start(log: Source) -> int:
     """First stamp of a log, ns since 1970 UTC."""
-    return int(first_stamp(path, *layout_of(rig.for_log(path))).astype("datetime64[ns]").astype(np.int64))
+    return int(first_stamp(log.path, *log.layout).astype("datetime64[ns]").astype(np.int64))
 
 
 def _refusal(path: Path, error: Exception) -> Problem:
@@ -174,7 +200,9 @@ def _check_rate(ticks: Ticks, stated: float | None, path: Path) -> None:
     )
 
 
-def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End | None = None) -> Record:
+def regular_record(
+    path: Path, rig: Rig, settings: RecordsSettings, before: End | None = None, slow: SlowLogs = _NO_SLOW_LOGS
+) -> Record:
     """Read one log and put it on a regular grid.
 
     Parameters
@@ -182,13 +210,14 @@ def regular_record(path: Path, rig: Rig, settings: RecordsSettings, before: End 
     path : the log
     rig : its columns, units, clock
     before : end of the previous log, whose rate and ticks are continued
+    slow : logs of the well with channels that this one may lack
 
     Raises
     ------
     LogError
         If the log cannot be read or placed on a grid.
     """
-    raw = read_channels(path, rig)
+    raw = joined(read_channels(path, rig, slow.channels), slow, path)
     log, columns, stated = raw.channels, raw.columns, rig.for_log(path).time.sample_rate
     rate, anchor = (before.rate, before.time) if before else (stated, None)
     ticks = place_rows(raw.stamps, log["torque_sweep"], log["speed"], rate, anchor, str(path))
