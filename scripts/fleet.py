@@ -1,10 +1,12 @@
-"""The fleet's dataset and the table of everything that was rejected."""
+"""The fleet's dataset, and the tables of everything that was rejected and of what is new since the last report."""
 
 from pathlib import Path
 
 from drillid.config.settings import Settings
 from drillid.datasets.tables import write_table
+from drillid.depth.changes import write_changes
 from drillid.depth.fleet import write_fleet
+from drillid.fleet.outcome import failed_wells
 from drillid.fleet.run import collect_problems, logged
 
 if __name__ == "__main__":
@@ -14,4 +16,5 @@ if __name__ == "__main__":
         write_fleet(results, wells)
         problems = collect_problems(results, wells)
         write_table(problems, snakemake.output.problems)
+        write_changes(results, wells, problems, failed_wells(results, wells))
         log.info("%d well(s), %d problem(s)", len(wells), len(problems))

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from drillid.config.settings import Settings
+from drillid.depth.changes import mark_reported
 from drillid.fleet.run import logged
 from drillid.report.page import write_report
 
@@ -11,4 +12,5 @@ if __name__ == "__main__":
     wells = list(snakemake.params.wells)
     with logged(snakemake.log[0]) as log:
         write_report(settings, Path(settings.results), wells)
+        mark_reported(Path(settings.results))
         log.info("report over %d well(s)", len(wells))

@@ -15,7 +15,7 @@ from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import LogRow, WellRow
 from drillid.datasets.declaration import DatasetSchema
-from drillid.datasets.registry import DATASETS
+from drillid.datasets.registry import CHANGE_COLUMNS, CHANGES, DATASETS
 
 _NOTE = "Written by `make docs` from the models in drillid/; edit those instead."
 _WIDTH = 110
@@ -207,7 +207,14 @@ def datasets_page() -> str:
     lines = [f"<!-- {_NOTE} -->", "# Datasets", "", *textwrap.wrap(_DATASETS_HEAD, _WIDTH)]
     for name, schema in DATASETS.items():
         lines += ["", f"## {name}", "", f"{schema.title}.", "", *_dataset_table(schema)]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_changes_table()]) + "\n"
+
+
+def _changes_table() -> list[str]:
+    lines = ["", "## changes.csv", "", "What is new since the last report, one row for each change of a well."]
+    for head, rows in (("column", CHANGE_COLUMNS), ("change", CHANGES)):
+        lines += ["", f"| {head} | meaning |", "|---|---|", *(f"| {name} | {text} |" for name, text in rows.items())]
+    return lines
 
 
 def _dataset_table(schema: DatasetSchema) -> list[str]:

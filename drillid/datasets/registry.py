@@ -8,6 +8,38 @@ from drillid.datasets.measured import LOGS, MOBILITIES, RECORDS, SPECTRA, STACKS
 PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
 """Columns of every stage's problems.csv: one row for everything that was rejected, with its reason."""
 
+CHANGE_COLUMNS = {
+    "well": "name of the well",
+    "change": "kind of the change, see below",
+    "from_m": "depth at which windows or verdict begin, m",
+    "to_m": "depth at which they end, m",
+    "from_time": "start of the first of the windows, UTC",
+    "to_time": "end of the last of the windows, UTC",
+    "count": "number of windows, or of problems of one kind",
+    "stage": "stage of the problem",
+    "where": "place of the first of the problems",
+    "before": "how it was: the verdict with its probability, the reason of a failure",
+    "now": "how it is: the verdict, the reason of a failure, the first of the problems",
+    "since": "end of the newest window of the well that the last report knew, UTC",
+}
+"""Columns of changes.csv: what is new since the last report; a column that does not apply is empty."""
+
+CHANGES = {
+    "new_well": "the well is in no earlier report",
+    "removed_well": "the well is listed no more",
+    "failed": "the well failed in a stage, as it did not before, or for another reason",
+    "recovered": "the well failed before and does so no more",
+    "new_windows": "windows of new or late logs",
+    "changed_windows": "windows whose samples have changed, as those of a corrected log",
+    "removed_windows": "windows that are there no more",
+    "new_verdict": "a verdict on depths that had none",
+    "changed_verdict": "another verdict than before; or its probability has changed by 0.1 or more, or its size lies "
+    "outside of its earlier interval",
+    "withdrawn_verdict": "a verdict on depths that have none now",
+    "new_problem": "something was rejected; rows that differ in their numbers only are one kind",
+}
+"""Kinds of changes with their meaning."""
+
 DATASETS = {
     "records": RECORDS,
     "logs": LOGS,

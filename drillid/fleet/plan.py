@@ -123,7 +123,7 @@ class Plan:
 
     def fleet_dependencies(self) -> dict[str, Any]:
         """The same for the tables over all wells."""
-        return {"wells": list(self.wells), "source": source_hash("drillid.depth.fleet")}
+        return {"wells": list(self.wells), "source": source_hash("drillid.depth.fleet", "drillid.depth.changes")}
 
     def report_dependencies(self) -> dict[str, Any]:
         """The same for the report, which lists the settings and describes the wells."""

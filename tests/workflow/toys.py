@@ -68,6 +68,20 @@ def write_fleet(results, wells):
     (Path(results) / "verdicts.csv").write_text("well,verdict\\n")
 '''
 
+CHANGES = '''
+"""A toy table of changes."""
+
+from pathlib import Path
+
+
+def write_changes(results, wells, problems, failed):
+    (Path(results) / "changes.csv").write_text("well,change\\n" + "".join(f"{well},failed\\n" for well in failed))
+
+
+def mark_reported(results):
+    (Path(results) / "reported.json").write_text("{}")
+'''
+
 REPORT = '''
 """A toy report."""
 
@@ -150,7 +164,12 @@ def write_library(folder: Path) -> None:
         )
         for name in STAGES
     }
-    texts |= {"shared.py": "USED_BY_FITS = 1\n", "depth/fleet.py": FLEET, "report/page.py": REPORT}
+    texts |= {
+        "shared.py": "USED_BY_FITS = 1\n",
+        "depth/fleet.py": FLEET,
+        "depth/changes.py": CHANGES,
+        "report/page.py": REPORT,
+    }
     for name, text in texts.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)

@@ -1,4 +1,4 @@
-"""All wells together: the fleet's dataset, its verdicts and the table of everything that was rejected."""
+"""All wells together: the fleet's dataset, its verdicts, everything that was rejected, and what is new."""
 
 
 rule fleet:
@@ -17,6 +17,12 @@ rule fleet:
             caption="../report/verdicts.rst",
             category="Tables",
             labels={"table": "verdicts"},
+        ),
+        changes=report(
+            "<results>/changes.csv",
+            caption="../report/changes.rst",
+            category="Tables",
+            labels={"table": "changes"},
         ),
     log:
         "<logs>/fleet.log",

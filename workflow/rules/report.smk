@@ -5,6 +5,7 @@ rule report:
     input:
         fleet=rules.fleet.output.fleet,
         problems=rules.fleet.output.problems,
+        changes=rules.fleet.output.changes,
         windows=manifests("windows"),
         fits=manifests("fits"),
         discrepancy=manifests("discrepancy"),
