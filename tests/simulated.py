@@ -153,6 +153,7 @@ def write_records(folders: WellFolders, stands: Sequence[dict[str, Floats]], bit
         "flagged_share": np.zeros(first.size),
         "first_sample": first,
         "samples": np.full(first.size, length),
+        "key": [f"window {row}" for row in range(first.size)],
     }
     windows = xr.Dataset({name: ("window", values) for name, values in figures.items()})
     folders.write("windows", "windows", windows.assign_coords(window=np.arange(first.size)))

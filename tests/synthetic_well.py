@@ -63,6 +63,7 @@ def windows_of(count: int, gap: float = 0.0) -> xr.Dataset:
     columns |= {"sweep_amplitude": 500 * one, "flagged_share": 0 * one}
     columns |= {"start": start, "end": start + np.timedelta64(WINDOW_S, "s")}
     columns |= {"first_sample": 30000 * np.arange(count), "samples": 30000 * one}
+    columns |= {"key": [f"window {row}" for row in range(count)]}
     return xr.Dataset({name: ("window", values) for name, values in columns.items()}, {"window": np.arange(count)})
 
 

@@ -1,10 +1,8 @@
 """One mutated file: how it is made from its number, and its way through reader, record and windows."""
 
-import contextlib
 import functools
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -17,7 +15,7 @@ import xarray as xr
 
 from benchmarks.fuzz import mutations, seeds
 from drillid.config.settings import Settings
-from drillid.datasets.registry import DATASETS
+from drillid.datasets.memory import WellInMemory
 from drillid.errors import DrillidError
 from drillid.formats import first_stamp, formats
 from drillid.records.stage import regular_record
@@ -80,30 +78,6 @@ def _in_good_order(suffix: str, writer: int, log: int) -> bytes:
     return seeds.writers(suffix)[writer](_logs()[log])
 
 
-class _Folders:
-    """The datasets of one log in memory, in place of those of a well on disk."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.stores: dict[str, xr.Dataset] = {}
-
-    def stage(self, _: str) -> Path:
-        return self.folder
-
-    def read(self, _: str, name: str) -> xr.Dataset:
-        return self.stores[name]
-
-    def write(self, _: str, name: str, dataset: xr.Dataset) -> None:
-        self.stores[name] = DATASETS[name].conform(dataset, well="fuzz")
-
-    @contextlib.contextmanager
-    def appending(self, stage: str, name: str) -> Iterator[Callable[[xr.Dataset], None]]:
-        pieces = list[xr.Dataset]()
-        yield pieces.append
-        if pieces:
-            self.write(stage, name, xr.concat(pieces, "time"))
-
-
 def taken_through(path: Path) -> str:
     """Take a file through reader, record and windows; what it ends with: 'windows', 'no window', or a class of errors.
 
@@ -121,9 +95,11 @@ def taken_through(path: Path) -> str:
         except DrillidError as error:
             _check_told(error)
             return type(error).__name__
-        folders: Any = _Folders(path.parent)
-        numbers = np.zeros(record.samples.sizes["time"], np.int16)
-        folders.write("records", "records", record.samples.assign(log=("time", numbers)))
+        folders, samples = WellInMemory(name="fuzz"), record.samples.sizes["time"]
+        folders.write("records", "records", record.samples.assign(log=("time", np.zeros(samples, np.int16))))
+        columns = {"file": [path.name], "first_sample": [0], "samples": [samples], "key": ["log"]}
+        logs = xr.Dataset({name: ("log", values) for name, values in columns.items()}, {"log": [0]})
+        folders.write("records", "logs", logs)
         well: Any = SimpleNamespace(name="fuzz", rig=RIG, logs=(path,))
         return "no window" if windows.process(well, folders, SETTINGS) else "windows"
 

@@ -7,6 +7,13 @@ MOBILITY = "rad N-1 m-1 s-1"
 """CF unit of a mobility."""
 WINDOW_COORDINATES = ("window", "hole_depth", "start", "end")
 """Coordinates that identify a row's window in every dataset."""
+
+
+def row_key(row: str) -> Variable:
+    """The key of every row: rows with equal keys are equal."""
+    return Variable((row,), "str", "", "hash of everything that the row comes from")
+
+
 IN_WINDOWS = {
     "window": Variable(("window",), "int32", "", "number of the window in its well"),
     "hole_depth": Variable(("window",), "float64", "m", "mean measured depth of the hole"),
@@ -46,7 +53,7 @@ LOGS = DatasetSchema(
         "file": Variable(("log",), "str", "", "name of the log file"),
         "first_sample": Variable(("log",), "int64", "", "index of its first sample in the records"),
         "samples": Variable(("log",), "int64", "", "number of its samples in the records"),
-        "key": Variable(("log",), "str", "", "hash of its samples"),
+        "key": row_key("log"),
     },
 )
 
@@ -76,6 +83,7 @@ WINDOWS = DatasetSchema(
         ),
         "first_sample": Variable(("window",), "int64", "", "index of the first sample in the records"),
         "samples": Variable(("window",), "int64", "", "number of samples"),
+        "key": row_key("window"),
     },
     WINDOW_COORDINATES[1:],
 )

@@ -35,6 +35,13 @@ class WellInMemory(WellFolders):
     def earlier(self, stage: str, name: str) -> None:
         """Nothing: no run was before."""
 
+    def earlier_memo(self, stage: str) -> dict[str, Any]:
+        """Nothing: no run was before."""
+        return {}
+
+    def write_memo(self, stage: str, content: dict[str, Any]) -> None:
+        """Nothing: no run will be after."""
+
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage wrote the dataset."""
         return (stage, name) in self.datasets

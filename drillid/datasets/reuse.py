@@ -17,8 +17,6 @@ import xarray as xr
 
 from drillid.datasets.store import WellFolders
 
-_MEMO = "memo.json"
-
 
 def digest(content: Any) -> str:
     """Short hash of anything that JSON can hold, independent of the order of keys: 16 hexadecimal digits."""
@@ -95,7 +93,7 @@ class Memo:
 
     def __init__(self, folders: WellFolders, stage: str) -> None:
         self._folders, self._stage = folders, stage
-        self.earlier: Mapping[str, Any] = _read_memo(folders.aside(stage) / _MEMO)
+        self.earlier: Mapping[str, Any] = folders.earlier_memo(stage)
         self.found: dict[str, Any] = {}
 
     def key(self, *content: Any) -> str:
@@ -111,14 +109,37 @@ class Memo:
 
     def save(self) -> None:
         """Write what was found into the stage's folder of the well."""
-        path = self._folders.stage(self._stage) / _MEMO
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(self.found))
+        self._folders.write_memo(self._stage, self.found)
 
 
-def _read_memo(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
+class EarlierPieces:
+    """Pieces of a long series as an earlier run has written it, whose memo has the place of each by its key.
+
+    kept : samples with which the earlier and the new series begin, unless others may be needed again
+    """
+
+    def __init__(self, folders: WellFolders, stage: str, name: str, memo: Memo, keys: Sequence[str]) -> None:
+        self._series = folders.earlier(stage, name)
+        self._known = {key: memo.earlier[key] for key in keys if key in memo.earlier} if self._series else {}
+        kept, behind = 0, set(keys)
+        for key in keys:
+            if key not in self._known or self._known[key]["first"] != kept:
+                break
+            kept += self._known[key]["samples"]
+            behind.remove(key)
+        # pieces behind one that has changed are read from the earlier series, which is then not taken as it is
+        self.kept = 0 if behind & self._known.keys() else kept
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._known
+
+    def content(self, key: str) -> Any:
+        """What the memo holds of a piece."""
+        return self._known[key]["content"]
+
+    def piece(self, key: str) -> xr.Dataset | None:
+        """Samples of a piece; None where they are among those that are kept."""
+        first, samples = (self._known[key][name] for name in ("first", "samples"))
+        if self._series is None or first + samples <= self.kept:
+            return None
+        return self._series.isel(time=slice(first, first + samples)).load().drop_encoding()

@@ -1,6 +1,7 @@
 """Datasets on disk: one zarr store each, written whole under a temporary name, then renamed."""
 
 import contextlib
+import json
 import os
 import shutil
 import warnings
@@ -15,6 +16,7 @@ import xarray as xr
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 
+_MEMO = "memo.json"
 _SERIES_CHUNK = 60_000
 """Samples in a chunk of a long series; ten minutes at 100 Hz."""
 
@@ -61,6 +63,20 @@ class WellFolders:
         """The same of what the stage made before, for rows that need not be made again; None where there is none."""
         there = (self.aside(stage) / f"{name}.zarr").exists()
         return _opened(self.aside(stage), name) if there else None
+
+    def earlier_memo(self, stage: str) -> dict[str, Any]:
+        """The memo of what the stage made before, see `drillid.datasets.reuse.Memo`; empty where there is none."""
+        try:
+            content = json.loads((self.aside(stage) / _MEMO).read_bytes())
+        except (OSError, ValueError, RecursionError):
+            return {}
+        return content if isinstance(content, dict) else {}
+
+    def write_memo(self, stage: str, content: dict[str, Any]) -> None:
+        """Write the stage's memo for the runs to come."""
+        path = self.stage(stage) / _MEMO
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(content))
 
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage wrote the dataset; it did not where the well failed before."""

@@ -81,7 +81,8 @@ class EarlierLogs:
                 break
             end, kept = placed.end, kept + placed.samples
             del behind[path]
-        placed_before = {entry["state"] for entry in memo.earlier.values() if isinstance(entry, dict)}
+        entries = [entry for entry in memo.earlier.values() if isinstance(entry, dict)]
+        placed_before = {entry["state"] for entry in entries if "state" in entry}
         self.kept = 0 if placed_before.intersection(behind.values()) else kept
         """Samples with which earlier and new records begin, unless others of the earlier ones may be needed again."""
 

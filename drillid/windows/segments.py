@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -46,6 +48,17 @@ class Segment:
     to_m: float
     windows: int = 0
     reason: str = ""
+
+    @classmethod
+    def of(cls, content: Sequence[Any], offset: int) -> Self:
+        """From what JSON holds of it, its samples counted from `offset`."""
+        state, stuck, gap, first, stop, *rest = content
+        return cls(RigState(state), stuck, gap, first + offset, stop + offset, *rest)
+
+    def content(self, offset: int) -> list[Any]:
+        """What JSON holds of it."""
+        state, stuck, gap, first, stop, *rest = astuple(self)
+        return [int(state), stuck, gap, first - offset, stop - offset, *rest]
 
     @property
     def duration(self) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,8 +16,9 @@ from scipy.ndimage import uniform_filter1d
 from drillid.arrays import Array
 from drillid.datasets.codes import RecordFlag, RigState
 from drillid.datasets.measured import WINDOWS
+from drillid.datasets.reuse import EarlierPieces, Memo, digest
 from drillid.datasets.store import Problem, WellFolders
-from drillid.windows.channels import log_bounds, sample_rate
+from drillid.windows.channels import CHANNELS, sample_rate
 from drillid.windows.rig_state import NEEDED, rig_states, without_holes
 from drillid.windows.segments import (
     Segment,
@@ -34,34 +37,30 @@ if TYPE_CHECKING:
 
 
 _STATE_CHANNELS = (*NEEDED, "bit_depth", "weight_on_bit", "flow")
+_PLACE = ("first_sample", "samples")
 _REMAINDER, _REPAIRED, _USED = range(3)
 _STEADY_S = 60.0
 """Where no set point is logged, it is replaced by the mean speed over this time, s."""
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Write states, windows and segments of a well."""
-    records = folders.read("records", "records")
-    rate = sample_rate(records)
-    parts: list[Segment] = []
-    with folders.appending("windows", "states") as append:
-        for first, stop in log_bounds(records):
-            part = records[[*_STATE_CHANNELS, "flags"]].isel(time=slice(first, stop)).load()
-            channels = {name: part[name].values for name in _STATE_CHANNELS}
-            states = rig_states(channels, part["flags"].values, rate, settings.windows)
-            append(xr.Dataset({"rig_state": ("time", states)}, coords={"time": part["time"]}))
-            parts += segments(part, states, rate, first)
+    """Write states, windows and segments of a well; what comes from logs that have not changed is taken over."""
+    records, logs = folders.read("records", "records"), folders.read("records", "logs").load()
+    rate, memo = sample_rate(records), Memo(folders, "windows")
+    parts = _log_segments(records, logs, rate, folders, memo, settings.windows)
     rows: list[Segment] = []
     windows: list[dict[str, Any]] = []
     for segment in joined(parts, rate):
         if segment.state is RigState.DRILLING and not segment.stuck:
-            for part_row, starts in _windows_of(segment, records, rate, settings.windows):
-                rows.append(part_row)
-                windows += [_window(records, start, rate, settings.windows) for start in starts]
+            divide = functools.partial(_divided, segment, records, rate, settings.windows)
+            divided = memo.result(memo.key("segment", _samples_of(segment, logs), rate), divide)
+            rows += [Segment.of(row, segment.first) for row in divided["rows"]]
+            windows += [row | {"first_sample": segment.first + row["first_sample"]} for row in divided["windows"]]
         else:
             rows.append(replace(segment, reason=reason_of(segment)))
     folders.write("windows", "windows", _windows_dataset(windows))
     folders.write_table("windows", "segments", segments_table(well.name, rows))
+    memo.save()
     if windows:
         return []
     return [
@@ -71,6 +70,50 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             "See its segments.csv for the reasons",
         )
     ]
+
+
+def _log_segments(
+    records: xr.Dataset, logs: xr.Dataset, rate: float, folders: WellFolders, memo: Memo, settings: WindowsSettings
+) -> list[Segment]:
+    """Write the states log by log, and return the segments of every log."""
+    keys = [memo.key("log", str(key), rate) for key in logs["key"].values]
+    earlier, found = EarlierPieces(folders, "windows", "states", memo, keys), list[Segment]()
+    with folders.appending("windows", "states", kept=earlier.kept) as append:
+        for key, first, samples in zip(keys, *(logs[name].values.tolist() for name in _PLACE), strict=True):
+            if key in earlier:
+                content = earlier.content(key)
+                states = earlier.piece(key)
+            else:
+                part = records[[*_STATE_CHANNELS, "flags"]].isel(time=slice(first, first + samples)).load()
+                channels = {name: part[name].values for name in _STATE_CHANNELS}
+                state = rig_states(channels, part["flags"].values, rate, settings)
+                states = xr.Dataset({"rig_state": ("time", state)}, coords={"time": part["time"]})
+                content = [segment.content(0) for segment in segments(part, state, rate, 0)]
+            if states is not None:
+                append(states)
+            memo.found[key] = {"first": first, "samples": samples, "content": content}
+            found += [Segment.of(row, first) for row in content]
+    return found
+
+
+def _samples_of(segment: Segment, logs: xr.Dataset) -> list[Any]:
+    """What identifies the samples of a segment: the logs that it lies in, and its ends in the first and the last."""
+    first = logs["first_sample"].values
+    begin, end = (int(np.searchsorted(first, sample, side="right")) - 1 for sample in (segment.first, segment.stop - 1))
+    ends = [segment.first - int(first[begin]), segment.stop - int(first[end])]
+    return [*map(str, logs["key"].values[begin : end + 1]), *ends]
+
+
+def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings) -> dict[str, Any]:
+    """Parts and windows of a segment of drilling, their samples counted from its first."""
+    rows, windows = [], []
+    for row, starts in _windows_of(segment, records, rate, settings):
+        rows.append(row.content(segment.first))
+        windows += [_window(records, start, rate, settings) for start in starts]
+    return {
+        "rows": rows,
+        "windows": [row | {"first_sample": row["first_sample"] - segment.first} for row in windows],
+    }
 
 
 def _windows_of(
@@ -120,27 +163,19 @@ def _reason(label: int, seconds: float, share: float, settings: WindowsSettings)
 def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSettings) -> dict[str, Any]:
     """Variables of one window, by the names of the WINDOWS schema."""
     samples = round(settings.length_s * rate)
-    names = [
-        "hole_depth",
-        "bit_depth",
-        "speed",
-        "torque_command",
-        "weight_on_bit",
-        "flow",
-        "torque_sweep",
-        "flags",
-        "time",
-    ]
+    names = ["hole_depth", "bit_depth", *CHANNELS, "weight_on_bit", "flow", "flags", "time"]
     part = records[names].isel(time=slice(first, first + samples)).load()
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
     depth, time = part["hole_depth"].values.astype(float), part["time"].values
     bit_depth = _mean(part["bit_depth"].values)
-    return {
+    start = int(time[0].astype("datetime64[ns]").astype(np.int64))
+    end = int(time[-1].astype("datetime64[ns]").astype(np.int64)) + round(1e9 / rate)
+    row = {
         "hole_depth": _mean(depth),
-        "start": time[0],
-        "end": time[-1] + np.timedelta64(round(1e9 / rate), "ns"),
-        "depth_from": depth[0],
-        "depth_to": depth[-1],
+        "start": start,
+        "end": end,
+        "depth_from": float(depth[0]),
+        "depth_to": float(depth[-1]),
         # the bit is on bottom in a window, so where its depth is not logged it is that of the hole
         "bit_depth": bit_depth if np.isfinite(bit_depth) else _mean(depth),
         "speed": _mean(part["speed"].values),
@@ -149,9 +184,12 @@ def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSetti
         "flow": _mean(part["flow"].values),
         "sweep_amplitude": float(np.std(part["torque_sweep"].values.astype(float))),
         "flagged_share": float(np.mean(repaired)),
-        "first_sample": first,
         "samples": samples,
     }
+    content = hashlib.sha256(digest([row, rate]).encode())
+    for name in CHANNELS:
+        content.update(part[name].values.tobytes())
+    return row | {"first_sample": first, "key": content.hexdigest()[:16]}
 
 
 def _mean(values: Array) -> float:
