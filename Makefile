@@ -30,7 +30,7 @@ help:
 	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
 	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
 	@echo "make site    the documentation as a site in results/site"
-	@echo "make tutorial    run docs/tutorial.py and write docs/tutorial.md with its figures"
+	@echo "make tutorial    run the tutorials, docs/*.py, and write their pages with figures"
 
 setup: $(READY) $(COMMAND)
 

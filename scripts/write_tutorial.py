@@ -1,4 +1,4 @@
-"""Run docs/tutorial.py and write its page with figures; say where it differs from the page that is kept in docs.
+"""Run the tutorials of docs and write their pages with figures; say where these differ from the pages kept in docs.
 
 A script is in the percent format of Jupytext: `# %% [markdown]` begins a cell of text, `# %%` one of code. The code
 runs as one program, without a kernel; a warning counts as an error.
@@ -19,6 +19,7 @@ import jupytext
 import matplotlib
 import typer
 from matplotlib import pyplot
+from matplotlib.figure import Figure
 from nbformat import NotebookNode
 
 from drillid.errors import SettingsError
@@ -62,7 +63,8 @@ def cells(script: str) -> list[NotebookNode]:
 def write_page(script: Path, folder: Path) -> Path:
     """Run a script and write `<folder>/<script's name>.md`, with its figures in a folder of that name beside it.
 
-    Figures are those of pyplot that are open after a cell; their labels, `plt.figure("label")`, name them.
+    Figures are those of pyplot that are open after a cell, and others that a cell has given a name. Their labels,
+    `plt.figure("label")`, or else those names, name their files.
 
     Raises
     ------
@@ -90,25 +92,26 @@ def _shown(cell: NotebookNode, script: Path, namespace: dict[str, Any], figures:
     source: str = cell.source
     if cell.cell_type == "markdown" or not source:
         return source
-    printed = io.StringIO()
+    printed, before = io.StringIO(), dict(namespace)
     with contextlib.redirect_stdout(printed):
         # blank lines above keep the script's line numbers in a traceback
         exec(compile("\n" * cell.metadata["line"] + source, str(script), "exec"), namespace)
     blocks = [f"```python\n{source}\n```"]
     if printed.getvalue():
         blocks.append(f"```text\n{printed.getvalue().rstrip()}\n```")
-    return "\n\n".join([*blocks, *_saved(figures)])
+    drawn = {f"Figure {number}": pyplot.figure(number) for number in pyplot.get_fignums()}
+    new = {name: value for name, value in namespace.items() if value is not before.get(name)}
+    drawn |= {name: value for name, value in new.items() if isinstance(value, Figure) and value not in drawn.values()}
+    return "\n\n".join([*blocks, *(_saved(name, figure, figures) for name, figure in drawn.items())])
 
 
-def _saved(figures: Path) -> Iterator[str]:
-    """Write all open figures and give the lines that show them."""
-    for number in pyplot.get_fignums():
-        figure = pyplot.figure(number)
-        label = str(figure.get_label()) or f"Figure {number}"
-        name = re.sub(r"\W+", "_", label.lower()).strip("_") + ".png"
-        figure.savefig(figures / name, dpi=_DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
-        pyplot.close(figure)
-        yield f"![{label}]({figures.name}/{name})"
+def _saved(name: str, figure: Figure, figures: Path) -> str:
+    """Write a figure and give the line that shows it."""
+    label = str(figure.get_label()) or name
+    file = re.sub(r"\W+", "_", label.lower()).strip("_") + ".png"
+    figure.savefig(figures / file, dpi=_DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
+    pyplot.close(figure)
+    return f"![{label}]({figures.name}/{file})"
 
 
 @contextlib.contextmanager
@@ -149,14 +152,17 @@ def _tolerance(number: str) -> float:
 
 
 def main(
-    folder: Annotated[Path, typer.Argument(help="Where tutorial.md and its figures are written.")] = DOCS,
+    folder: Annotated[Path, typer.Argument(help="Where the pages and their figures are written.")] = DOCS,
 ) -> None:
-    """Run the tutorial and write its page; fail where that differs from the page kept in docs.
+    """Run the tutorials and write their pages; fail where one differs from the page kept in docs.
 
     A page that is written over the kept one may differ: that is what it is written again for.
     """
-    kept = (DOCS / "tutorial.md").read_text()
-    changed = differences(kept, write_page(DOCS / "tutorial.py", folder).read_text())
+    changed = []
+    for script in sorted(DOCS.glob("*.py")):
+        page = script.with_suffix(".md")
+        kept = page.read_text() if page.exists() else ""
+        changed += differences(kept, write_page(script, folder).read_text())
     for before, after in changed:
         typer.echo(f"< {before}\n> {after}")
     if changed and folder.resolve() != DOCS:
