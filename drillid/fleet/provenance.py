@@ -57,8 +57,11 @@ def _bytes(path: Path) -> str:
         return "missing"
 
 
+@functools.cache
 def source_hash(*modules: str) -> str:
     """Hash of the code of modules and of all modules of their package that they use, comments and docstrings apart.
+
+    It is taken once a process, as closures and syntax trees are.
 
     Raises
     ------

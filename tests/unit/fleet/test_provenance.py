@@ -38,7 +38,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def _forget() -> None:
-    for cached in (provenance.closure, provenance._graph, provenance._code):
+    for cached in (provenance.source_hash, provenance.closure, provenance._graph, provenance._code):
         cached.cache_clear()
 
 
