@@ -11,7 +11,17 @@ from pathlib import Path
 from drillid.fleet.stages import STAGES
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARED = ("config", "datasets", "fleet", "__main__.py", "units", "arrays.py", "errors.py", "physics/parameters.py")
+SHARED = (
+    "commands",
+    "config",
+    "datasets",
+    "fleet",
+    "__main__.py",
+    "units",
+    "arrays.py",
+    "errors.py",
+    "physics/parameters.py",
+)
 """Rooms and modules of the library that are not replaced by toys."""
 READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
 DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
