@@ -63,8 +63,8 @@ def root(z: complex) -> complex:
 
 @inlined
 def _decay(x: float) -> float:
-    """exp(−x) for x ≥ 0, 0 where it is below 1e-27: Taylor's series of x/64, squared six times."""
-    y = min(max(x, 0.0), 64.0) / 64.0
+    """exp(−x) for x within ±64, to which others are set: Taylor's series of x/64, squared six times."""
+    y = min(max(x, -64.0), 64.0) / 64.0
     t = 1.0 - y / 16.0
     t = 1.0 - t * y / 15.0
     t = 1.0 - t * y / 14.0
@@ -114,12 +114,12 @@ def _turn(x: float) -> complex:
 
 @inlined
 def falling(z: complex) -> complex:
-    """exp(−z) for a real part that is not negative."""
+    """exp(−z) for a real part within ±64, to which others are set."""
     return _decay(z.real) * _turn(-z.imag)
 
 
 @inlined
-def _section(own: complex, load: complex, decay: complex) -> tuple[complex, complex, complex, complex]:
+def through_section(own: complex, load: complex, decay: complex) -> tuple[complex, complex, complex, complex]:
     """Input admittance of a section and its derivatives to the load, to Y₀ and to γL; decay is exp(−2γL)."""
     a, b = load + own, (load - own) * decay
     per_difference = inverse(a - b)
@@ -169,12 +169,12 @@ def tabulate(parameters: Floats, line: TransmissionLine, block: int, table: Floa
         by_kappa = by_delta = complex(0.0, 0.0)
         if collars:
             decay = falling(2.0 * collar_length * gamma)
-            load, by_load, by_own, by_phase = _section(collar_polar * specific, load, decay)
+            load, by_load, by_own, by_phase = through_section(collar_polar * specific, load, decay)
             by_damping = by_load
             by_inertia = lumped * by_load * s + thinned * by_own * specific
             by_kappa = by_own * collar_polar * half + by_phase * collar_length * gamma_kappa
             by_delta = by_own * collar_polar * specific_delta + by_phase * collar_length * gamma_delta
-        load, by_load, by_own, by_phase = _section(polar * specific, load, falling(2.0 * length * gamma))
+        load, by_load, by_own, by_phase = through_section(polar * specific, load, falling(2.0 * length * gamma))
 
         delayed = falling(delay * s)
         below = inertia_td * s + load

@@ -195,8 +195,14 @@ def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension,
 
 
 def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
-    each = (jacobian @ np.conj(np.swapaxes(jacobian, -1, -2))).real
-    return each, np.einsum("wpf,wf->wp", np.conj(jacobian), residual).real
+    """Products (W, P, P) of rows with one another and (W, P) with the residuals, real and imaginary parts alike."""
+    rows, own = _real(jacobian), _real(residual)
+    return rows @ np.swapaxes(rows, -1, -2), (rows @ own[..., None])[..., 0]
+
+
+def _real(values: Complex) -> Floats:
+    """Real and imaginary parts of rows (..., R) as one row (..., 2 R)."""
+    return np.ascontiguousarray(values).view(float)
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:

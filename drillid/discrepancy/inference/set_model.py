@@ -16,11 +16,13 @@ import pandas as pd
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
+from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
+from drillid.physics.system_kernel import Data
 from drillid.physics.top_drive import control
 from drillid.statistics import expected_ratio
 
@@ -270,6 +272,9 @@ class SetModel:
         return float(np.sum(np.abs(self.residual(point, extensions)) ** 2))
 
     def _whitened(self, window_model: WindowModel, count: int) -> Linearised:
+        compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
+        if compiled is not None:
+            return Linearised(*compiled.whitened(self._data, count))
         pieces = [weighted(window_model.mobility(self.s), self.evidence.mobility, self.weight, count)]
         if self.control_weight is not None and self.evidence.control is not None:
             rows = self.control_weight.any(axis=0)
@@ -277,6 +282,18 @@ class SetModel:
             pieces.append(weighted(response, self.evidence.control[:, rows], self.control_weight[:, rows], count))
         residuals, jacobians = zip(*pieces, strict=True)
         return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))
+
+    @cached_property
+    def _data(self) -> Data:
+        """Mobilities and responses of the control with their weights, for the compiled model."""
+        evidence, weight = self.evidence, self.control_weight
+        if weight is None or evidence.control is None:
+            rows, weight = np.empty(0, dtype=np.intp), np.empty((evidence.windows, 0))
+            control = np.empty((evidence.windows, 0), dtype=complex)
+        else:
+            rows = np.flatnonzero(weight.any(axis=0))
+            weight, control = np.ascontiguousarray(weight[:, rows]), evidence.control[:, rows]
+        return data_of(evidence.frequency, evidence.mobility, self.weight, rows, control, weight)
 
 
 def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
