@@ -149,6 +149,7 @@ def write_records(folders: WellFolders, stands: Sequence[dict[str, Floats]], bit
         "torque": np.full(first.size, joined["torque_command"].mean()),
         "weight_on_bit": np.full(first.size, np.nan),
         "flow": np.full(first.size, np.nan),
+        "standpipe_pressure": np.full(first.size, np.nan),
         "sweep_amplitude": np.full(first.size, joined["torque_sweep"].std()),
         "flagged_share": np.zeros(first.size),
         "first_sample": first,

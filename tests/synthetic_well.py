@@ -60,6 +60,7 @@ def windows_of(count: int, gap: float = 0.0) -> xr.Dataset:
     middle, one = begin + WINDOW_HEIGHT / 2, np.ones(count)
     columns = {"hole_depth": middle, "depth_from": begin, "depth_to": begin + WINDOW_HEIGHT, "bit_depth": middle}
     columns |= {"speed": 12 * one, "torque": 1e4 * one, "weight_on_bit": 1e5 * one, "flow": 0.04 * one}
+    columns |= {"standpipe_pressure": 2e7 * one}
     columns |= {"sweep_amplitude": 500 * one, "flagged_share": 0 * one}
     columns |= {"start": start, "end": start + np.timedelta64(WINDOW_S, "s")}
     columns |= {"first_sample": 30000 * np.arange(count), "samples": 30000 * one}

@@ -144,7 +144,7 @@ def _check_depth(text: str, where: str | Path) -> None:
         if isinstance(event, yaml.CollectionStartEvent):
             depth += 1
             if depth > _DEEPEST:
-                raise _too_much(where, event, f"nests more than {_DEEPEST} levels deep")
+                raise _too_much(where, event.start_mark, f"nests more than {_DEEPEST} levels deep")
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
 
@@ -166,14 +166,14 @@ class _Check:
             If there are too many, if the node holds itself, or a key twice, or a key that is no text.
         """
         if id(node) in self.open or len(self.open) > _DEEPEST:
-            raise _too_much(self.where, node, "holds an alias of itself")
+            raise _too_much(self.where, node.start_mark, "holds an alias of itself")
         if id(node) not in self.sizes:
             self.open.add(id(node))
             self._check_keys(node)
             self.sizes[id(node)] = 1 + sum(map(self.size, _children(node)))
             self.open.remove(id(node))
         if self.sizes[id(node)] > _LARGEST_NODES:
-            raise _too_much(self.where, node, f"holds more than {_LARGEST_NODES} values, aliases written out")
+            raise _too_much(self.where, node.start_mark, f"holds more than {_LARGEST_NODES} values, aliases written out")
         return self.sizes[id(node)]
 
     def _check_keys(self, node: yaml.Node) -> None:
@@ -201,9 +201,9 @@ def _children(node: yaml.Node) -> Iterator[yaml.Node]:
         yield from node.value
 
 
-def _too_much(where: str | Path, place: Any, what: str) -> SettingsError:
+def _too_much(where: str | Path, mark: Any, what: str) -> SettingsError:
     remedy = "Check that it is the file that was meant, and write its content out, without aliases"
-    return SettingsError(f"{where}, line {place.start_mark.line + 1}", what, remedy)
+    return SettingsError(f"{where}, line {mark.line + 1}", what, remedy)
 
 
 def _fault(error: yaml.MarkedYAMLError, text: str, where: str | Path) -> SettingsError:
@@ -211,6 +211,8 @@ def _fault(error: yaml.MarkedYAMLError, text: str, where: str | Path) -> Setting
     problem = f"{error.problem or error.context}"
     mark = error.problem_mark or error.context_mark
     place = str(where) if mark is None else f"{where}, line {mark.line + 1}, column {mark.column + 1}"
+    if "nesting depth" in problem and mark is not None:
+        return _too_much(where, mark, f"nests more than {_DEEPEST} levels deep")
     if "mapping values are not allowed" in problem and mark is not None:
         return SettingsError(place, "is not valid YAML (a key where none can be)", _remedy_of_key(text, mark.line))
     remedy = next(remedy for pattern, remedy in _REMEDIES if re.search(pattern, f"{problem} {error.context}"))

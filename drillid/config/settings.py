@@ -110,18 +110,29 @@ class DiscrepancySettings(Strict):
 
 
 class DepthSettings(Strict):
-    """The depth-indexed dataset."""
+    """The depth-indexed dataset, stability against stick-slip and settings of the speed control."""
 
     step_duration_s: float = Field(default=10.0, gt=0, le=600)
     """Length of the step responses, in s."""
     step_interval_s: float = Field(default=0.05, gt=0, le=10)
     """Spacing of the step responses' lags, in s."""
+    tuning_interval_m: float = Field(default=25.0, gt=0, le=1000)
+    """Settings of the speed control are sought once in every interval of depth, in m."""
+    bit_torque_slow_m: float = Field(default=0.06, gt=0, le=1)
+    """Torque of the bit per weight on it at standstill, in m, from which the lowest stable speed is estimated."""
+    bit_torque_fast_m: float = Field(default=0.03, gt=0, le=1)
+    """The same at high speed, in m."""
+    bit_torque_rpm: float = Field(default=60.0, gt=0, le=1000)
+    """Speed at which most of the difference between the two is gone, in rpm."""
 
     @model_validator(mode="after")
     def _has_lags(self) -> Self:
         if self.step_interval_s > self.step_duration_s:
             what = f"{self.step_interval_s} s is longer than the step responses, {self.step_duration_s} s"
             raise KeyFault("step_interval_s", what, "Lower it, or raise 'step_duration_s'")
+        if self.bit_torque_fast_m > self.bit_torque_slow_m:
+            what = f"{self.bit_torque_fast_m} m is above the torque at standstill, {self.bit_torque_slow_m} m"
+            raise KeyFault("bit_torque_fast_m", what, "Lower it, or raise 'bit_torque_slow_m'")
         return self
 
 

@@ -131,6 +131,12 @@ DEPTH = DatasetSchema(
             chi2_per_dof=("1", "chi-squared of the residuals per degree of freedom"),
             damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
+            critical_slope=("N m s rad-1", "fall of bit torque with speed from which on vibration grows"),
+            critical_frequency=("Hz", "frequency of that vibration"),
+            lowest_stable_speed=("rad s-1", "speed below which a bit of the stated torque per weight sticks and slips"),
+            tuned_proportional=("N m s rad-1", "proportional gain of the speed control with the least bit vibration"),
+            tuned_integral=("N m rad-1", "integral gain of the speed control with the least bit vibration"),
+            tuned_vibration=("1", "largest bit mobility with these gains per that with the present ones"),
         ),
         **{
             f"{name}_at_bound": Variable(

@@ -78,6 +78,7 @@ WINDOWS = DatasetSchema(
             torque=("N m", "mean torque command"),
             weight_on_bit=("N", "mean weight on bit"),
             flow=("m3 s-1", "mean mud flow"),
+            standpipe_pressure=("Pa", "mean stand-pipe pressure"),
             sweep_amplitude=("N m", "root mean square of the injected sweep"),
             flagged_share=("1", "share of interpolated or replaced samples"),
         ),

@@ -1,8 +1,9 @@
-"""Command mobility, bit mobility and step responses of every identified model."""
+"""The model of every window, and its command mobility, bit mobility and step responses."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,62 +21,66 @@ from drillid.physics.time_responses import bit_step_response
 if TYPE_CHECKING:
     from drillid.config.rig import Rig
     from drillid.config.settings import DepthSettings
-    from drillid.physics.equipment import Controller, DrillingSystem
+    from drillid.physics.equipment import Controller
 
 
-def identified_responses(
+def identified_models(
     rig: Rig,
     controller: Controller,
     parameters: Floats,
     bit_depth: Floats,
-    frequency: Floats,
-    settings: DepthSettings,
     extended: Mapping[int, WindowModel] | None = None,
+) -> list[WindowModel | None]:
+    """Model of every window; None where a fit has no result.
+
+    Parameters
+    ----------
+    parameters : shape (depth, 8), SI
+    bit_depth : shape (depth,), m
+    extended : models of the rows in which a cause was named, which replace those of the parameters
+    """
+
+    def model(row: int, values: Floats, depth: float) -> WindowModel | None:
+        if extended is not None and row in extended:
+            return extended[row]
+        if np.isnan(values).any():
+            return None
+        return WindowModel(drilling_system(values, data_sheet(rig, controller, depth).equipment), Recording())
+
+    return [model(row, *each) for row, each in enumerate(zip(parameters, bit_depth.tolist(), strict=True))]
+
+
+def identified_responses(
+    models: Sequence[WindowModel | None], frequency: Floats, settings: DepthSettings
 ) -> xr.Dataset:
-    """Command mobility, bit mobility and bit-speed steps of every fitted model, stiff and as controlled.
+    """Command mobility, bit mobility and bit-speed steps of every model, stiff and as controlled; NaN without a model.
 
     Steps of a system that is unstable within their duration are NaN.
 
     Parameters
     ----------
-    parameters : shape (depth, 8), SI; rows of NaN give responses of NaN
-    bit_depth : shape (depth,), m
     frequency : shape (frequency,), Hz
-    extended : models of the rows in which a cause was named, which replace those of the parameters
     """
-    s = laplace(frequency)
-    rows = []
-    for row, (values, depth) in enumerate(zip(parameters, bit_depth, strict=True)):
-        window_model = (extended or {}).get(row)
-        if window_model is None:
-            window_model = WindowModel(
-                drilling_system(values, data_sheet(rig, controller, float(depth)).equipment), Recording()
-            )
-        # complex arithmetic on the NaN of a fit without result would warn
-        with np.errstate(invalid="ignore" if np.isnan(values).any() else "warn"):
-            lag, steps = _steps(window_model.system, settings)
-            responses = {
-                "command_mobility_fitted": window_model.mobility(s),
-                "bit_mobility_stiff": bit_mobility(window_model.system, s, stiff=True),
-                "bit_mobility_controlled": bit_mobility(window_model.system, s),
-            }
-        rows.append(
-            xr.Dataset(
-                {name: ("frequency", response) for name, response in responses.items()}
-                | {name: ("lag", step) for name, step in steps.items()},
-                {"frequency": frequency, "lag": lag},
-            )
-        )
+    rows = [_responses(window_model, frequency, settings) for window_model in models]
     return xr.concat(rows, "depth", coords="minimal", compat="override", join="exact")
 
 
-def _steps(system: DrillingSystem, settings: DepthSettings) -> tuple[Floats, dict[str, Floats]]:
-    """Lags, and bit speed after a step with the top drive clamped and as controlled."""
+def _responses(window_model: WindowModel | None, frequency: Floats, settings: DepthSettings) -> xr.Dataset:
+    """Responses of one window's model."""
     duration, interval = settings.step_duration_s, settings.step_interval_s
-    lag, steps = np.arange(0.0, duration + interval / 2, interval), {}
-    for name, stiff in (("bit_step_stiff", True), ("bit_step_controlled", False)):
-        try:
-            steps[name] = bit_step_response(system, duration, interval, stiff=stiff)[1]
-        except EstimationError:
-            steps[name] = np.full(lag.size, np.nan)
-    return lag, steps
+    lag, s = np.arange(0.0, duration + interval / 2, interval), laplace(frequency)
+    missing, no_step = np.full(frequency.size, complex(np.nan, np.nan)), np.full(lag.size, np.nan)
+    responses = dict.fromkeys(("command_mobility_fitted", "bit_mobility_stiff", "bit_mobility_controlled"), missing)
+    steps = dict.fromkeys(("bit_step_stiff", "bit_step_controlled"), no_step)
+    if window_model is not None:
+        system = window_model.system
+        responses["command_mobility_fitted"] = window_model.mobility(s)
+        for end, stiff in (("stiff", True), ("controlled", False)):
+            responses[f"bit_mobility_{end}"] = bit_mobility(system, s, stiff=stiff)
+            with contextlib.suppress(EstimationError):
+                steps[f"bit_step_{end}"] = bit_step_response(system, duration, interval, stiff=stiff)[1]
+    return xr.Dataset(
+        {name: ("frequency", response) for name, response in responses.items()}
+        | {name: ("lag", step) for name, step in steps.items()},
+        {"frequency": frequency, "lag": lag},
+    )

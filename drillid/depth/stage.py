@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from drillid.arrays import Floats
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
-from drillid.depth.responses import identified_responses
+from drillid.depth.responses import identified_models, identified_responses
+from drillid.depth.speed_control import speed_control
 from drillid.discrepancy.products.extended_model import identified_window_models
 from drillid.fits.datasheet import stored_controller
 from drillid.physics.parameters import PARAMETERS
@@ -71,15 +72,16 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     fits, mobility = folders.read("fits", "fits").load(), folders.read("mobility", "mobility").load()
     windows = folders.read("windows", "windows").load()
     discrepancy = folders.read("discrepancy", "discrepancy").load()
-    responses = identified_responses(
+    models = identified_models(
         well.rig,
         stored_controller(fits),
         fits["value"].values,
         windows["bit_depth"].values,
-        mobility["frequency"].values,
-        settings.depth,
         identified_window_models(folders.read("discrepancy", "examination").load()),
     )
+    responses = identified_responses(models, mobility["frequency"].values, settings.depth)
+    accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
+    controlled = speed_control(models, accepted, depths, windows["weight_on_bit"].values, settings.depth)
     copied = {
         **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
         **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
@@ -89,6 +91,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in copied.items()}
         | parameter_variables(fits)
         | joint_variables(folders.read("fits", "joint").load())
+        | {name: ("depth", values) for name, values in controlled.items()}
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}

@@ -163,7 +163,8 @@ def _reason(label: int, seconds: float, share: float, settings: WindowsSettings)
 def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSettings) -> dict[str, Any]:
     """Variables of one window, by the names of the WINDOWS schema."""
     samples = round(settings.length_s * rate)
-    names = ["hole_depth", "bit_depth", *CHANNELS, "weight_on_bit", "flow", "flags", "time"]
+    slow = ("hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure")
+    names = [*slow, *CHANNELS, "flags", "time"]
     part = records[names].isel(time=slice(first, first + samples)).load()
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
     depth, time = part["hole_depth"].values.astype(float), part["time"].values
@@ -182,6 +183,7 @@ def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSetti
         "torque": _mean(part["torque_command"].values),
         "weight_on_bit": _mean(part["weight_on_bit"].values),
         "flow": _mean(part["flow"].values),
+        "standpipe_pressure": _mean(part["standpipe_pressure"].values),
         "sweep_amplitude": float(np.std(part["torque_sweep"].values.astype(float))),
         "flagged_share": float(np.mean(repaired)),
         "samples": samples,

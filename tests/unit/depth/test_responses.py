@@ -6,7 +6,7 @@ import xarray as xr
 
 from drillid.config.settings import DepthSettings
 from drillid.datasets.codes import RigState
-from drillid.depth.responses import identified_responses
+from drillid.depth.responses import identified_models, identified_responses
 from drillid.depth.stage import time_in_states
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
 from tests.simulated import RIG, SHALLOW
@@ -16,7 +16,8 @@ def test_responses_are_those_of_the_system_stiff_and_controlled() -> None:
     frequency = np.geomspace(0.05, 4.0, 40)
     depth, controller = np.array([SHALLOW.bit_depth]), SHALLOW.top_drive.controller
     settings = DepthSettings(step_duration_s=2.0, step_interval_s=0.1)
-    found = identified_responses(RIG, controller, SHALLOW.parameters[None], depth, frequency, settings).isel(depth=0)
+    models = identified_models(RIG, controller, SHALLOW.parameters[None], depth)
+    found = identified_responses(models, frequency, settings).isel(depth=0)
     s = laplace(frequency)
     np.testing.assert_allclose(found["command_mobility_fitted"], command_mobility(SHALLOW.system, s), rtol=1e-9)
     np.testing.assert_allclose(found["bit_mobility_controlled"], bit_mobility(SHALLOW.system, s), rtol=1e-9)

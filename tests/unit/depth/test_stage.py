@@ -11,7 +11,7 @@ import xarray as xr
 from drillid.datasets.codes import RigState
 from drillid.datasets.identified import DEPTH, FLEET
 from drillid.depth.fleet import write_fleet
-from drillid.depth.responses import identified_responses
+from drillid.depth.responses import identified_models, identified_responses
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.parameters import PARAMETERS
@@ -85,10 +85,9 @@ def test_a_window_without_fit_has_no_responses(troubled: Processed) -> None:
 
 
 def test_a_well_without_any_fit_has_no_responses(healthy: Processed) -> None:
-    nothing = np.full((2, len(PARAMETERS)), np.nan)
-    controller, frequency = SHALLOW.top_drive.controller, np.array([0.1, 1.0])
-    depths = np.full(2, SHALLOW.bit_depth)
-    found = identified_responses(RIG, controller, nothing, depths, frequency, healthy.settings.depth)
+    nothing, depths = np.full((2, len(PARAMETERS)), np.nan), np.full(2, SHALLOW.bit_depth)
+    models = identified_models(RIG, SHALLOW.top_drive.controller, nothing, depths)
+    found = identified_responses(models, np.array([0.1, 1.0]), healthy.settings.depth)
     assert all(np.isnan(found[name]).all() for name in found.data_vars)
     assert dict(found.sizes) == {"depth": 2, "frequency": 2, "lag": 201}
 

@@ -1,0 +1,90 @@
+"""How steadily the identified system drills: its stability against stick-slip, and settings of the speed control."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drillid.arrays import Booleans, Floats, Integers
+from drillid.control.stick_slip import critical_slope, lowest_stable_speed
+from drillid.control.tuning import first_sample, tune
+from drillid.errors import EstimationError
+from drillid.physics.nonlinear import Cutting, Weakening
+from drillid.units import RPM
+
+if TYPE_CHECKING:
+    from drillid.config.settings import DepthSettings
+    from drillid.discrepancy.catalogue import WindowModel
+    from drillid.physics.equipment import DrillingSystem
+
+
+VARIABLES = (
+    *("critical_slope", "critical_frequency", "lowest_stable_speed"),
+    *("tuned_proportional", "tuned_integral", "tuned_vibration"),
+)
+
+
+def speed_control(
+    models: Sequence[WindowModel | None],
+    accepted: Booleans,
+    depth: Floats,
+    weight: Floats,
+    settings: DepthSettings,
+) -> dict[str, Floats]:
+    """The VARIABLES of the depth dataset; NaN where they are not sought, and without an accepted fit.
+
+    Settings change slowly with depth, so that they are sought at the first accepted window of every interval of
+    `tuning_interval_m`.
+
+    Parameters
+    ----------
+    depth : shape (depth,), m
+    weight : shape (depth,), N on the bit; NaN where it is not logged
+    """
+    rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
+    values = {name: np.full(depth.size, np.nan) for name in VARIABLES}
+    tuned = set(_firsts(np.floor(depth / settings.tuning_interval_m).astype(int), accepted))
+    for row in np.flatnonzero(accepted).tolist():
+        window_model = models[row]
+        if window_model is None:
+            continue
+        system = first_sample(window_model.system)
+        found = _stability(system, rock, float(weight[row])) | (_settings(system) if row in tuned else {})
+        for name, value in found.items():
+            values[name][row] = value
+    return values
+
+
+def _firsts(interval: Integers, accepted: Booleans) -> list[int]:
+    """The first accepted row of each interval."""
+    rows = np.flatnonzero(accepted)
+    return [int(row) for row in rows[np.unique(interval[rows], return_index=True)[1]]]
+
+
+def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:
+    """Critical fall of torque, and the speed below which the rock's law falls faster."""
+    try:
+        slope, frequency = critical_slope(system)
+        stability = {"critical_slope": slope, "critical_frequency": frequency}
+        if np.isfinite(weight) and weight > 0:
+            stability["lowest_stable_speed"] = lowest_stable_speed(rock, weight, slope)
+    except EstimationError:
+        # no fall of torque destabilises it, or it is unstable at every speed
+        return {}
+    return stability
+
+
+def _settings(system: DrillingSystem) -> dict[str, float]:
+    """Gains of proportional and integral control with the least peak of the bit's mobility."""
+    try:
+        tuning = tune(system)
+    except EstimationError:
+        return {}
+    controller = tuning.controller
+    return {
+        "tuned_proportional": controller.proportional,
+        "tuned_integral": controller.integral,
+        "tuned_vibration": tuning.value / tuning.present,
+    }

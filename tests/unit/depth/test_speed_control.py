@@ -1,0 +1,50 @@
+"""Stability and settings of the speed control, of models that are given."""
+
+import numpy as np
+import pytest
+
+from drillid.config.settings import DepthSettings
+from drillid.control.stick_slip import critical_slope
+from drillid.depth.speed_control import VARIABLES, speed_control
+from drillid.discrepancy.catalogue import WindowModel
+from drillid.errors import SettingsError
+from drillid.physics.sensor import Recording
+from tests.simulated import SHALLOW
+
+MODEL = WindowModel(SHALLOW.system, Recording())
+DEPTHS = np.array([1000.0, 1010.0, 1020.0, 1030.0, 1040.0])
+
+
+def found(settings: DepthSettings, weight: float = 1e5) -> dict[str, np.ndarray]:
+    """Of five windows, of which the first has no model and the second no accepted fit."""
+    models = [None, MODEL, MODEL, MODEL, MODEL]
+    accepted = np.array([False, False, True, True, True])
+    return speed_control(models, accepted, DEPTHS, np.full(5, weight), settings)
+
+
+def test_settings_are_sought_once_in_an_interval_and_stability_everywhere() -> None:
+    values = found(DepthSettings(tuning_interval_m=20.0))
+    assert tuple(values) == VARIABLES
+    assert np.isfinite(values["critical_slope"]).tolist() == [False, False, True, True, True]
+    assert np.isfinite(values["tuned_proportional"]).tolist() == [False, False, True, False, True]
+    slope, frequency = critical_slope(SHALLOW.system)
+    assert values["critical_slope"][2] == pytest.approx(slope)
+    assert values["critical_frequency"][2] == pytest.approx(frequency)
+
+
+def test_tuned_gains_vibrate_less() -> None:
+    values = found(DepthSettings(tuning_interval_m=1000.0))
+    assert 0 < values["tuned_vibration"][2] <= 1
+    assert values["tuned_proportional"][2] > 0
+
+
+def test_without_weight_no_speed_is_stated_and_more_weight_needs_more() -> None:
+    settings = DepthSettings(tuning_interval_m=1000.0)
+    assert np.isnan(found(settings, np.nan)["lowest_stable_speed"]).all()
+    light, heavy = (found(settings, weight)["lowest_stable_speed"][2] for weight in (5e4, 2e5))
+    assert 0 < light < heavy
+
+
+def test_a_bit_whose_torque_rises_with_speed_is_refused() -> None:
+    with pytest.raises(SettingsError, match="above the torque at standstill"):
+        DepthSettings.checked({"bit_torque_fast_m": 0.1}, "test")
