@@ -173,7 +173,8 @@ class _Check:
             self.sizes[id(node)] = 1 + sum(map(self.size, _children(node)))
             self.open.remove(id(node))
         if self.sizes[id(node)] > _LARGEST_NODES:
-            raise _too_much(self.where, node.start_mark, f"holds more than {_LARGEST_NODES} values, aliases written out")
+            what = f"holds more than {_LARGEST_NODES} values, aliases written out"
+            raise _too_much(self.where, node.start_mark, what)
         return self.sizes[id(node)]
 
     def _check_keys(self, node: yaml.Node) -> None:
