@@ -100,6 +100,7 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
             "degrees_of_freedom": (lines, 40 * one),
             "sweep_rounding": (lines, 0 * one),
             "sweep_period": ("window", np.full(count, 120.0)),
+            "key": ("window", [f"spectra {row}" for row in range(count)]),
             "torque_spectrogram": (images, power),
             "speed_spectrogram": (images, 1e-6 * power),
         }

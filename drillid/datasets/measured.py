@@ -115,6 +115,7 @@ SPECTRA = DatasetSchema(
         "degrees_of_freedom": Variable(
             WINDOW_FREQUENCY, "float64", "1", "complex degrees of freedom of the noise variance"
         ),
+        "key": row_key("window"),
         "sweep_period": Variable(("window",), "float64", "s", "period of the sweep; 0 where it is not periodic"),
         "band": Variable(("band",), "float64", "Hz", "lower edge of the band"),
         "band_end": Variable(("band",), "float64", "Hz", "upper edge of the band"),
@@ -139,6 +140,7 @@ SPECTRA = DatasetSchema(
 def _mobility(row: str) -> dict[str, Variable]:
     dims = (row, "frequency")
     return {
+        "key": row_key(row),
         "command_mobility": Variable(
             dims, "complex128", MOBILITY, "command mobility: top-drive speed per injected torque"
         ),

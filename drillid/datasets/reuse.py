@@ -55,7 +55,7 @@ def completed(
 
     Returns
     -------
-    The rows in the order of `keys`, which are the coordinate `key`. What lies not along the dimension is that of the
+    The rows in the order of `keys`, which are the variable `key`. What lies not along the dimension is that of the
     made rows, or of the earlier dataset where none is made.
     """
     known = {} if earlier is None else {str(key): place for place, key in enumerate(earlier["key"].values)}
@@ -67,7 +67,7 @@ def completed(
         kept = earlier.load().drop_encoding().isel({dimension: [known[keys[row]] for row in held]})
         made = make(missing) if missing else kept.isel({dimension: slice(0)})
         found = _merged(kept, made, dimension, np.argsort([*held, *missing]))
-    return found.assign_coords(key=(dimension, np.array(keys, dtype=object)))
+    return found.assign(key=(dimension, np.array(keys, dtype=object)))
 
 
 def _merged(kept: xr.Dataset, made: xr.Dataset, dimension: str, order: Any) -> xr.Dataset:

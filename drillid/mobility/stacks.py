@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,8 @@ import xarray as xr
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
+from drillid.datasets.memory import WellInMemory
+from drillid.datasets.reuse import Memo, completed
 from drillid.datasets.store import Problem, window_place
 from drillid.statistics import sum_of_ratios_probability
 
@@ -16,16 +19,26 @@ if TYPE_CHECKING:
     from drillid.config.settings import MobilitySettings
 
 
-def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.Dataset, list[Problem]]:
+def stack_windows(
+    mobility: xr.Dataset, settings: MobilitySettings, memo: Memo | None = None, earlier: xr.Dataset | None = None
+) -> tuple[xr.Dataset, list[Problem]]:
     """Stacks of successive windows that share no sample, each weighted by its variance.
 
     A stack grows window by window as long as all of its windows agree within their variances and
     the depth changes little; where the next one disagrees, the stack ends and a problem is
     recorded. The error rate is shared among the possible tests of one stack.
+
+    Parameters
+    ----------
+    mobility : of all windows, with their keys where there is a memo
+    memo : of what was found about windows before; None where nothing is kept
+    earlier : stacks of an earlier run, of which those of the same windows are taken over
     """
-    stacks: list[xr.Dataset] = []
+    stacks: list[tuple[list[int], float]] = []
     problems: list[Problem] = []
     bound = settings.agreement_error_rate / (settings.stack_windows - 1)
+    content = mobility["key"].values.tolist() if memo else list(range(mobility.sizes["window"]))
+    memo = memo or Memo(WellInMemory(), "mobility")
     gates, depth = mobility["gate"].values, mobility["hole_depth"].values
     rows = [row for row in _without_overlap(mobility) if (gates[row] == Gate.USED).any()]
     while len(rows) > 1:
@@ -33,17 +46,36 @@ def stack_windows(mobility: xr.Dataset, settings: MobilitySettings) -> tuple[xr.
         for row in rows[1 : settings.stack_windows]:
             if abs(depth[row] - depth[members[0]]) > settings.stack_depth_share * depth[row]:
                 break
-            agreement = agreement_p_value(mobility.isel(window=[*members, row]))
+            joint = [*members, row]
+            test = functools.partial(_agreement_of, mobility, joint)
+            agreement = memo.result(memo.key("agreement", [content[each] for each in joint]), test)
             if not agreement >= bound:
                 problems.append(_disagreement(mobility, members, row, agreement))
                 break
             members, p_value = [*members, row], agreement
         if len(members) > 1:
-            stacks.append(_stack(mobility.isel(window=members), len(stacks), p_value))
+            stacks.append((members, p_value))
         rows = rows[len(members) :]
     if not stacks:
         return _no_stacks(mobility), problems
-    return xr.concat(stacks, "stack", coords="minimal", compat="override", join="exact"), problems
+
+    def make(missing: list[int]) -> xr.Dataset:
+        made = [_stack(mobility.isel(window=members), p_value) for members, p_value in (stacks[row] for row in missing)]
+        return xr.concat(made, "stack", coords="minimal", compat="override", join="exact")
+
+    keys = [memo.key("stack", [content[row] for row in members]) for members, _ in stacks]
+    made = completed(earlier, keys, "stack", make)
+    numbers = mobility["window"].values
+    return made.assign_coords(
+        stack=np.arange(len(stacks)),
+        frequency=mobility["frequency"],
+        first_window=("stack", [int(numbers[members[0]]) for members, _ in stacks]),
+        last_window=("stack", [int(numbers[members[-1]]) for members, _ in stacks]),
+    ), problems
+
+
+def _agreement_of(mobility: xr.Dataset, rows: list[int]) -> float:
+    return agreement_p_value(mobility.isel(window=rows))
 
 
 def _without_overlap(mobility: xr.Dataset) -> list[int]:
@@ -84,7 +116,7 @@ def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
     return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 
-def _stack(windows: xr.Dataset, number: int, p_value: float) -> xr.Dataset:
+def _stack(windows: xr.Dataset, p_value: float) -> xr.Dataset:
     """Mean weighted by the estimated variances, whose errors are part of its variance (Meier 1953)."""
     used = windows["gate"] == Gate.USED
     weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
@@ -110,11 +142,7 @@ def _stack(windows: xr.Dataset, number: int, p_value: float) -> xr.Dataset:
             "windows": windows.sizes["window"],
         }
     )
-    return stack.expand_dims(stack=[number]).assign_coords(
-        hole_depth=("stack", [float(windows["hole_depth"].mean())]),
-        first_window=("stack", [int(windows["window"][0])]),
-        last_window=("stack", [int(windows["window"][-1])]),
-    )
+    return stack.expand_dims("stack").assign_coords(hole_depth=("stack", [float(windows["hole_depth"].mean())]))
 
 
 def _disagreement(mobility: xr.Dataset, members: list[int], row: int, p_value: float) -> Problem:
@@ -132,4 +160,5 @@ def _disagreement(mobility: xr.Dataset, members: list[int], row: int, p_value: f
 
 
 def _no_stacks(mobility: xr.Dataset) -> xr.Dataset:
-    return _stack(mobility.isel(window=[0]), 0, 1.0).isel(stack=slice(0, 0))
+    none = _stack(mobility.isel(window=[0]), 1.0).isel(stack=slice(0, 0))
+    return none.assign_coords({name: ("stack", []) for name in ("stack", "first_window", "last_window", "key")})

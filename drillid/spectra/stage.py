@@ -7,6 +7,7 @@ averages are used where the settings choose them (`cross_spectra`).
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,13 +16,14 @@ from scipy.fft import rfft
 
 from drillid.arrays import Booleans, Floats
 from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.reuse import Memo, completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
 from drillid.errors import EstimationError
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
 from drillid.spectra.local_polynomial import LEAST_LINES, local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
-from drillid.windows.channels import sample_rate, window_channels
+from drillid.windows.channels import CHANNELS, sample_rate, window_channels
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings, SpectraSettings
@@ -73,46 +75,77 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     records, windows = folders.read("records", "records"), folders.read("windows", "windows").load()
     if windows.sizes["window"] == 0:
         return []
-    rate, chosen = sample_rate(records), settings.spectra
-    rows = range(windows.sizes["window"])
-    sweeps = (window_channels(records, windows, row, ("torque_sweep",))[0] for row in rows)
-    periods = np.array([sweep_period(sweep, rate, chosen.frequency_minimum_hz) for sweep in sweeps])
+    rate, chosen, memo = sample_rate(records), settings.spectra, Memo(folders, "spectra")
+    rows, contents = range(windows.sizes["window"]), windows["key"].values.tolist()
+
+    def period(row: int) -> float:
+        return sweep_period(window_channels(records, windows, row, CHANNELS[:1])[0], rate, chosen.frequency_minimum_hz)
+
+    periods = np.array(
+        [memo.result(memo.key("period", contents[row], rate), functools.partial(period, row)) for row in rows]
+    )
     usual, frequencies = usual_sweep(periods, chosen, rate)
     repeats = is_usual(periods, usual, rate)
     factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
-    lines, others, problems = [], [], []
-    for row in rows:
-        sweep, speed, command = channels = window_channels(records, windows, row)
-        spectra, fault = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
-        if fault:
-            problems.append(Problem(window_place(windows, row), *fault))
-        torque = command if np.isfinite(command).all() else sweep
-        distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
-        lines.append(spectra)
-        others.append(xr.merge([_spectrograms(torque, speed, rate, chosen), distortion]))
-    dataset = xr.concat(others, "window", coords="minimal", compat="override", join="exact")
-    dataset = xr.merge([stacked(lines, frequencies), dataset]).assign(sweep_period=("window", periods))
+
+    def make(missing: list[int]) -> xr.Dataset:
+        lines, others = [], []
+        for row in missing:
+            sweep, speed, command = channels = window_channels(records, windows, row)
+            spectra = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
+            torque = command if np.isfinite(command).all() else sweep
+            distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
+            lines.append(spectra)
+            others.append(xr.merge([_spectrograms(torque, speed, rate, chosen), distortion]))
+        return xr.merge(
+            [
+                stacked(lines, frequencies),
+                xr.concat(others, "window", coords="minimal", compat="override", join="exact"),
+            ]
+        )
+
+    keys = row_keys(folders.basis, contents, rate, usual, frequencies.tolist(), factor)
+    dataset = completed(folders.earlier("spectra", "spectra"), keys, "window", make)
+    dataset = dataset.assign(sweep_period=("window", periods)).drop_vars(WINDOW_COORDINATES, errors="ignore")
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))
-    return problems
+    memo.save()
+    samples = windows["samples"].values
+    faults = [_fault(samples[row] / rate, periods[row], usual, frequencies, rate, chosen) for row in rows]
+    return [Problem(window_place(windows, row), *fault) for row, fault in zip(rows, faults, strict=True) if fault]
 
 
 def _estimated(
     channels: Floats, rate: float, period: float, usual: float, frequencies: Floats, settings: SpectraSettings
-) -> tuple[Spectra, tuple[str, str] | None]:
-    """Spectra of one window, and its fault with the remedy, if any."""
+) -> Spectra:
+    """Spectra of one window."""
     sweep, speed, command = channels
-    grid_period = 1 / (frequencies[1] - frequencies[0])
-    welch = settings.estimator == "welch"
-    needed = (_LEAST_SEGMENTS if welch else LEAST_LINES) * grid_period
-    repeats = is_usual(np.asarray(period), usual, rate)
+    if is_usual(np.asarray(period), usual, rate) and settings.estimator != "welch":
+        return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines)
+    if sweep.size < _needed(frequencies, settings) * rate:
+        return Spectra.missing(frequencies.size)
+    if settings.estimator == "welch":
+        return welch_spectra(sweep, speed, command, rate, 2 / (frequencies[1] - frequencies[0]), frequencies)
+    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4)
+
+
+def _needed(frequencies: Floats, settings: SpectraSettings) -> float:
+    """Length of a window, s, that an estimate without a periodic sweep needs."""
+    return float(
+        (_LEAST_SEGMENTS if settings.estimator == "welch" else LEAST_LINES) / (frequencies[1] - frequencies[0])
+    )
+
+
+def _fault(
+    seconds: float, period: float, usual: float, frequencies: Floats, rate: float, settings: SpectraSettings
+) -> tuple[str, str] | None:
+    """What is wrong with a window, and the remedy."""
+    repeats, welch = bool(is_usual(np.asarray(period), usual, rate)), settings.estimator == "welch"
     if repeats and not welch:
-        return line_spectra(sweep, speed, command, rate, usual, frequencies, settings.noise_lines), None
-    if sweep.size < needed * rate:
-        return Spectra.missing(frequencies.size), _too_short(needed)
-    fault = _not_periodic(period, usual) if usual and not repeats else None
-    if welch:
-        return welch_spectra(sweep, speed, command, rate, 2 * grid_period, frequencies), fault
-    return local_spectra(sweep, speed, command, rate, frequencies, settings.noise_lines // 4), fault
+        return None
+    needed = _needed(frequencies, settings)
+    if round(seconds * rate) < needed * rate:
+        return _too_short(needed)
+    return _not_periodic(period, usual) if usual and not repeats else None
 
 
 def _sweep_rate(
