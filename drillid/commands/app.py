@@ -3,6 +3,7 @@
 import typer
 
 from drillid.commands.identification import add_identification_commands
+from drillid.commands.inspection import add_inspection_commands
 from drillid.commands.proof import add_proof_commands
 from drillid.commands.simulation import simulations
 from drillid.commands.workflow import add_workflow_commands
@@ -10,6 +11,7 @@ from drillid.commands.workflow import add_workflow_commands
 app = typer.Typer(no_args_is_help=True, help="Torsional dynamics of drill strings, identified while drilling.")
 app.add_typer(simulations, name="simulate")
 add_workflow_commands(app)
+add_inspection_commands(app)
 add_identification_commands(app)
 add_proof_commands(app)
 

@@ -43,12 +43,14 @@ class Log:
     stamps : UTC without zone, ns, shape (row,), in the file's order
     units : units by the columns' names, where the file states them
     notes : decisions that were taken while reading
+    times : columns that state the times
     """
 
     path: Path
     stamps: NDArray[np.datetime64]
     units: dict[str, str]
     notes: list[Note]
+    times: tuple[str, ...]
     _table: Any
     _places: Places
     _nulls: tuple[float, ...]
@@ -95,12 +97,12 @@ def read_log(
         wanted = [column_named(name, header, path) for name in columns]
         table = _columns(path, file, reader, header, times, wanted, None)
         stamps, read = times.stamps(table)
-    kept = {times.column, times.date} - {None} - set(wanted)
-    table = table.drop_columns([name for name in table.column_names if name in kept])
+    of_times = tuple(name for name in (times.column, times.date) if name is not None)
+    table = table.drop_columns([name for name in of_times if name not in wanted])
     _release_memory()
     units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
     said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read]
-    return Log(path, stamps, units, said, table, places, (*header.nulls, *dialect.null_values))
+    return Log(path, stamps, units, said, of_times, table, places, (*header.nulls, *dialect.null_values))
 
 
 def first_stamp(

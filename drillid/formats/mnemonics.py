@@ -9,17 +9,33 @@ from collections.abc import Iterable
 from drillid.units.names import known_units
 
 MNEMONICS = {
-    "torque_command": ("TQA", "TQX", "TQ", "TORQUE", "STOR", "TORQ", "SURFTORQUE", "TDTORQUE"),
-    "speed": ("RPMA", "RPM", "SURFRPM", "ROTRPM", "TDRPM", "ROTARYSPEED"),
-    "speed_set": ("RPMSP", "RPMSET", "TDRPMSP", "RPMSETPOINT"),
-    "hole_depth": ("DMEA", "DEPTMEAS", "HOLEDEPTH", "HDEP", "DEPTHHOLE", "HDTH"),
-    "bit_depth": ("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "BPOS", "DEPTHBIT", "DBIT"),
-    "weight_on_bit": ("WOBA", "WOBX", "WOB", "SWOB", "WEIGHTONBIT"),
-    "flow": ("MFIA", "MFIP", "FLOWIN", "MUDFLOWIN", "FLWI", "TFLO", "MFI", "FLIN"),
-    "standpipe_pressure": ("SPPA", "SPP", "STANDPIPEPRESSURE", "SPPRESS"),
-    "hook_load": ("HKLA", "HKLX", "HKLD", "HKL", "HOOKLOAD", "HKLO"),
+    "torque_command": (
+        *("TQCMD", "TORQUECOMMAND", "TORQUECMD", "TQREF", "TORQUEREF", "TORQUESETPOINT", "TDTQCMD", "TQA", "TQX", "TQ"),
+        *("TORQUE", "STOR", "TORQ", "TRQ", "SURFTORQUE", "SURFACETORQUE", "TDTORQUE", "TDTRQ", "TDTQ", "ROTARYTORQUE"),
+        *("TOPDRIVETORQUE", "TORQUEABS", "TORQUEAVG", "DREHMOMENT", "MOMENT", "DREIEMOMENT"),
+    ),
+    "speed": (
+        *("RPMA", "RPM", "SURFRPM", "SURFACERPM", "ROTRPM", "TDRPM", "ROTARYSPEED", "ROTARYRPM", "TDSPEED", "SRPM"),
+        *("TOPDRIVERPM", "TOPDRIVESPEED", "RPMSURFACE", "RPMAVG", "ROTATION", "SPEED", "DREHZAHL", "TURTALL"),
+    ),
+    "speed_set": ("RPMSP", "RPMSET", "SETRPM", "TDRPMSP", "RPMSETPOINT", "SPEEDSETPOINT", "RPMREF", "TDRPMSET"),
+    "hole_depth": (
+        *("DMEA", "DEPTMEAS", "HOLEDEPTH", "HDEP", "DEPTHHOLE", "HDTH", "MEASUREDDEPTH", "HOLEDEPTHMD", "TOTALDEPTH"),
+        *("HOLE", "DEPTH", "TEUFE", "BOHRTEUFE", "HULLDYBDE", "DYBDE"),
+    ),
+    "bit_depth": (
+        *("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "BPOS", "DEPTHBIT", "DBIT", "BITPOSITION", "BITMD", "BIT"),
+        *("BITDYBDE", "MEISSELTEUFE", "MEIßELTEUFE"),
+    ),
+    "weight_on_bit": ("WOBA", "WOBX", "WOB", "SWOB", "WEIGHTONBIT", "SURFACEWOB", "WOBAVG"),
+    "flow": (
+        *("MFIA", "MFIP", "FLOWIN", "MUDFLOWIN", "FLWI", "TFLO", "MFI", "FLIN", "FLOW", "FLOWRATE", "PUMPFLOW"),
+        *("FLOWINRATE", "TOTALPUMPOUTPUT", "MUDFLOWINAVG"),
+    ),
+    "standpipe_pressure": ("SPPA", "SPP", "STANDPIPEPRESSURE", "SPPRESS", "PUMPPRESSURE", "STANDPIPE", "SPPAVG"),
+    "hook_load": ("HKLA", "HKLX", "HKLD", "HKL", "HOOKLOAD", "HKLO", "HOOKLOADAVG", "HAKENLAST", "KROKLAST"),
 }
-"""Names under which WITS, WITSML and recorders keep a channel, the likelier first, in capitals without signs.
+"""Names under which WITS, WITSML, recorders and offices keep a channel, the likelier first, in capitals without signs.
 An injected sweep has none."""
 SURE = {
     "torque_command": ("TQA",),
@@ -94,6 +110,14 @@ def _looks_like_date_format(text: str) -> bool:
 def key_of(name: str) -> str:
     """A name in capitals, without its unit and without signs."""
     return re.sub(r"[\W_]", "", split_unit(name)[0]).upper()
+
+
+def channel_column(channel: str, columns: Iterable[str]) -> str | None:
+    """The column that is named like the channel, the likeliest of several."""
+    by_key: dict[str, str] = {}
+    for column in columns:
+        by_key.setdefault(key_of(column), column)
+    return next((by_key[name] for name in MNEMONICS.get(channel, ()) if name in by_key), None)
 
 
 def surely(channel: str, columns: Iterable[str]) -> str | None:

@@ -62,7 +62,7 @@ def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> 
     stamps = log.stamps.view(np.int64)
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(str(path), stamps.size)
-    kept, left_out = _usable_rows(stamps, path)
+    kept, left_out = usable_rows(stamps, path)
     notes = [*log.notes, *mapping.notes, *left_out]
     whole = bool(np.all(kept))
     channels: dict[str, Array] = {}
@@ -92,7 +92,7 @@ def _values_of(log: Log, column: str, names: list[Channel], mapping: Mapping) ->
         return None, [(f"column '{column}' is not used for {', '.join(names)}: {error.what}", error.remedy)]
 
 
-def _usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
+def usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
     """Rows whose stamps are times of a rig, and a note on the others."""
     outside = outside_years(stamps)
     if np.mean(outside) > 0.5:

@@ -334,19 +334,31 @@ def judge(samples: Samples, columns: Mapping[Channel, MappedColumn], where: str)
 
 def unit_remedy(name: Channel, value: float, column: MappedColumn) -> str:
     """How to correct a channel at an unusual level (SI): the unit in which it would be a usual one, if there is any."""
-    si, bounds = CHANNEL_UNITS[name], RANGES[name]
-    stated = to_si_factor(column.unit, si)
-    read_as = {unit: value / stated * to_si_factor(unit, si) for unit in _UNITS[si]}
-    usual = {
-        unit: level for unit, level in read_as.items() if bounds.usual[0] <= level <= bounds.usual[1] and level != value
-    }
-    if not usual:
+    si = CHANNEL_UNITS[name]
+    found = likely_unit(name, value / to_si_factor(column.unit, si), column.unit)
+    if found is None:
         return f"Correct the unit or the column of {name} in the rig description"
-    unit = min(usual, key=lambda unit: abs(math.log(usual[unit] / bounds.typical)))
+    unit, level = found
     return (
-        f"If the column '{column.column}' holds {unit} it is {usual[unit]:.4g} {si}: write unit: {unit} in the rig "
+        f"If the column '{column.column}' holds {unit} it is {level:.4g} {si}: write unit: {unit} in the rig "
         "description; else correct its column"
     )
+
+
+def likely_unit(name: Channel, level: float, besides: str = "") -> tuple[str, float] | None:
+    """The unit, other than `besides`, in which a channel has a usual level, and that level in SI; None without one."""
+    si, bounds = CHANNEL_UNITS[name], RANGES[name]
+    excluded = to_si_factor(besides, si) if besides else None
+    factors = {unit: to_si_factor(unit, si) for unit in _UNITS[si]}
+    usual = {
+        unit: level * factor
+        for unit, factor in factors.items()
+        if bounds.usual[0] <= level * factor <= bounds.usual[1] and factor != excluded
+    }
+    if not usual:
+        return None
+    unit = min(usual, key=lambda unit: abs(math.log(usual[unit] / bounds.typical)))
+    return unit, usual[unit]
 
 
 def _level(samples: Samples, name: Channel) -> Measure | None:

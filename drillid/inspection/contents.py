@@ -1,0 +1,214 @@
+"""What one log file holds: its tables, times, columns with their channels and rates, gaps, and the sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from drillid.arrays import Floats, Integers
+from drillid.config.rig import CHANNEL_UNITS, CHANNELS, Channel, Clock, LogFile
+from drillid.errors import LogError
+from drillid.formats import Dialect, Header, format_of, headers, read_log
+from drillid.formats.mnemonics import channel_column
+from drillid.inspection.sweep import Sweep, find_sweep
+from drillid.records.channels import usable_rows
+from drillid.records.grid import Note
+from drillid.records.mapping import dialect_of, time_of
+from drillid.records.plausibility import likely_unit
+from drillid.units import to_si_factor
+
+_GAP = 5.0
+"""Usual intervals between rows beyond which there is a gap, and at least a second."""
+
+
+@dataclass(frozen=True)
+class ColumnContent:
+    """One column of numbers.
+
+    unit : as the file states it, else empty
+    missing : share of rows without a value
+    low, high : least and largest value
+    changes_hz : how often its value changes, per second
+    """
+
+    name: str
+    unit: str
+    missing: float
+    low: float
+    high: float
+    changes_hz: float
+
+
+@dataclass(frozen=True)
+class ChannelGuess:
+    """The column that is probably a channel; `guessed`: its unit is not the file's but one that fits its size."""
+
+    column: str
+    unit: str
+    guessed: bool = False
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a log file holds.
+
+    format : usual ending of the names of such files
+    table, tables : the table that was looked at, and all of them
+    first, last : UTC stamps
+    rate : rows per second
+    gaps : start (UTC) and length (s) of each
+    columns : columns of numbers
+    others : columns of text and times
+    channels : columns that are probably channels
+    notes : what readers decided
+    """
+
+    path: Path
+    format: str
+    table: str
+    tables: tuple[str, ...]
+    rows: int
+    first: np.datetime64
+    last: np.datetime64
+    rate: float
+    gaps: tuple[tuple[np.datetime64, float], ...]
+    columns: tuple[ColumnContent, ...]
+    others: tuple[str, ...]
+    channels: Mapping[Channel, ChannelGuess]
+    sweep: Sweep | None
+    notes: tuple[Note, ...]
+
+
+@dataclass
+class _Read:
+    """Columns of a table in order of time."""
+
+    stamps: Integers
+    numbers: dict[str, Floats]
+    units: dict[str, str]
+    notes: list[Note]
+    others: list[str] = field(default_factory=list)
+
+
+def contents(path: Path, clock: Clock, file: LogFile) -> list[Contents]:
+    """What each table of a log file with times holds.
+
+    Parameters
+    ----------
+    clock, file : what the user knows about its times and layout
+
+    Raises
+    ------
+    LogError
+        If it cannot be read, or its times leave a question open that the rig description must answer.
+    """
+    dialect = dialect_of(file)
+    tables = headers(path, dialect)
+    found, refused = list[Contents](), list[LogError]()
+    for header in tables:
+        own = dialect if len(tables) == 1 else dialect_of(file.model_copy(update={"table": header.table}))
+        try:
+            found.append(_contents(path, header, clock, own, tables))
+        except LogError as error:
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    return found
+
+
+def _contents(path: Path, header: Header, clock: Clock, dialect: Dialect, tables: Sequence[Header]) -> Contents:
+    read = _read(path, header, clock, dialect)
+    steps = np.diff(read.stamps) * 1e-9
+    usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.inf
+    wide = np.flatnonzero(steps > max(_GAP * usual, 1.0))
+    stamps = read.stamps.view("datetime64[ns]")
+    duration = max(float(read.stamps[-1] - read.stamps[0]) * 1e-9, usual)
+    recorded = max(duration - float(np.sum(steps[wide])), usual)
+    rate = (read.stamps.size - 1 - wide.size) / recorded
+    columns = {name: _column(name, values, read.units, recorded) for name, values in read.numbers.items()}
+    sweep = find_sweep(read.numbers, read.units, rate)
+    return Contents(
+        path,
+        format_of(path).SUFFIXES[0],
+        header.table,
+        tuple(each.table for each in tables),
+        read.stamps.size,
+        stamps[0],
+        stamps[-1],
+        rate,
+        tuple((stamps[at], float(steps[at])) for at in wide.tolist()),
+        tuple(columns.values()),
+        tuple(read.others),
+        _channels(read, sweep),
+        sweep,
+        tuple(read.notes),
+    )
+
+
+def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
+    """All columns but the times; those that hold no numbers are `others`."""
+    described = time_of(clock)
+    log = read_log(path, described, header.columns, dialect=dialect)
+    stamps = log.stamps.view(np.int64)
+    kept, left_out = usable_rows(stamps, path)
+    order = np.flatnonzero(kept)[np.argsort(stamps[kept], kind="stable")]
+    read = _Read(stamps[order], {}, log.units, [*log.notes, *left_out])
+    if np.any(np.diff(order) < 0):
+        what = f"{int(np.sum(order != np.sort(order)))} rows are not in the order of time, and are sorted"
+        read.notes.append((what, "None needed where the stamps are right"))
+    for name in (name for name in header.columns if name not in log.times):
+        try:
+            values = log.pop(name)[order]
+        except LogError:
+            read.others.append(name)
+            continue
+        if np.any(np.isfinite(values)):
+            read.numbers[name] = values
+        else:
+            read.others.append(name)
+    return read
+
+
+def _column(name: str, values: Floats, units: Mapping[str, str], seconds: float) -> ColumnContent:
+    known = values[np.isfinite(values)]
+    changes = int(np.sum(np.diff(known) != 0)) / seconds
+    missing = 1 - known.size / values.size
+    return ColumnContent(name, units.get(name, ""), missing, float(known.min()), float(known.max()), changes)
+
+
+def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
+    """Columns that are named like a channel and may be it by their unit, the sweep by its signal."""
+    found = dict[Channel, ChannelGuess]()
+    left = dict(read.numbers)
+    if sweep is not None:
+        level = sweep.rms
+        guess = _guess("torque_sweep", sweep.column, read.units.get(sweep.column, ""), level)
+        if guess is not None:
+            found["torque_sweep"] = guess
+            left.pop(sweep.column)
+    for name in CHANNELS:
+        column = None if name in found else channel_column(name, left)
+        if column is None:
+            continue
+        turning = np.abs(left[column][np.nan_to_num(left[column]) != 0])
+        level = float(np.median(turning)) if turning.size else 0.0
+        guess = _guess(name, column, read.units.get(column, ""), level)
+        if guess is not None:
+            found[name] = guess
+            left.pop(column)
+    return found
+
+
+def _guess(name: Channel, column: str, unit: str, level: float) -> ChannelGuess | None:
+    """A column as a channel in its unit, or in one that fits its size; None where its unit is of another kind."""
+    if not unit:
+        fitting = likely_unit(name, level)
+        return ChannelGuess(column, CHANNEL_UNITS[name] if fitting is None else fitting[0], guessed=True)
+    try:
+        to_si_factor(unit, CHANNEL_UNITS[name])
+    except ValueError:
+        return None
+    return ChannelGuess(column, unit)

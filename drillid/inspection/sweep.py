@@ -1,0 +1,118 @@
+"""The injected sweep among a log's columns, found by its signal: it has no mean, and repeats or fills a band."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import periodogram
+
+from drillid.arrays import Floats
+from drillid.spectra.periodic import sweep_period
+from drillid.units import to_si_factor
+
+_PIECE_S = 600.0
+"""Length of the piece of the log that is looked at, s."""
+_SHORTEST_S = 20.0
+_VISIBLE, _OFF_S = 0.05, 5.0
+"""A sweep that stays below so much of its usual amplitude for so long, s, is off."""
+_MEAN_SHARE = 0.2
+"""Largest mean of a sweep over its root mean square; measured torque has a mean many times its changes."""
+_POWER_OUTSIDE = 0.01
+"""Share of the power below the band, and above it."""
+_LOWEST_HZ, _HIGHEST_HZ = 0.02, 20.0
+"""Sweeps of torsional dynamics lie in between."""
+_NARROWEST = 1.3
+"""Ratio of the highest to the lowest frequency below which a signal is a tone and no sweep."""
+_NAMED = re.compile(r"sweep|inject|excit|dither|perturb|chirp|prbs|multisine|probing|stimul|testtorque", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The injected sweep of a log.
+
+    column : its name
+    period_s : 0 where it does not repeat within half of a piece of ten minutes
+    low_hz, high_hz : band that holds 98 % of its power
+    rms : while it is on, in the column's unit
+    on_share : share of the log's time during which it is on
+    """
+
+    column: str
+    period_s: float
+    low_hz: float
+    high_hz: float
+    rms: float
+    on_share: float
+
+    def __str__(self) -> str:
+        repeats = f"repeats every {self.period_s:.4g} s" if self.period_s else "does not repeat"
+        return f"{repeats}, {self.low_hz:.3g} to {self.high_hz:.3g} Hz, on {100 * self.on_share:.0f} % of the time"
+
+
+def find_sweep(columns: Mapping[str, Floats], units: Mapping[str, str], rate: float) -> Sweep | None:
+    """The column that holds the sweep; None where none looks like it.
+
+    Of several, one that repeats itself exactly, which measured signals do not, comes before one that only fills a band;
+    its name decides between equals.
+
+    Parameters
+    ----------
+    columns : values in order of time, each shape (row,)
+    units : of the columns, as the file states them; a column in another unit than one of torque is no sweep
+    rate : samples per second
+    """
+    found = []
+    for name, values in columns.items():
+        named = _NAMED.search(re.sub(r"[\W_]", "", name)) is not None
+        in_torque = None if name not in units else _is_torque(units[name])
+        sweep = None if in_torque is False else _as_sweep(name, values, rate)
+        # what neither repeats nor is named like a sweep may be any signal without mean
+        if sweep is not None and (sweep.period_s > 0 or named):
+            found.append(((sweep.period_s > 0) + 2 * named + bool(in_torque), sweep))
+    return max(found, key=lambda scored: scored[0])[1] if found else None
+
+
+def _is_torque(unit: str) -> bool:
+    try:
+        to_si_factor(unit, "N m")
+    except ValueError:
+        return False
+    return True
+
+
+def _as_sweep(name: str, values: Floats, rate: float) -> Sweep | None:
+    """A column as a sweep; None where it has a mean, is no oscillation, or a tone."""
+    known = np.nan_to_num(values)
+    usual = float(np.quantile(np.abs(known), 0.99))
+    piece = _longest_part(known, usual, rate)
+    rms = float(np.sqrt(np.mean(piece**2))) if piece.size else 0.0
+    if piece.size < _SHORTEST_S * rate or abs(np.mean(piece)) > _MEAN_SHARE * rms:
+        return None
+    frequency, density = periodogram(piece, rate, window="hann")
+    share = np.cumsum(density) / np.sum(density)
+    low, high = (float(frequency[np.searchsorted(share, edge)]) for edge in (_POWER_OUTSIDE, 1 - _POWER_OUTSIDE))
+    if low < _LOWEST_HZ or high > min(_HIGHEST_HZ, 0.45 * rate) or high < _NARROWEST * low:
+        return None
+    period = sweep_period(piece, rate, max(low, 1 / _SHORTEST_S))
+    return Sweep(name, period, low, high, rms, _on_share(known, usual, rate))
+
+
+def _longest_part(values: Floats, usual: float, rate: float) -> Floats:
+    """The longest part during which a signal is on, up to ten minutes of it."""
+    on = np.flatnonzero(np.abs(values) > _VISIBLE * usual)
+    if not usual > 0 or on.size == 0:
+        return values[:0]
+    breaks = np.flatnonzero(np.diff(on) > _OFF_S * rate)
+    first, last = on[np.concatenate([[0], breaks + 1])], on[np.concatenate([breaks, [on.size - 1]])]
+    longest = int(np.argmax(last - first))
+    return values[first[longest] : last[longest] + 1][: int(_PIECE_S * rate)]
+
+
+def _on_share(values: Floats, usual: float, rate: float) -> float:
+    """Share of intervals of five seconds in which the sweep is visible."""
+    width = max(int(_OFF_S * rate), 1)
+    whole = values[: values.size // width * width].reshape(-1, width)
+    return float(np.mean(np.max(np.abs(whole), axis=1) > _VISIBLE * usual)) if whole.size else 1.0

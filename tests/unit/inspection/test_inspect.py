@@ -1,0 +1,144 @@
+"""Unknown logs: what they hold is told, the sweep is found by its signal, and the draft reads them as it is."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from drillid.commands import app
+from drillid.config.rig import Clock, LogFile, Rig
+from drillid.config.settings import Settings
+from drillid.config.sheets import Well
+from drillid.datasets.store import WellFolders
+from drillid.inspection.inspect import Inspection, inspect
+from drillid.inspection.sweep import find_sweep
+from drillid.records.stage import process
+from tests.raw_logs import RATE, START, drilling, save
+from tests.unit.records.test_joining import slow_log, whole_log
+
+NAMES = {
+    "TQ": "Surface Torque (kN.m)",
+    "SWEEP": "AUX 3 (kN.m)",
+    "RPM": "Rotary RPM",
+    "SET": "RPM Setpoint",
+    "HOLE": "Hole Depth (ft)",
+    "BIT": "Bit Depth (ft)",
+    "FLOW": "Flow In (L/min)",
+}
+AT = np.arange(0, 120, 1 / RATE)
+SWEEP = 500 * np.sin(2 * np.pi * (0.1 + 0.05 * np.mod(AT, 40)) * np.mod(AT, 40))
+
+
+def inspected(*logs: Path, **clock: str) -> Inspection:
+    settings = Settings().model_copy(update={"windows": Settings().windows.model_copy(update={"length_s": 60.0})})
+    return inspect(logs, "Rig", Clock(**clock), LogFile(), settings)  # type: ignore[arg-type]
+
+
+def test_the_draft_reads_the_log_as_it_is(tmp_path: Path) -> None:
+    path = save(whole_log().rename(columns=NAMES), tmp_path / "log.csv")
+    found = inspected(path)
+    (contents,) = found.files
+    assert {name: guess.column for name, guess in contents.channels.items()} == {
+        "torque_command": NAMES["TQ"],
+        "torque_sweep": NAMES["SWEEP"],
+        "speed": NAMES["RPM"],
+        "speed_set": NAMES["SET"],
+        "hole_depth": NAMES["HOLE"],
+        "bit_depth": NAMES["BIT"],
+        "flow": NAMES["FLOW"],
+    }
+    assert contents.rate == pytest.approx(RATE)
+    assert contents.sweep is not None
+    assert contents.sweep.period_s == 40.0
+    assert contents.sweep.low_hz < 0.15
+    assert 3.5 < contents.sweep.high_hz < 4.5
+    assert found.windows == 6
+    assert found.problems == ()
+    (tmp_path / "rig.yaml").write_text(found.draft)
+    rig = Rig.from_yaml(tmp_path / "rig.yaml")
+    folders = WellFolders(tmp_path / "results", "W1")
+    assert process(Well("W1", rig, (path,)), folders, Settings()) == []
+    records = folders.read("records", "records")
+    np.testing.assert_allclose(records["torque_sweep"], whole_log()["SWEEP"] * 1e3, rtol=1e-5, atol=1e-3)
+    assert "check the unit: the file states none" in found.draft
+
+
+def test_slow_logs_are_drafted_as_logs_of_another_shape(tmp_path: Path) -> None:
+    log = whole_log()
+    fast = save(log.rename(columns=NAMES)[["Time", *list(NAMES.values())[:4]]], tmp_path / "stand 1.csv")
+    slow = [
+        save(slow_log(log, 37.4).rename(columns={"Hole": "DMEA (m)", "Speed": "RPMA"}), tmp_path / "1_depth.csv"),
+        save(slow_log(whole_log(START + pd.Timedelta(days=1))), tmp_path / "2_depth.csv"),
+    ]
+    found = inspected(fast, slow[0])
+    assert [other["files"] for other in yaml.safe_load(found.draft)["other_logs"]] == ["1_depth.csv"]
+    assert found.windows == 6
+    assert any("its clock is off this log's by +37.4" in what for _, what, _ in found.problems)
+    renamed = slow_log(whole_log(START + pd.Timedelta(days=1))).rename(columns={"Hole": "DMEA (m)", "Speed": "RPMA"})
+    save(renamed, slow[1])
+    assert [other["files"] for other in yaml.safe_load(inspected(fast, *slow).draft)["other_logs"]] == ["*_depth.csv"]
+
+
+def test_what_was_decided_about_times_is_stated_in_the_draft(tmp_path: Path) -> None:
+    log = drilling(30).rename(columns=NAMES)
+    stamps = (log["Time"] + pd.Timedelta(days=21)).dt.strftime("%d/%m/%Y %H:%M:%S.%f")
+    path = tmp_path / "log.csv"
+    log.rename(columns={"Time": "Tid"}).assign(Tid=stamps).to_csv(path, index=False, sep=";", decimal=",")
+    drafted = yaml.safe_load(inspected(path, zone="Europe/Oslo").draft)
+    assert drafted["time"] == {"column": "Tid", "format": "day first", "zone": "Europe/Oslo"}
+    assert drafted["file"] == {"decimal": ","}
+
+
+def test_the_sweep_is_found_by_its_signal_among_others() -> None:
+    noise = np.random.default_rng(5)
+    columns = {
+        "Torque": 9000 + SWEEP + noise.normal(0, 200, AT.size),
+        "Vibration": noise.normal(0, 300, AT.size),
+        "Tone": 400 * np.sin(2 * np.pi * AT),
+        "Weight": 1e5 + noise.normal(0, 1e3, AT.size),
+        "CH7": SWEEP,
+    }
+    found = find_sweep(columns, {}, RATE)
+    assert found is not None
+    assert (found.column, found.period_s) == ("CH7", 40.0)
+    assert found.rms == pytest.approx(500 / np.sqrt(2), rel=0.05)
+    assert find_sweep({name: values for name, values in columns.items() if name != "CH7"}, {}, RATE) is None
+    assert find_sweep(columns, {"CH7": "rpm"}, RATE) is None, "what is in rpm is no torque"
+
+
+def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
+    rough = np.convolve(np.random.default_rng(6).normal(size=AT.size + 14), np.hanning(15), "valid")
+    random = rough - np.convolve(rough, np.full(101, 1 / 101), "same")
+    assert find_sweep({"CH7": random}, {}, RATE) is None
+    found = find_sweep({"TQ_INJECTED": random, "CH7": random}, {}, RATE)
+    assert found is not None
+    assert (found.column, found.period_s) == ("TQ_INJECTED", 0.0)
+
+
+def test_gaps_text_and_what_is_missing_are_told(tmp_path: Path) -> None:
+    log = drilling(60).rename(columns=NAMES).assign(Activity="drilling")
+    log.loc[100:399, "Flow In (L/min)"] = np.nan
+    (contents,) = inspected(save(log.drop(index=range(1000, 1500)), tmp_path / "log.csv")).files
+    assert contents.others == ("Activity",)
+    assert [seconds for _, seconds in contents.gaps] == [pytest.approx(10.02)]
+    assert {column.name: round(column.missing, 2) for column in contents.columns}["Flow In (L/min)"] == 0.12
+    assert contents.rate == pytest.approx(RATE, rel=1e-3)
+
+
+def test_the_command_tells_drafts_and_writes(tmp_path: Path) -> None:
+    log = save(drilling(30).rename(columns=NAMES), tmp_path / "log.csv")
+    run = CliRunner().invoke(app, ["inspect", str(log), "--output", str(tmp_path / "rigs" / "r.yaml")])
+    assert run.exit_code == 0, run.output
+    assert "sweep in column 'AUX 3 (kN.m)': does not repeat" not in run.stdout
+    assert Rig.from_yaml(tmp_path / "rigs" / "r.yaml").name == "Rig"
+    told = json.loads(CliRunner().invoke(app, ["inspect", str(log), str(tmp_path / "none.csv"), "--json"]).stdout)
+    assert told["files"][0]["channels"]["speed"] == {"column": "Rotary RPM", "unit": "rpm", "guessed": True}
+    assert [row["what"] for row in told["refused"]] == ["does not exist"]
+    assert yaml.safe_load(told["draft"])["channels"]["hole_depth"] == {"column": "Hole Depth (ft)", "unit": "ft"}
+    refused = CliRunner().invoke(app, ["inspect", str(tmp_path / "none.csv")])
+    assert refused.exit_code == 1
+    assert "does not exist" in refused.stderr
