@@ -21,6 +21,11 @@ _DATES = ("STRTDATE", "STARTDATE", "STDATE", "SDAT", "SDATE", "DATESTART", "DATE
 _CLOCKS = ("STRTTIME", "STARTTIME", "STTIME", "STIM", "TIMESTART", "TIME", "TIM")
 
 
+_LOG_SECTION = re.compile(r"^~\s*LOG_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE)
+_AS_IN_2 = {"DEFINITION": "~Curve", "PARAMETER": "~Parameter"}
+"""Sections of LAS 3.0 by their names in LAS 2.0."""
+
+
 @dataclass(frozen=True)
 class LasHeader:
     """Curves of a LAS file and what the other sections say about its times.
@@ -58,6 +63,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
     """
     import lasio
 
+    text = _LOG_SECTION.sub(lambda match: _AS_IN_2[match[1].upper()], text)
     try:
         las: Any = lasio.read(io.StringIO(text), ignore_data=True, ignore_header_errors=True, mnemonic_case="preserve")
         version = {key_of(item.original_mnemonic): str(item.value).strip().upper() for item in las.version}
@@ -67,6 +73,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
         raise ValueError(f"its header is not that of a LAS file: {error}") from error
     if not curves:
         curves = [(name, "") for name in re.split(r"[\s,|]+", data_title.strip())[1:] if name]
+        curves = [] if re.match(r"~\s*LOG_DATA", data_title, re.IGNORECASE) else curves
     if not curves:
         raise ValueError("its section ~C names no curves")
     names = unique([name or f"column {at}" for at, (name, _) in enumerate(curves, 1)])

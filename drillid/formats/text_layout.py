@@ -230,13 +230,11 @@ def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> 
         example = next((cell for cell in sorted(cells) if "," in cell), "")
         what = f"numbers such as '{example}' are read with a decimal comma"
         yield what, "State file.decimal in the rig description where that is wrong"
-    grouped = next((cell for cell in sorted(cells) if _GROUPED.match(cell)), None)
-    if decimal is not None and grouped is not None and dialect.thousands is None:
-        sign = _GROUPED.match(grouped)
-        assert sign is not None
-        if sign[1] != decimal:
-            what = f"'{sign[1]}' in numbers such as '{grouped}' is taken to stand between thousands"
-            yield what, "State file.thousands in the rig description where that is wrong"
+    grouped = [(cell, match[1]) for cell in sorted(cells) if (match := _GROUPED.match(cell)) is not None]
+    cell, sign = next(((cell, sign) for cell, sign in grouped if sign != decimal), ("", ""))
+    if decimal is not None and cell and dialect.thousands is None:
+        what = f"'{sign}' in numbers such as '{cell}' is taken to stand between thousands"
+        yield what, "State file.thousands in the rig description where that is wrong"
 
 
 def decimal_of(cells: set[str]) -> str | None:

@@ -11,7 +11,7 @@ from typing import IO, Any
 
 from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import unique
-from drillid.formats.mnemonics import is_no_unit, split_unit
+from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
 
@@ -55,7 +55,9 @@ class _Log:
         """Whether the index is a time; of a log that does not say, what its index is called."""
         if self.index_type:
             return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", "elapsed time")
-        return "TIME" in (self.index_curve or (self.ordered()[0].mnemonic if self.curves else "")).upper()
+        ordered = self.ordered()
+        index = self.index_curve or (ordered[0].mnemonic if ordered else "")
+        return "TIME" in index.upper() or time_among([index]) is not None
 
     def ordered(self) -> list[_Curve]:
         """Curves in the order of the cells."""
