@@ -2,7 +2,7 @@
 
 from drillid.datasets.codes import Gate, Identifiability
 from drillid.datasets.declaration import DatasetSchema, Variable, each
-from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, STACKS
+from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, STACKS, row_key
 from drillid.datasets.measured import WINDOW_COORDINATES as WINDOW_COORDINATES
 from drillid.physics.parameters import PARAMETERS
 
@@ -10,6 +10,7 @@ from drillid.physics.parameters import PARAMETERS
 def _parameters(row: str) -> dict[str, Variable]:
     dims = (row, "parameter")
     return {
+        "key": row_key(row),
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
         "parameter_": Variable(("parameter_",), "str", "", "second axis of the correlations"),
         "value": Variable(dims, "float64", "", "fitted value, SI"),

@@ -9,6 +9,7 @@ import xarray as xr
 
 from drillid.arrays import Floats
 from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.reuse import completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
 from drillid.fits.datasheet import contradicted_controller, data_sheet, speed_controller
 from drillid.fits.joint.dataset import joint_dataset
@@ -31,7 +32,18 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     bit_depth = folders.read("windows", "windows")["bit_depth"].values
     controller = speed_controller(well.rig, spectra)
     rows = measured_rows(mobility)
-    fits = _fit_rows(rows, bit_depth, well.rig, controller, settings.fits, "window")
+
+    def completed_fits(name: str, contents: xr.Dataset, depth: Floats, dimension: str) -> xr.Dataset:
+        of_rows = zip(contents["key"].values.tolist(), depth.tolist(), strict=True)
+        keys, measured = row_keys(folders.basis, list(of_rows), vars(controller)), measured_rows(contents)
+
+        def make(missing: list[int]) -> xr.Dataset:
+            chosen = [measured[row] for row in missing]
+            return _fit_rows(chosen, depth[missing], well.rig, controller, settings.fits, dimension)
+
+        return completed(folders.earlier("fits", name), keys, dimension, make)
+
+    fits = completed_fits("fits", mobility, bit_depth, "window")
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
     gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
     folders.write("fits", "fits", fits, **gains)
@@ -40,8 +52,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     prior = first.prior(float(bit_depth[0])) if settings.fits.use_data_sheets else Prior.silent()
     joint, contradictions = joint_dataset(rows, known, bit_depth, prior, fits, settings.fits)
     folders.write("fits", "joint", joint)
-    stack_depth = stacks["hole_depth"].values
-    stack_fits = _fit_rows(measured_rows(stacks), stack_depth, well.rig, controller, settings.fits, "stack")
+    stack_fits = completed_fits("stack_fits", stacks, stacks["hole_depth"].values, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
     refused = [

@@ -11,7 +11,7 @@ from tests.nights import files, night, rig_file
 from tests.raw_logs import START, drilling, save, standstill
 
 SETTINGS = Settings.checked({"windows": {"length_s": 10.0}}, "test")
-STAGES = ("records", "windows", "spectra", "mobility")
+STAGES = ("records", "windows", "spectra", "mobility", "fits")
 
 
 def log(folder: Path, number: int, seed: int = 0) -> Path:
