@@ -1,13 +1,21 @@
 """Schemas of the stage discrepancy's datasets."""
 
 from drillid.datasets.declaration import DatasetSchema, Variable, each
-from drillid.datasets.measured import AT_FREQUENCIES, IN_WINDOWS, MOBILITY, WINDOW_COORDINATES, WINDOW_FREQUENCY
+from drillid.datasets.measured import (
+    AT_FREQUENCIES,
+    IN_WINDOWS,
+    MOBILITY,
+    WINDOW_COORDINATES,
+    WINDOW_FREQUENCY,
+    row_key,
+)
 
 DISCREPANCIES = DatasetSchema(
     "What the fitted models leave unexplained",
     {
         **IN_WINDOWS,
         **AT_FREQUENCIES,
+        "key": row_key("window"),
         "whitened_residual": Variable(
             WINDOW_FREQUENCY, "complex128", "1", "measured less fitted mobility, per deviation of a component"
         ),
@@ -32,6 +40,7 @@ EXAMINATIONS = DatasetSchema(
         **IN_WINDOWS,
         **AT_FREQUENCIES,
         "set": Variable(("set",), "int32", "", "number of the set in its well"),
+        "key": row_key("set"),
         "cause": Variable(("cause",), "str", "", "cause of the catalogue"),
         "cause_": Variable(("cause_",), "str", "", "second axis of the distinguishability matrix"),
         "port": Variable(("port",), "str", "", "where an unknown disturbance may act: ports, and data sheets"),

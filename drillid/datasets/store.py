@@ -76,7 +76,7 @@ class WellFolders:
         """Write the stage's memo for the runs to come."""
         path = self.stage(stage) / _MEMO
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(content))
+        path.write_text(json.dumps(content, sort_keys=True))
 
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage wrote the dataset; it did not where the well failed before."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
+from drillid.datasets.memory import WellInMemory
+from drillid.datasets.reuse import Memo
 from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
@@ -33,11 +36,21 @@ if TYPE_CHECKING:
 
 
 def gather_well(
-    rig: Rig, records: xr.Dataset, windows: xr.Dataset, spectra: xr.Dataset, mobility: xr.Dataset, fits: xr.Dataset
+    rig: Rig,
+    records: xr.Dataset,
+    windows: xr.Dataset,
+    spectra: xr.Dataset,
+    mobility: xr.Dataset,
+    fits: xr.Dataset,
+    memo: Memo | None = None,
 ) -> Evidence:
     """Evidence from the datasets of a well's stages, which hold the same windows.
 
     Windows with a fit have detections. All windows must share one bottom-hole assembly.
+
+    Parameters
+    ----------
+    memo : of detections in windows that have not changed since; None where nothing is kept
     """
     depth = windows["bit_depth"].values
     controller = speed_controller(rig, spectra)
@@ -49,14 +62,23 @@ def gather_well(
         )
     )
     rate = sample_rate(records)
-    fitted = fits["value"].values
-    kept = []
-    for row in range(depth.size):
+    fitted, periods = fits["value"].values, spectra["sweep_period"].values.tolist()
+
+    def detected(row: int) -> list[dict[str, Any]]:
         sweep, speed, command = window_channels(records, windows, row)
-        finite = all(np.isfinite(values).all() for values in (fitted[row], sweep, speed))
-        period = float(spectra["sweep_period"][row])
-        kept.append(WindowRecord(sweep, speed, command, rate, period, fitted[row], sheet.equipment) if finite else None)
-    return assembled(mobility, operating_points, sheet, fitted, all_detections(kept))
+        if not all(np.isfinite(values).all() for values in (fitted[row], sweep, speed)):
+            return []
+        record = WindowRecord(sweep, speed, command, rate, periods[row], fitted[row], sheet.equipment)
+        return [detection.content() for detection in detect(record)]
+
+    memo, known = memo or Memo(WellInMemory(), "discrepancy"), repr(sheet.equipment)
+    contents = [windows["key"].values.tolist(), fitted.tolist(), periods]
+    found = [
+        memo.result(memo.key("detections", content, rate, known), functools.partial(detected, row))
+        for row, content in enumerate(zip(*contents, strict=True))
+    ]
+    detections = [Detection.of(each, row) for row, of_window in enumerate(found) for each in of_window]
+    return assembled(mobility, operating_points, sheet, fitted, tuple(detections))
 
 
 def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:

@@ -1,9 +1,9 @@
-"""A well's windows as sets, one for each bottom-hole-assembly run, and the engine's verdicts on each."""
+"""A well's windows as sets of successive windows of one bottom-hole-assembly run, and the verdicts on each."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from drillid.config.rig import Rig
+    from drillid.datasets.reuse import Memo
     from drillid.datasets.store import WellFolders
+
+SET_WINDOWS = 24
+"""Windows of a set: the most that the sealed cases have, by which probabilities are calibrated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,32 +56,66 @@ class ExaminedSet:
     """Their rows in the well."""
     examination: Examination
 
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Verdicts of the examination."""
+        return self.examination.verdicts
+
+
+class VerdictsOnSet(Protocol):
+    """Windows of one run with the verdicts on them."""
+
+    @property
+    def rows(self) -> Indices:
+        """Their rows in the well."""
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The verdicts."""
+
 
 def window_sets(rig: Rig, windows: xr.Dataset, fits: xr.Dataset) -> list[Indices]:
-    """Rows of the windows with a fit, one set for each run that has any."""
+    """Rows of the windows with a fit, in sets of successive windows of one run.
+
+    A set has as many windows as the sets by which the engine's probabilities are calibrated, the last one of a run
+    between half and one and a half times as many. So a well that grows has sets that stay as they are.
+    """
     run = runs(rig, windows["bit_depth"].values)
     fitted = np.isfinite(fits["value"].values).all(axis=1)
-    return [rows for number in np.unique(run) if (rows := np.flatnonzero((run == number) & fitted)).size]
+    found = []
+    for number in np.unique(run):
+        rows = np.flatnonzero((run == number) & fitted)
+        ends = SET_WINDOWS * np.arange(1, max((rows.size + SET_WINDOWS // 2) // SET_WINDOWS, 1))
+        found += [part for part in np.split(rows, ends) if part.size]
+    return found
 
 
-def examine_well(data: WellData, error_rate: float, base_rates: BaseRates | None = None) -> list[ExaminedSet]:
-    """Examine every set of a well.
+def shared_error_rate(error_rate: float, sets: int) -> float:
+    """Error rate of each set of a well, whose number is rounded up to a power of two.
+
+    So verdicts on sets that have not changed stand until the number of sets passes the next power.
+    """
+    return error_rate / (1 << max(sets - 1, 0).bit_length())
+
+
+def examine_set(
+    data: WellData, rows: Indices, error_rate: float, base_rates: BaseRates | None = None, memo: Memo | None = None
+) -> ExaminedSet:
+    """Examine one set of a well.
 
     Parameters
     ----------
-    error_rate : probability that a well in which nothing is wrong gets a verdict other than none; the sets share it
+    rows : of its windows
+    error_rate : probability that a set in which nothing is wrong gets a verdict other than none
     base_rates : of causes, before the data are looked at
+    memo : of detections in windows that have not changed since
     """
-    sets = window_sets(data.rig, data.windows, data.fits)
-    return [
-        ExaminedSet(rows, examine(evidence_of(data.at(rows)), error_rate=error_rate / len(sets), base_rates=base_rates))
-        for rows in sets
-    ]
+    return ExaminedSet(rows, examine(evidence_of(data.at(rows), memo), error_rate=error_rate, base_rates=base_rates))
 
 
-def evidence_of(data: WellData) -> Evidence:
-    """Evidence from the windows of one run."""
-    return gather_well(data.rig, data.records, data.windows, data.spectra, data.mobility, data.fits)
+def evidence_of(data: WellData, memo: Memo | None = None) -> Evidence:
+    """Evidence from the windows of one set; `memo` as in `gather_well`."""
+    return gather_well(data.rig, data.records, data.windows, data.spectra, data.mobility, data.fits, memo)
 
 
 COLUMNS = (
@@ -101,14 +139,14 @@ def verdict_table(well: str, verdicts: Sequence[Verdict]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def all_verdicts(sets: Sequence[ExaminedSet], changes: Sequence[Verdict]) -> list[Verdict]:
+def all_verdicts(sets: Sequence[VerdictsOnSet], changes: Sequence[Verdict]) -> list[Verdict]:
     """Verdicts on sets and on intervals; the verdict none stays only where no interval of the set has a verdict."""
 
     def is_contradicted(verdict: Verdict) -> bool:
         overlaps = any(verdict.from_m <= change.to_m and change.from_m <= verdict.to_m for change in changes)
         return verdict.verdict == NONE and overlaps
 
-    verdicts = [verdict for examined in sets for verdict in examined.examination.verdicts]
+    verdicts = [verdict for examined in sets for verdict in examined.verdicts]
     return [*(verdict for verdict in verdicts if not is_contradicted(verdict)), *changes]
 
 
@@ -121,7 +159,7 @@ def read_verdicts(folders: WellFolders) -> pd.DataFrame:
 
 
 def window_verdicts(
-    sets: Sequence[ExaminedSet], changes: Sequence[Verdict], windows: xr.Dataset
+    sets: Sequence[VerdictsOnSet], changes: Sequence[Verdict], windows: xr.Dataset
 ) -> NDArray[np.object_]:
     """Verdicts that hold in each window, joined by +; empty where the window is in no set.
 
@@ -132,7 +170,7 @@ def window_verdicts(
     joined = np.full(windows.sizes["window"], "", dtype=object)
     depth = windows["hole_depth"].values
     for examined in sets:
-        verdicts = [verdict for verdict in (*examined.examination.verdicts, *changes) if verdict.verdict != NONE]
+        verdicts = [verdict for verdict in (*examined.verdicts, *changes) if verdict.verdict != NONE]
         for row in examined.rows:
             valid = (verdict.verdict for verdict in verdicts if verdict.from_m <= depth[row] <= verdict.to_m)
             joined[row] = " + ".join(valid) or NONE

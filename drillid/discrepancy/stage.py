@@ -11,10 +11,11 @@ import xarray as xr
 from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
+from drillid.datasets.reuse import Memo, completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
 from drillid.discrepancy.base_rates import stated_base_rates
-from drillid.discrepancy.products.dataset import examination_dataset
-from drillid.discrepancy.sets import WellData, all_verdicts, examine_well, verdict_table, window_verdicts
+from drillid.discrepancy.products.kept_sets import examine_well, joined
+from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
 from drillid.discrepancy.verdicts.verdict import Verdict
 from drillid.fits.datasheet import data_sheet, stored_controller
@@ -49,16 +50,25 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         for track, name in (("damping_pull", "damping_bha"), ("inertia_pull", "inertia_bha"))
     }
     p_values = [p_value for _, p_value in pulls.values()]
-    dataset = _residual_tests(data).assign(
+    keys = row_keys(folders.basis, data.fits["key"].values.tolist())
+    dataset = completed(
+        folders.earlier("discrepancy", "discrepancy"),
+        keys,
+        "window",
+        lambda rows: _residual_tests(data.at(np.array(rows))),
+    )
+    dataset = dataset.assign(
         {name: ("window", pull) for name, (pull, _) in pulls.items()}
         | {"flagged": ("window", flag(p_values, error_rate))}
-    )
+    ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
     table = intervals(data.windows, dataset, run)
-    sets = examine_well(data, error_rate, stated_base_rates(settings.discrepancy))
+    memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
+    sets = examine_well(data, error_rate, stated_base_rates(settings.discrepancy), memo, earlier)
     changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
-    folders.write("discrepancy", "examination", examination_dataset(sets, data, error_rate))
+    folders.write("discrepancy", "examination", joined(sets, data))
+    memo.save()
     folders.write_table("discrepancy", "intervals", table)
     folders.write_table("discrepancy", "verdicts", verdict_table(well.name, all_verdicts(sets, changes)))
     return _failed_tests(dataset.isel(window=data.fits["accepted"].values), error_rate)
@@ -83,8 +93,7 @@ def _residual_tests(data: WellData) -> xr.Dataset:
             "chi2_p_value": ("window", fits["fit_p_value"].values),
             "normality_p_value": ("window", p_values[0]),
             "whiteness_p_value": ("window", p_values[1]),
-        },
-        {name: mobility[name] for name in (*WINDOW_COORDINATES, "frequency")},
+        }
     )
 
 

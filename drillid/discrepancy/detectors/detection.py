@@ -1,6 +1,8 @@
 """Results of the detectors on one window's record."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,16 @@ class SpectralLines:
     size_error: NDArray[np.float32]
     """(L,) rad/s."""
 
+    def content(self) -> dict[str, Any]:
+        """What JSON holds of it."""
+        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Self:
+        """From what JSON holds of it."""
+        lines = {name: np.array(content[name], np.float32) for name in ("log_ratio", "size", "size_error")}
+        return cls(**{**content, **lines, "place": np.array(content["place"], np.int32)})
+
 
 @dataclass(frozen=True)
 class Detection:
@@ -51,3 +63,15 @@ class Detection:
     where there is none."""
     lines: SpectralLines | None = field(default=None, compare=False)
     """Of a tone, all lines that stand out; None for other causes."""
+
+    def content(self) -> dict[str, Any]:
+        """What JSON holds of it, without its window."""
+        found = {name: value for name, value in asdict(self).items() if name != "window"}
+        return found | {"lines": None if self.lines is None else self.lines.content()}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any], window: int) -> Self:
+        """From what JSON holds of it."""
+        shapes = tuple((size, error) for size, error in content["by_shape"])
+        lines = None if content["lines"] is None else SpectralLines.of(content["lines"])
+        return cls(**{**content, "by_shape": shapes, "lines": lines}, window=window)

@@ -51,6 +51,7 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
         {name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")}
         | {
             "set": np.arange(len(sets)),
+            "key": ("set", [""] * len(sets)),
             "cause": list(CATALOGUE),
             "cause_": list(CATALOGUE),
             "port": list(unknown.CHANNELS),
