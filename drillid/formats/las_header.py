@@ -24,6 +24,11 @@ _CLOCKS = ("STRTTIME", "STARTTIME", "STTIME", "STIM", "TIMESTART", "TIME", "TIM"
 _LOG_SECTION = re.compile(r"^~\s*LOG_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE)
 _AS_IN_2 = {"DEFINITION": "~Curve", "PARAMETER": "~Parameter"}
 """Sections of LAS 3.0 by their names in LAS 2.0."""
+_OF_THE_FILE = re.compile(r"export|creat|print|written|report|file", re.IGNORECASE)
+"""Words about a date that is that of the file and not of its data."""
+_NUMBERED = re.compile(r"^([^\S\r\n]*[^.:~#\s][^.:\r\n]*):(\d+(?=[^\S\r\n]*\.))", re.MULTILINE)
+_COLON = "\x1f"
+"""Stands for the colon in 'TQ:2', of which lasio knows nothing."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +68,20 @@ def read_header(text: str, data_title: str) -> LasHeader:
     """
     import lasio
 
+    text = _NUMBERED.sub(rf"\1{_COLON}\2", text)
     text = _LOG_SECTION.sub(lambda match: _AS_IN_2[match[1].upper()], text)
     try:
         las: Any = lasio.read(io.StringIO(text), ignore_data=True, ignore_header_errors=True, mnemonic_case="preserve")
         version = {key_of(item.original_mnemonic): str(item.value).strip().upper() for item in las.version}
         items = {key_of(str(item.original_mnemonic)): str(item.value).strip() for item in (*las.params, *las.well)}
-        curves = [(str(curve.original_mnemonic).strip(), str(curve.unit).strip()) for curve in las.curves]
+        of_the_file = {
+            key_of(str(item.original_mnemonic))
+            for item in (*las.params, *las.well)
+            if _OF_THE_FILE.search(str(item.descr))
+        }
+        curves = [
+            (str(curve.original_mnemonic).strip().replace(_COLON, ":"), str(curve.unit).strip()) for curve in las.curves
+        ]
     except Exception as error:  # lasio raises whatever it meets in a damaged header
         raise ValueError(f"its header is not that of a LAS file: {error}") from error
     if not curves:
@@ -79,7 +92,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
     names = unique([name or f"column {at}" for at, (name, _) in enumerate(curves, 1)])
     units = {name: unit for name, (_, unit) in zip(names, curves, strict=True) if not is_no_unit(unit)}
     time = _time(names, units)
-    start = None if time is None else _start(items)
+    start = None if time is None else _start({name: value for name, value in items.items() if name not in of_the_file})
     null = _number(items.get("NULL", ""))
     return LasHeader(
         names,

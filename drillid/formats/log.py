@@ -23,7 +23,8 @@ from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
 from drillid.formats.places import Places
 from drillid.formats.remote import local_file
-from drillid.formats.stamps import Stamps, Times, first_line
+from drillid.formats.stamps import Times, first_line
+from drillid.formats.time_columns import Stamps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

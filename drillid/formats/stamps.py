@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drillid.arrays import Integers
 from drillid.errors import LogError
@@ -15,12 +14,20 @@ from drillid.formats.counted_times import NoStart, from_numbers, unit_named
 from drillid.formats.description import Note, TimeColumn
 from drillid.formats.places import Places
 from drillid.formats.since import unit_since
-from drillid.formats.written_times import DAY_NS, ORDERS, UnclearDate, has_short_year, parse
+from drillid.formats.time_columns import (
+    Stamps,
+    all_aware,
+    is_aware,
+    is_number,
+    nanoseconds,
+    padded,
+    padded_clock,
+    zoned_stamps,
+)
+from drillid.formats.written_times import DAY_NS, ORDERS, UnclearDate, format_in, has_short_year, order_in, parse
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-Stamps = NDArray[np.datetime64]
+    pass
 
 _ISO = re.compile(r"^\d{4}(?:-\d{1,2}-\d{1,2}|\d{4})(?:[T ]|$)")
 _EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
@@ -74,7 +81,7 @@ class Times:
         column = table.column(self.column)
         if self.date is not None:
             return self._placed(self._joined(table.column(self.date), column), ambiguous)
-        zoned = _zoned_stamps(column) if self.described.format is None else None
+        zoned = zoned_stamps(column) if self.described.format is None else None
         if zoned is not None:
             return zoned, []
         return self._placed(self._naive(column), ambiguous)
@@ -93,7 +100,7 @@ class Times:
             return self._of_times(column)
         if pa.types.is_time(column.type) or pa.types.is_duration(column.type):
             return self._from_midnight(self._time_of_day(column))
-        if _is_number(column.type):
+        if is_number(column.type):
             return self._of_numbers(column)
         if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
             raise self._wrong(0, column[0].as_py())
@@ -166,7 +173,7 @@ class Times:
         cell = next((found for found in (each.as_py() for each in column) if found and found.strip()), "")
         if not cell:
             raise self._wrong(0, cell)
-        stated = self.described.format
+        stated = self._format()
         if stated is not None and stated not in ORDERS:
             return self._formatted(column, stated)
         if _NUMBER.match(cell.strip()) and not re.match(r"^(?:19|20)\d{12}(?:[.,]\d*)?$", cell.strip()):
@@ -183,7 +190,7 @@ class Times:
     def _parsed(self, column: Any, wrong: int | None, short: bool, pc: Any) -> Naive:
         """Times in a form other than ISO."""
         try:
-            found = parse(column, self.described.format)
+            found = parse(column, self._format())
         except UnclearDate as error:
             raise LogError(
                 self.places.cell(self.column, 0),
@@ -208,6 +215,15 @@ class Times:
             return Naive(found.since, found.zoned, notes)
         return self._from_midnight(found.since)
 
+    def _format(self) -> str | None:
+        """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
+        if self.described.format is not None:
+            return self.described.format
+        form = format_in(self.places.header.units.get(self.column, ""))
+        if form is None or "%y" in form:
+            return form
+        return order_in(form)
+
     def _decided(self, decided: str) -> Note:
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
         return what, "State time.format in the rig description where that is wrong"
@@ -217,14 +233,14 @@ class Times:
         import pandas as pd
 
         cells = column.to_pandas()
-        aware = pd.to_datetime(cells, errors="coerce", format="ISO8601", utc=_all_aware(cells))
+        aware = pd.to_datetime(cells, errors="coerce", format="ISO8601", utc=all_aware(cells))
         wrong = np.flatnonzero(aware.isna())
         if wrong.size:
             return int(wrong[0])
         if not pd.api.types.is_datetime64_any_dtype(aware.dtype):
-            return int(np.argmin(cells.map(_is_aware)))
+            return int(np.argmin(cells.map(is_aware)))
         zoned = aware.dt.tz is not None
-        return Naive(_nanoseconds(aware), zoned)
+        return Naive(nanoseconds(aware), zoned)
 
     def _formatted(self, column: Any, stated: str) -> Naive:
         import pandas as pd
@@ -243,8 +259,8 @@ class Times:
             row = int(wrong[0])
             raise self._wrong(row, cells.iloc[row], f"It is not of the format '{stated}' that time.format states")
         if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
-            return self._from_midnight(_nanoseconds(found) % DAY_NS)
-        return Naive(_nanoseconds(found), found.dt.tz is not None)
+            return self._from_midnight(nanoseconds(found) % DAY_NS)
+        return Naive(nanoseconds(found), found.dt.tz is not None)
 
     def _as_numbers(self, column: Any) -> Any:
         import pyarrow as pa
@@ -298,7 +314,12 @@ class Times:
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        if _is_number(dates.type):
+        form = format_in(self.places.header.units.get(self.column, ""))
+        if form is not None and "%y" in form and (is_number(dates.type) or pa.types.is_string(dates.type)):
+            self._check_complete(dates)
+            whole = dates.cast(pa.int64()) if is_number(dates.type) else dates
+            return self._formatted(pc.utf8_lpad(pc.cast(whole, pa.string()), 6, "0"), form)
+        if is_number(dates.type):
             self._check_complete(dates)
             numbers = dates.cast(pa.float64()).to_numpy()
             if np.all((numbers > 1.9e7) & (numbers < 2.1e7)):
@@ -336,15 +357,15 @@ class Times:
             width = pa.int32() if pa.types.is_time32(column.type) else pa.int64()
             counts = column.cast(width).cast(pa.int64()).to_numpy()
             return np.asarray(counts) * unit
-        if _is_number(column.type):
+        if is_number(column.type):
             numbers = column.cast(pa.float64()).to_numpy()
             if np.all((numbers >= 0) & (numbers < 1)):
                 return np.asarray(np.rint(numbers * (DAY_NS // 1000)).astype(np.int64) * 1000)
-            column = _padded_clock(column)
+            column = padded_clock(column)
         text = column.cast(pa.string())
         first = next((cell.as_py().strip() for cell in text if cell.is_valid), "")
         if re.fullmatch(r"\d{1,6}(?:[.,]\d*)?", first):
-            text = pc.replace_substring(_padded(text), ",", ".")
+            text = pc.replace_substring(padded(text), ",", ".")
             text = pc.replace_substring_regex(text, r"^(\d\d)(\d\d)(\d\d)", r"\1:\2:\3")
         found = parse(text)
         if found is None or not found.timed:
@@ -389,57 +410,3 @@ class Times:
 def first_line(error: BaseException) -> str:
     """The first line of an error's message."""
     return (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
-
-
-def _is_number(kind: Any) -> bool:
-    import pyarrow as pa
-
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind))
-
-
-def _zoned_stamps(column: Any) -> Stamps | None:
-    """The same for a column whose stamps all have a zone, in a fraction of the memory; None for any other."""
-    import pyarrow as pa
-
-    zoned_text = pa.types.is_string(column.type) and str(column[0]).endswith("Z")
-    if column.null_count or not (zoned_text or (pa.types.is_timestamp(column.type) and column.type.tz)):
-        return None
-    try:
-        whole = column.cast(pa.timestamp("ns", "UTC")).cast(pa.int64())
-    except pa.ArrowInvalid:
-        return None
-    return np.asarray(whole.to_numpy()).view("datetime64[ns]")
-
-
-def _is_aware(cell: object) -> bool:
-    return re.search(r"(?:Z|[+-]\d\d:?\d\d)$", str(cell)) is not None
-
-
-def _all_aware(cells: pd.Series[Any]) -> bool:
-    """Whether all stamps have a zone: a Z, or an offset such as +01:00, at their end."""
-    return bool(cells.astype(str).str.contains(r"(?:Z|[+-]\d\d:?\d\d)$", regex=True).all())
-
-
-def _nanoseconds(times: pd.Series[Any]) -> Integers:
-    bare = times.dt.tz_convert("UTC").dt.tz_localize(None) if times.dt.tz is not None else times
-    return np.asarray(bare.to_numpy(), dtype="datetime64[ns]").astype(np.int64)
-
-
-def _padded(text: Any) -> Any:
-    """Times of day such as 60001 with their leading zeros, as 060001."""
-    import pyarrow.compute as pc
-
-    whole = pc.replace_substring_regex(text, r"[.,].*$", "")
-    rest = pc.replace_substring_regex(text, r"^\d*", "")
-    return pc.binary_join_element_wise(pc.utf8_lpad(whole, 6, "0"), rest, "")
-
-
-def _padded_clock(column: Any) -> Any:
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    numbers = column.cast(pa.float64()).to_numpy()
-    whole = np.floor(numbers)
-    micro = np.rint((numbers - whole) * 1e6).astype(np.int64)
-    digits = pc.utf8_lpad(pc.cast(pa.array(whole.astype(np.int64)), pa.string()), 6, "0")
-    return pc.binary_join_element_wise(digits, pc.utf8_lpad(pc.cast(pa.array(micro), pa.string()), 6, "0"), ".")

@@ -39,6 +39,7 @@ _PATTERNS = (
     *(f"^{_CLOCK}{_BETWEEN}{_WEEKDAY}{date}$" for date in _DATES[:-1]),
     f"^{_CLOCK}{_ZONE}$",
 )
+_TOKENS = {"YYYY": "%Y", "YY": "%y", "MMM": "%b", "MM": "%m", "DD": "%d", "HH": "%H", "SSS": "%f", "SS": "%S"}
 _SHORT_YEAR = re.compile(r"^(?:\d{1,2}([-/.])\d{1,2}\1\d{2}|\d{1,2}[- ]?[A-Za-z]{3}[- ]?\d{2}|\d{6})(?!\d)(?![-/.:]\d)")
 
 
@@ -68,6 +69,26 @@ class UnclearDate(ValueError):
 def has_short_year(cell: str) -> bool:
     """Whether a date has a year of two digits."""
     return _SHORT_YEAR.match(cell.strip()) is not None
+
+
+def format_in(unit: str) -> str | None:
+    """The strptime format of a unit such as 'DD/MM/YY' or 'YYYY-MM-DD hh:mm:ss'; None of one without a date."""
+    text, found, clock = unit.strip().strip("{}[]()").upper(), "", False
+    while text:
+        token = next((token for token in _TOKENS if text.startswith(token)), text[0])
+        clock = clock or token == "HH"
+        if token not in _TOKENS and token not in " -/.:,T_":
+            return None
+        found += "%M" if clock and token == "MM" else _TOKENS.get(token, token)
+        text = text[len(token) :]
+    return found if "%d" in found and re.search("%[mb]", found) and re.search("%[yY]", found) else None
+
+
+def order_in(form: str) -> str | None:
+    """The order of day and month in a strptime format; None where it leaves no doubt by itself."""
+    if form.startswith("%Y") or "%b" in form:
+        return None
+    return DAY_FIRST if form.index("%d") < form.index("%m") else MONTH_FIRST
 
 
 def parse(cells: Any, order: str | None = None) -> Written | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,6 +21,8 @@ STREAMS = True
 
 _BLOCK = 2**18
 _LINES = 20_000
+_OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
+_DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _TIME_INDEX = "date time"
 
 
@@ -105,9 +108,10 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     if not tables:
         raise ValueError("it is no WITSML document with a log")
     found = []
-    for number, logs in enumerate(tables.values()):
-        log, first = logs[0]
-        table = "" if len(tables) == 1 else (log.name or log.uid or f"log {number + 1}")
+    names = unique([log.name or log.uid or f"log {number}" for number, ((log, _), *_) in enumerate(tables.values(), 1)])
+    for name, logs in zip(names, tables.values(), strict=True):
+        _, first = logs[0]
+        table = "" if len(tables) == 1 else name
         units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
         nulls = tuple(dict.fromkeys(null for _, columns in logs for null in columns.nulls))
         found.append(Header(first.names, units, table=table, time=first.time, nulls=nulls, layout=set(first.names)))
@@ -167,6 +171,8 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
     try:
         return read(as_text | dict.fromkeys(numeric, pa.float64()))
     except pa.ArrowInvalid:
+        # writers leave out empty cells at the end of a row
+        lines = [line + delimiter * max(0, len(names) - 1 - line.count(delimiter)) for line in lines]
         return with_numbers(read(as_text), numeric, ".", None, delimiter)
 
 
@@ -202,9 +208,13 @@ def _documents(path: Path, lines: bool) -> Iterator[tuple[_Log, list[str]]]:
     from defusedxml import DefusedXmlException
     from defusedxml.expatreader import DefusedExpatParser
 
-    handler = _handler(lines)
-    parser = DefusedExpatParser(forbid_dtd=True)
-    parser.setContentHandler(handler)
+    def new_parser(handler: Any) -> Any:
+        parser = DefusedExpatParser(forbid_dtd=True)
+        parser.setContentHandler(handler)
+        return parser
+
+    handler = _handler(lines, new_parser)
+    parser = new_parser(handler)
     try:
         with opened(path) as content:
             yield from _fed(parser, handler, content, path)
@@ -230,7 +240,7 @@ def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[
     yield from handler.taken()
 
 
-def _handler(lines: bool) -> Any:
+def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
     """A handler of XML events that collects logs; made here so that the library is imported late."""
     from xml.sax.handler import ContentHandler
 
@@ -261,6 +271,8 @@ def _handler(lines: bool) -> Any:
         def startElement(self, name: str, attrs: Any) -> None:
             """Begin of an element."""
             local = name.rpartition(":")[2]
+            if local in _OF_VERSION_2:
+                raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
             if local == "log":
                 self.log, self.seen = _Log(uid=attrs.get("uid", "")), False
             elif local == "logCurveInfo":
@@ -278,8 +290,17 @@ def _handler(lines: bool) -> Any:
             """End of an element."""
             local = name.rpartition(":")[2]
             text, self.text = "".join(self.text or ()), None
+            if local == "XMLout":
+                # the answer of a WITSML server holds the document as text
+                inner = new_parser(self)
+                inner.feed(_DECLARATION.sub("", text, count=1).encode())
+                inner.close()
             if self.log is None:
                 return
+            if local == "mnemonicList" and self.rows:
+                # further data of the log, which may list other curves
+                self._hand_over()
+                self.log = replace(self.log)
             if local == "data":
                 if lines:
                     self.rows.append(text.strip())
