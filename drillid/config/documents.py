@@ -10,6 +10,7 @@ import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from drillid.config import examples
 from drillid.config.bounds import text_of_bounds
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.config.settings import Settings
@@ -37,6 +38,7 @@ List wells in `wells.tsv`, their log files in `logs.tsv`, and describe each rig 
 `snakemake --workflow-profile workflow/profiles/default`. Unknown keys are rejected, and the likely one is named.
 Another configuration, such as `config/demo/config.yaml`, contains only what differs: add `--configfile <path>`.
 Profiles set the section `fleet`, which spreads the work and does not change results."""
+
 _EXAMPLE = """name: Rig 7
 time: {column: Time, zone: UTC, sample_rate: 50 Hz}
 channels:
@@ -165,6 +167,9 @@ def config_readme() -> str:
     lines += [
         f"| {name} | {unit} | {'yes' if name in REQUIRED_CHANNELS else ''} |" for name, unit in CHANNEL_UNITS.items()
     ]
+    lines += ["", "## Logs of other shapes", "", *textwrap.wrap(examples.FORMATS, _WIDTH)]
+    for shape, keys in examples.SHAPES.items():
+        lines += ["", f"{shape}:", "", "```yaml", *keys.splitlines(), "```"]
     return "\n".join(lines) + "\n"
 
 

@@ -7,6 +7,7 @@ from typing import Any, get_args
 import pytest
 import yaml
 
+from drillid.config import examples
 from drillid.config.rig import CHANNEL_UNITS, Clock, LogFile, Rig
 from drillid.errors import SettingsError
 from drillid.formats import Dialect, TimeColumn
@@ -161,3 +162,8 @@ def test_users_can_state_whatever_readers_can_do() -> None:
     assert LogFile(delimiter="tab").delimiter == "\t"
     assert set(SURE) <= set(MNEMONICS) <= set(CHANNEL_UNITS)
     assert {channel: SURE[channel][0] in MNEMONICS[channel] for channel in SURE} == dict.fromkeys(SURE, True)
+
+
+@pytest.mark.parametrize("keys", examples.SHAPES.values())
+def test_examples_in_the_documentation_are_valid(keys: str) -> None:
+    Rig.checked(changed(**yaml.safe_load(keys)), "example")
