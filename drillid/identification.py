@@ -179,7 +179,7 @@ class Identification:
             remedy = "See the column reason of the fits, and the problems"
             raise EstimationError(self.well.name, "the fit of no window is accepted", remedy)
         last = accepted.isel(window=-1)
-        sheet = data_sheet(self.well.rig, stored_controller(accepted), float(last["hole_depth"]))
+        sheet = data_sheet(self.well.rig, stored_controller(last), float(last["hole_depth"]))
         error = last["standard_error"].values
         covariance = last["correlation"].values * np.outer(error, error)
         return tune(sampled_systems(last["value"].values, covariance, sheet.equipment), family)

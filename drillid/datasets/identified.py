@@ -24,6 +24,8 @@ def _parameters(row: str) -> dict[str, Variable]:
         "correlation": Variable(
             (row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"
         ),
+        "gain": Variable(("gain",), "str", "", "gain of the speed control"),
+        "gain_value": Variable((row, "gain"), "float64", "", "gain that was fitted within what is known of it, SI"),
         "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_p_value": Variable((row,), "float64", "1", "p-value of chi-squared under the fitted model"),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def identified_models(
     rig: Rig,
-    controller: Controller,
+    controllers: Sequence[Controller],
     parameters: Floats,
     bit_depth: Floats,
     extended: Mapping[int, WindowModel] | None = None,
@@ -35,19 +35,21 @@ def identified_models(
 
     Parameters
     ----------
+    controllers : of each depth
     parameters : shape (depth, 8), SI
     bit_depth : shape (depth,), m
     extended : models of the rows in which a cause was named, which replace those of the parameters
     """
 
-    def model(row: int, values: Floats, depth: float) -> WindowModel | None:
+    def model(row: int, controller: Controller, values: Floats, depth: float) -> WindowModel | None:
         if extended is not None and row in extended:
             return extended[row]
         if np.isnan(values).any():
             return None
         return WindowModel(drilling_system(values, data_sheet(rig, controller, depth).equipment), Recording())
 
-    return [model(row, *each) for row, each in enumerate(zip(parameters, bit_depth.tolist(), strict=True))]
+    each = zip(controllers, parameters, bit_depth.tolist(), strict=True)
+    return [model(row, *given) for row, given in enumerate(each)]
 
 
 def identified_responses(

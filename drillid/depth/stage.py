@@ -74,7 +74,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     discrepancy = folders.read("discrepancy", "discrepancy").load()
     models = identified_models(
         well.rig,
-        stored_controller(fits),
+        [stored_controller(fits.isel(window=row)) for row in range(fits.sizes["window"])],
         fits["value"].values,
         windows["bit_depth"].values,
         identified_window_models(folders.read("discrepancy", "examination").load()),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,8 +19,8 @@ from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import DataSheet, data_sheet, speed_controller
-from drillid.fits.window_fit import fit, measured_rows
+from drillid.fits.datasheet import DataSheet, data_sheet, stated_controller, stored_controller, with_logged_gains
+from drillid.fits.window_fit import fit, measured_rows, with_fitted_gains
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.responses import closed_loop_responses
 from drillid.spectra.cross_spectra import stacked
@@ -53,8 +53,7 @@ def gather_well(
     memo : of detections in windows that have not changed since; None where nothing is kept
     """
     depth = windows["bit_depth"].values
-    controller = speed_controller(rig, spectra)
-    sheet = data_sheet(rig, controller, float(np.nanmedian(depth)))
+    sheet = data_sheet(rig, stated_controller(rig, spectra), float(np.nanmedian(depth)))
     operating_points = OperatingPoints(
         *(
             windows[name].values.astype(float)
@@ -68,13 +67,14 @@ def gather_well(
         sweep, speed, command = window_channels(records, windows, row)
         if not all(np.isfinite(values).all() for values in (fitted[row], sweep, speed)):
             return []
-        record = WindowRecord(sweep, speed, command, rate, periods[row], fitted[row], sheet.equipment)
+        record = WindowRecord(sweep, speed, command, rate, periods[row], fitted[row], known[row])
         return [detection.content() for detection in detect(record)]
 
-    memo, known = memo or Memo(WellInMemory(), "discrepancy"), repr(sheet.equipment)
-    contents = [windows["key"].values.tolist(), fitted.tolist(), periods]
+    known = [replace(sheet.equipment, controller=stored_controller(fits.isel(window=row))) for row in range(depth.size)]
+    memo = memo or Memo(WellInMemory(), "discrepancy")
+    contents = [windows["key"].values.tolist(), fitted.tolist(), periods, map(repr, known)]
     found = [
-        memo.result(memo.key("detections", content, rate, known), functools.partial(detected, row))
+        memo.result(memo.key("detections", content, rate), functools.partial(detected, row))
         for row, content in enumerate(zip(*contents, strict=True))
     ]
     detections = [Detection.of(each, row) for row, of_window in enumerate(found) for each in of_window]
@@ -150,18 +150,18 @@ def gather(
     periods = np.array([sweep_period(window.sweep, rate, settings.spectra.frequency_minimum_hz) for window in windows])
     spectra = _spectra(windows, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    known = sheet.equipment
-    fitted = np.stack(
-        [
-            fit(measured, known, sheet.prior(float(depth)), settings.fits).value
-            for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)
-        ]
-    )
-    rows = zip(windows, periods, fitted, strict=True)
-    records = [
-        WindowRecord(*_channels(window), rate, float(period), own, known) if np.isfinite(own).all() else None
-        for window, period, own in rows
+    known = with_logged_gains(sheet, spectra)
+    fits = [
+        fit(measured, known.equipment, known.prior(float(depth)), settings.fits)
+        for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)
     ]
+    records = [
+        WindowRecord(*_channels(window), rate, float(period), own.value, with_fitted_gains(known.equipment, own.gains))
+        if np.isfinite(own.value).all()
+        else None
+        for window, period, own in zip(windows, periods, fits, strict=True)
+    ]
+    fitted = np.stack([own.value for own in fits])
     return assembled(mobility, operating_points, sheet, fitted, all_detections(records))
 
 

@@ -77,12 +77,12 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 def _residual_tests(data: WellData) -> xr.Dataset:
     """Whitened residuals of every window's own fit, and the p-values of their tests."""
     fits, mobility = data.fits, data.mobility
-    controller = stored_controller(fits)
     residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
     p_values = np.full((2, residual.shape[0]), np.nan)
     for row, measured in enumerate(measured_rows(mobility)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
+            controller = stored_controller(fits.isel(window=row))
             known = data_sheet(data.rig, controller, float(data.windows["bit_depth"][row])).equipment
             white = whitened_residuals(measured, parameters, known)
             residual[row, mobility["gate"].values[row] == Gate.USED] = white

@@ -163,7 +163,7 @@ def command_mobility_fitted(results: WellResults) -> Figure:
 
 def _draw_fitted_stack(results: WellResults, row: int, amplitude: Axes, phase: Axes, bit: Axes) -> None:
     fit, frequency = results.stack_fits.isel(stack=row), results.depth["frequency"].values
-    equipment = data_sheet(results.rig, stored_controller(results.fits), float(fit["hole_depth"])).equipment
+    equipment = data_sheet(results.rig, stored_controller(fit), float(fit["hole_depth"])).equipment
     system, s = drilling_system(fit["value"].values, equipment), laplace(frequency)
     fitted = command_mobility(system, s)
     line: dict[str, Any] = {"color": "black", "linewidth": 1.4, "linestyle": "-" if bool(fit["accepted"]) else ":"}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Floats
+from drillid.arrays import Complex, Floats
 from drillid.datasets.store import Problem
 from drillid.errors import EstimationError
 from drillid.fits.window_fit import Prior
@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 _CONTRADICTION = 4.0
 """Standard deviations between log and data sheets that tolerances do not explain."""
+_LEAST_GAIN_ERROR = 1e-9
+"""N m s/rad or N m/rad, in place of zero."""
+CLOCK_ERROR = 0.002
+"""s, usual offset between the clocks of speed and torque."""
+COMMAND_BANDS = 40
+"""Bands in which the error of the control's response that all windows have in common is independent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +37,8 @@ class DataSheet:
     controller: Controller
     controller_relative: float = 0.02
     """Of both gains."""
+    gain_errors: tuple[float, float] | None = None
+    """Of P and of I, relative, where the logged command tells more of them than the data sheet."""
     collar_length: float = 0.0
     """m; 0 without collars."""
     collar_polar_moment: float = 0.0
@@ -48,7 +56,7 @@ class DataSheet:
     polar_moment_error: float = np.inf
     length_relative: float = np.inf
     """Of the pipe's length as waves see it."""
-    clock_error: float = 0.002
+    clock_error: float = CLOCK_ERROR
     """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
 
     @property
@@ -61,7 +69,8 @@ class DataSheet:
         length = bit_depth - self.collar_length
         stated = {place: (getattr(self, name), getattr(self, f"{name}_error")) for name, place in _STATED.items()}
         stated[LENGTH] = (length, self.length_relative * length)
-        prior = Prior.silent()
+        errors = self.gain_errors or (self.controller_relative, self.controller_relative)
+        prior = replace(Prior.silent(), gains=np.array(errors))
         for place, (value, error) in stated.items():
             if np.isfinite(error):
                 prior.value[place], prior.error[place] = value, error
@@ -74,7 +83,7 @@ _STATED = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMEN
 
 def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
     """Equipment and prior of a rig with the bit at `bit_depth` (m); `controller` is stated, or read from the log."""
-    stated: dict[str, float] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
+    stated: dict[str, Any] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
     if rig.drive_delay:
         stated |= {"delay": rig.drive_delay.value, "delay_error": rig.drive_delay.tolerance}
     if rig.top_drive_inertia:
@@ -91,7 +100,7 @@ def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
     return DataSheet(controller, **stated)
 
 
-def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
+def stated_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
     """The controller on the rig's data sheets or, where they are silent, P and I read from the logged torque command.
 
     Raises
@@ -102,37 +111,75 @@ def speed_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
     if rig.controller:
         stated = rig.controller
         return Controller(stated.proportional, stated.integral, stated.speed_filter, stated.torque_filter)
-    gains = logged_gains(spectra, Controller(0.0))
-    if not gains.size:
+    logged = logged_gains(spectra, Controller(0.0))
+    if logged is None:
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
-    proportional, integral = np.median(gains, axis=0)
-    return Controller(float(proportional), float(integral))
+    proportional, integral = logged[0].tolist()
+    return Controller(proportional, integral)
 
 
-def stored_controller(fits: xr.Dataset) -> Controller:
-    """The controller that the fits took as given."""
+def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
+    """The data sheet with its gains and those of the logged command taken together, each by its own error."""
+    logged = logged_gains(spectra, sheet.controller)
+    if logged is None:
+        return sheet
+    gains, covariance = logged
+    stated = np.array([sheet.controller.proportional, sheet.controller.integral])
+    precision = np.diag(1 / np.maximum(sheet.controller_relative * np.abs(stated), _LEAST_GAIN_ERROR) ** 2)
+    together = np.linalg.inv(precision + np.linalg.inv(covariance))
+    mean = stated + together @ np.linalg.solve(covariance, gains - stated)
+    errors = np.sqrt(np.diag(together)) / np.maximum(np.abs(mean), _LEAST_GAIN_ERROR)
+    controller = replace(sheet.controller, proportional=float(mean[0]), integral=float(mean[1]))
+    return replace(sheet, controller=controller, gain_errors=(float(errors[0]), float(errors[1])))
+
+
+def stored_controller(fit: xr.Dataset) -> Controller:
+    """The controller of one window's fit, with the gains found there; `fit` is that row of the fits."""
     prefix = "controller_"
-    return Controller(
-        **{str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)}
-    )
+    known = {str(name)[len(prefix) :]: value for name, value in fit.attrs.items() if str(name).startswith(prefix)}
+    proportional, integral = fit["gain_value"].values.tolist()
+    return replace(Controller(**known), proportional=proportional, integral=integral)
 
 
-def logged_gains(spectra: xr.Dataset, filters: Controller) -> Floats:
-    """P (N m s/rad) and I (N m/rad) of each window that logs the torque command, shape (windows with it, 2).
+def logged_gains(spectra: xr.Dataset, filters: Controller) -> tuple[Floats, Floats] | None:
+    """P (N m s/rad) and I (N m/rad), (2,), from the logged torque command, and their covariance (2, 2).
 
-    The command less the sweep is −A H times the speed, without noise, whatever the string does:
-    P + I/s is fitted to it by least squares, with the filters taken as given.
+    The command less the sweep is −A H times the speed, without the rig's noise, whatever the string does: P + I/s is
+    fitted to it by least squares, with the filters taken as given and an offset between the clocks of command and
+    speed, as long as these usually are, left free. The gains are the median of all windows'. What is left over is an
+    error that all windows have in common and that is independent in COMMAND_BANDS bands, from the sampling of the
+    control and from interpolated rows; more windows do not reduce it. None where no command is logged.
     """
     s = laplace(spectra["frequency"].values)
     taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
     unfiltered = taken_back.values * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
     weight = np.abs(spectra["cross_speed"].values)
-    design = np.stack([np.ones_like(s), 1 / s], axis=1) * weight[..., None]
-    rows = np.concatenate([design.real, design.imag], axis=-2)
-    target = np.concatenate([(unfiltered * weight).real, (unfiltered * weight).imag], axis=-1)
-    logged = np.isfinite(target).all(axis=1) & np.isfinite(rows).all(axis=(1, 2))
-    gains: Floats = np.matvec(np.linalg.pinv(rows[logged]), target[logged])
-    return gains
+    logged = np.isfinite(unfiltered).all(axis=1) & np.isfinite(weight).all(axis=1)
+    if not logged.any():
+        return None
+    found = [_gains_of_window(*row, s) for row in zip(unfiltered[logged], weight[logged], strict=True)]
+    gains, covariances = (np.stack(part) for part in zip(*found, strict=True))
+    return np.median(gains, axis=0), np.mean(covariances, axis=0)
+
+
+def _gains_of_window(response: Complex, weight: Floats, s: Complex) -> tuple[Floats, Floats]:
+    """P and I of one window (2,), with covariance (2, 2), from the control's response and its weight (frequency,)."""
+    target = _real(response * weight)
+    design = np.stack([_real(part * weight) for part in (np.ones_like(s), 1 / s)], axis=1)
+    first = np.linalg.lstsq(design, target)[0]
+    late = _real(s * (first[0] + first[1] / s) * weight)
+    design = np.column_stack([design, late])
+    lines = max(s.size / COMMAND_BANDS, 1.0)
+    variance = float(np.mean((target - design @ np.linalg.lstsq(design, target)[0]) ** 2)) * lines
+    variance = max(variance, 1e-12 * float(np.mean(target**2)))
+    precision = design.T @ design / variance + np.diag([0.0, 0.0, CLOCK_ERROR**-2.0])
+    covariance: Floats = np.asarray(np.linalg.inv(precision), dtype=float)
+    return (covariance @ (design.T @ target) / variance)[:2], covariance[:2, :2]
+
+
+def _real(values: Complex) -> Floats:
+    """Real parts, then imaginary parts."""
+    return np.concatenate([values.real, values.imag])
 
 
 def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
@@ -140,11 +187,11 @@ def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
     if rig.controller is None:
         return []
     stated = np.array([rig.controller.proportional, rig.controller.integral])
-    gains = logged_gains(spectra, speed_controller(rig, spectra))
-    if not gains.size:
+    logged = logged_gains(spectra, stated_controller(rig, spectra))
+    if logged is None:
         return []
-    found = np.median(gains, axis=0)
-    error = np.hypot(rig.controller.relative * stated, np.std(gains, axis=0) / np.sqrt(len(gains)))
+    found, covariance = logged
+    error = np.hypot(rig.controller.relative * stated, np.sqrt(np.diag(covariance)))
     if np.all(np.abs(found - stated) <= _CONTRADICTION * error):
         return []
     return [

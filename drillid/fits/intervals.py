@@ -30,12 +30,13 @@ _LARGEST_FACTOR = 4.0
 
 @compiled
 def _spread(point: Floats, gradient: Floats, hessian: Floats, low: Floats, high: Floats, i: int, step: Floats) -> float:
-    """Standard deviation of a parameter from the curvature, and the steps of all others for one of its own, (8,).
+    """Standard deviation of a parameter from the curvature, and the steps of all others for one of its own, (n,).
 
     Others that are pushed against a bound stay there.
     """
-    free, nothing = np.ones(SIZE, np.bool_), np.zeros(SIZE)
-    for j in range(SIZE):
+    size = point.size
+    free, nothing = np.ones(size, np.bool_), np.zeros(size)
+    for j in range(size):
         pushed = (point[j] <= low[j] and gradient[j] > 0.0) or (point[j] >= high[j] and gradient[j] < 0.0)
         free[j] = j != i and not pushed
         step[j] = 0.0
@@ -43,8 +44,8 @@ def _spread(point: Floats, gradient: Floats, hessian: Floats, low: Floats, high:
     if not solve_free(hessian, nothing, free, step):
         return math.nan
     rise = 0.0
-    for j in range(SIZE):
-        for k in range(SIZE):
+    for j in range(size):
+        for k in range(size):
             rise += step[j] * hessian[j, k] * step[k]
     return 1.0 / math.sqrt(max(rise, 1e-30))
 
@@ -90,10 +91,11 @@ def interval_end(
     Newton's method on z = √(2 (profile − least)), which is nearly a straight line; its slope is that of the cost, as
     the others are at their best.
     """
-    held = np.zeros(SIZE, np.bool_)
+    size = optimum.size
+    held = np.zeros(size, np.bool_)
     held[i] = True
-    step = np.empty(SIZE)
-    point_gradient, point_hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    step = np.empty(size)
+    point_gradient, point_hessian = np.empty(size), np.empty((size, size))
     bound: float = high[i] if direction > 0 else low[i]
     spread = _spread(optimum, gradient, hessian, low, high, i, step)
     reach = abs(bound - optimum[i])
@@ -104,7 +106,7 @@ def interval_end(
     point = optimum.copy()
     before = 0.0
     for _ in range(_TRIALS):
-        for j in range(SIZE):
+        for j in range(size):
             if j != i:
                 point[j] = min(max(point[j] + step[j] * direction * (away - before), low[j]), high[j])
         point[i] = bound if away == reach else optimum[i] + direction * away
@@ -134,9 +136,10 @@ def interval_end(
 @compiled
 def _widen(optimum: Floats, least: float, data: Data, low: Floats, high: Floats, one: int, ends: Floats) -> None:
     """Widen intervals (2, 8) by those about one optimum: of the parameter `one` or, where that is −1, of all."""
-    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    size = optimum.size
+    gradient, hessian = np.empty(size), np.empty((size, size))
     point = optimum.copy()
-    minimise(point, data, True, low, high, np.zeros(SIZE, np.bool_), _ONE_STEP, 0.0, gradient, hessian)
+    minimise(point, data, True, low, high, np.zeros(size, np.bool_), _ONE_STEP, 0.0, gradient, hessian)
     for i in range(SIZE):
         if one < 0 or i == one:
             lower = interval_end(point, least, gradient, hessian, data, low, high, i, -1.0)
@@ -148,17 +151,18 @@ def _widen(optimum: Floats, least: float, data: Data, low: Floats, high: Floats,
 def intervals(
     optima: Floats, costs: Floats, data: Data, alone: Data, which: int, low: Floats, high: Floats, ends: Floats
 ) -> None:
-    """Both ends (2, 8) of the intervals of all parameters.
+    """Both ends (2, 8) of the intervals of the eight parameters.
 
     Parameters
     ----------
-    optima, costs : (optimum, 8) and (optimum,), the best first; what rises higher than an interval's end is left out
+    optima, costs : (optimum, n) and (optimum,), the best first; what rises higher than an interval's end is left out
     data : with all priors
     alone : without the prior on the parameter `which`, whose interval is the wider of both
-    low, high : bounds, (8,)
+    low, high : bounds, (n,)
     """
-    none = np.zeros(SIZE, np.bool_)
-    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    size = optima.shape[1]
+    none = np.zeros(size, np.bool_)
+    gradient, hessian = np.empty(size), np.empty((size, size))
     ends[0], ends[1] = math.inf, -math.inf
     freed, rest = optima.copy(), costs.copy()
     for row in range(costs.size):

@@ -1,4 +1,4 @@
-"""Levenberg–Marquardt within bounds on the eight parameters, compiled.
+"""Levenberg–Marquardt within bounds on the eight parameters, and on the control's gains where these are free, compiled.
 
 A parameter at a bound is held there while the gradient pushes it outwards, so that the others converge at the same
 speed as without bounds. Damping is scaled by the Hessian's diagonal and follows `drillid.fits.damped.WINDOW`.
@@ -11,7 +11,6 @@ import numpy as np
 from drillid.arrays import Booleans, Floats
 from drillid.fits.damped import LEAST_CURVATURE, WINDOW, lowered, raised
 from drillid.fits.likelihood import Data, compiled, curvature
-from drillid.physics.kernel import SIZE
 from drillid.physics.parameters import LENGTH
 
 _lowered, _raised = compiled(lowered), compiled(raised)
@@ -35,16 +34,17 @@ _SAME_LENGTH = 0.003
 
 @compiled
 def solve_free(matrix: Floats, right: Floats, free: Booleans, solution: Floats) -> bool:
-    """Solve the symmetric system (8, 8) for the free unknowns, by Cholesky's factors; the others keep their value.
+    """Solve the symmetric system (n, n) for the free unknowns, by Cholesky's factors; the others keep their value.
 
     What the kept unknowns contribute is taken to the right-hand side. False if the matrix is not positive.
     """
-    factor, work = np.empty((SIZE, SIZE)), np.empty(SIZE)
-    for i in range(SIZE):
+    size = right.size
+    factor, work = np.empty((size, size)), np.empty(size)
+    for i in range(size):
         if not free[i]:
             continue
         rest = right[i]
-        for j in range(SIZE):
+        for j in range(size):
             if not free[j]:
                 rest -= matrix[i, j] * solution[j]
         for j in range(i + 1):
@@ -62,10 +62,10 @@ def solve_free(matrix: Floats, right: Floats, free: Booleans, solution: Floats) 
                 factor[i, j] = total / factor[j, j]
                 rest -= factor[i, j] * work[j]
         work[i] = rest / factor[i, i]
-    for i in range(SIZE - 1, -1, -1):
+    for i in range(size - 1, -1, -1):
         if free[i]:
             total = work[i]
-            for k in range(i + 1, SIZE):
+            for k in range(i + 1, size):
                 if free[k]:
                     total -= factor[k, i] * solution[k]
             solution[i] = total / factor[i, i]
@@ -76,24 +76,25 @@ def solve_free(matrix: Floats, right: Floats, free: Booleans, solution: Floats) 
 def bounded_step(
     point: Floats, gradient: Floats, matrix: Floats, low: Floats, high: Floats, held: Booleans, step: Floats
 ) -> bool:
-    """Minimum within the bounds of a quadratic model about the point, as a step (8,); False if the model has none.
+    """Minimum within the bounds of a quadratic model about the point, as a step (n,); False if the model has none.
 
     A parameter that the step would carry over a bound goes to the bound, and the step of the others is found again.
     The held ones make the step that is given.
     """
-    free = np.empty(SIZE, np.bool_)
-    right = np.empty(SIZE)
-    for i in range(SIZE):
+    size = point.size
+    free = np.empty(size, np.bool_)
+    right = np.empty(size)
+    for i in range(size):
         right[i] = -gradient[i]
         outwards = (point[i] <= low[i] and gradient[i] > 0.0) or (point[i] >= high[i] and gradient[i] < 0.0)
         free[i] = not (held[i] or outwards)
         if not held[i]:
             step[i] = 0.0
-    for _ in range(SIZE):
+    for _ in range(size):
         if not solve_free(matrix, right, free, step):
             return False
         inside = True
-        for i in range(SIZE):
+        for i in range(size):
             if free[i] and not low[i] <= point[i] + step[i] <= high[i]:
                 step[i] = min(max(step[i], low[i] - point[i]), high[i] - point[i])
                 free[i] = inside = False
@@ -115,30 +116,31 @@ def minimise(
     gradient: Floats,
     hessian: Floats,
 ) -> float:
-    """Move the point (8,) to the minimum of its cost, which is returned; gradient and Hessian are those at the end.
+    """Move the point (n,) to the minimum of its cost, which is returned; gradient and Hessian are those at the end.
 
     Parameters
     ----------
     robust : as in `curvature`
-    low, high : bounds, (8,)
-    held : parameters that keep their value, (8,)
+    low, high : bounds, (n,)
+    held : parameters that keep their value, (n,)
     tolerance : fall in cost, as expected of a step, below which it is the last
     """
+    size = point.size
     cost = curvature(point, data, robust, gradient, hessian)
     damping, growth = WINDOW.first, WINDOW.growth
-    trial, step, damped = np.empty(SIZE), np.zeros(SIZE), np.empty((SIZE, SIZE))
-    trial_gradient, trial_hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    trial, step, damped = np.empty(size), np.zeros(size), np.empty((size, size))
+    trial_gradient, trial_hessian = np.empty(size), np.empty((size, size))
     for _ in range(iterations):
         damped[:] = hessian
-        for i in range(SIZE):
+        for i in range(size):
             damped[i, i] += damping * max(hessian[i, i], LEAST_CURVATURE)
         step[:] = 0.0
         solved = bounded_step(point, gradient, damped, low, high, held, step)
         expected = 0.0
-        for i in range(SIZE):
+        for i in range(size):
             trial[i] = min(max(point[i] + step[i], low[i]), high[i])
             expected -= gradient[i] * step[i]
-            for j in range(SIZE):
+            for j in range(size):
                 expected -= 0.5 * step[i] * hessian[i, j] * step[j]
         if solved and abs(expected) <= tolerance and damping < 1.0:
             break
@@ -157,13 +159,14 @@ def minimise(
 
 @compiled
 def _neighbours(best: Floats, thin: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> None:
-    """Points (_SHIFTS, 8) a few steps from strings a little shorter and longer than the best, with their costs.
+    """Points (_SHIFTS, n) a few steps from strings a little shorter and longer than the best, with their costs.
 
     Where the sweep reaches few modes, strings whose resonances fall together explain a window nearly as well.
     """
-    held, none = np.zeros(SIZE, np.bool_), np.zeros(SIZE, np.bool_)
+    size = best.size
+    held, none = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
     held[LENGTH] = True
-    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    gradient, hessian = np.empty(size), np.empty((size, size))
     for row in range(len(_SHIFTS)):
         points[row] = best
         points[row, LENGTH] = min(max(best[LENGTH] * (1.0 + _SHIFTS[row]), low[LENGTH]), high[LENGTH])
@@ -173,16 +176,17 @@ def _neighbours(best: Floats, thin: Data, low: Floats, high: Floats, points: Flo
 
 @compiled
 def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, points: Floats, costs: Floats) -> int:
-    """Optima (kept, 8) of the starts (start, 8), with their costs (kept,); returns their number.
+    """Optima (kept, n) of the starts (start, n), with their costs (kept,); returns their number.
 
     In rounds: a few steps of all starts on the thinned data; the better of them, and strings a little shorter and
     longer than the best, to their optimum there; and those optima that lie apart and are about as good as the best
     on all of the data, to their optimum where that may be the best.
     """
-    none = np.zeros(SIZE, np.bool_)
-    gradient, hessian = np.empty(SIZE), np.empty((SIZE, SIZE))
+    size = starts.shape[1]
+    none = np.zeros(size, np.bool_)
+    gradient, hessian = np.empty(size), np.empty((size, size))
     first = starts.shape[0]
-    every, rough = np.empty((first + len(_SHIFTS), SIZE)), np.empty(first + len(_SHIFTS))
+    every, rough = np.empty((first + len(_SHIFTS), size)), np.empty(first + len(_SHIFTS))
     every[:first] = starts
     for row in range(first):
         rough[row] = minimise(every[row], thin, False, low, high, none, _FIRST_STEPS, 1e-1, gradient, hessian)

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Floats
+from drillid.arrays import Floats, Indices
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
-from drillid.fits.datasheet import contradicted_controller, data_sheet, speed_controller
+from drillid.fits.datasheet import (
+    DataSheet,
+    contradicted_controller,
+    data_sheet,
+    stated_controller,
+    with_logged_gains,
+)
+from drillid.fits.joint.coordinates import GAINS
 from drillid.fits.joint.dataset import joint_dataset
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
-from drillid.physics.equipment import Controller
 from drillid.physics.parameters import PARAMETERS
+from drillid.physics.top_drive import with_gains
 
 if TYPE_CHECKING:
     from drillid.config.rig import Rig
@@ -30,31 +38,38 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     spectra = folders.read("spectra", "spectra").drop_dims(["spectrogram_time", "spectrogram_frequency"]).load()
     mobility, stacks = folders.read("mobility", "mobility").load(), folders.read("mobility", "stacks").load()
     bit_depth = folders.read("windows", "windows")["bit_depth"].values
-    controller = speed_controller(well.rig, spectra)
+    controller, numbers = stated_controller(well.rig, spectra), spectra["window"].values
     rows = measured_rows(mobility)
 
-    def completed_fits(name: str, contents: xr.Dataset, depth: Floats, dimension: str) -> xr.Dataset:
+    def completed_fits(
+        name: str, contents: xr.Dataset, depth: Floats, members: list[Indices], dimension: str
+    ) -> xr.Dataset:
         of_rows = zip(contents["key"].values.tolist(), depth.tolist(), strict=True)
         keys, measured = row_keys(folders.basis, list(of_rows), vars(controller)), measured_rows(contents)
 
         def make(missing: list[int]) -> xr.Dataset:
-            chosen = [measured[row] for row in missing]
-            return _fit_rows(chosen, depth[missing], well.rig, controller, settings.fits, dimension)
+            sheets = [
+                with_logged_gains(data_sheet(well.rig, controller, depth[row]), spectra.isel(window=members[row]))
+                for row in missing
+            ]
+            return _fit_rows([measured[row] for row in missing], depth[missing], sheets, settings.fits, dimension)
 
         return completed(folders.earlier("fits", name), keys, dimension, make)
 
-    fits = completed_fits("fits", mobility, bit_depth, "window")
+    own = [np.array([row]) for row in range(numbers.size)]
+    fits = completed_fits("fits", mobility, bit_depth, own, "window")
     fits = fits.assign_coords({name: mobility[name] for name in WINDOW_COORDINATES})
-    gains = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
-    folders.write("fits", "fits", fits, **gains)
-    known = [data_sheet(well.rig, controller, depth).equipment for depth in bit_depth]
-    first = data_sheet(well.rig, controller, float(bit_depth[0]))
-    prior = first.prior(float(bit_depth[0])) if settings.fits.use_data_sheets else Prior.silent()
+    control = {f"controller_{name}": float(value) for name, value in vars(controller).items() if value is not None}
+    folders.write("fits", "fits", fits, **control)
+    sheets = _sheets(well.rig, with_logged_gains(data_sheet(well.rig, controller, bit_depth[0]), spectra), bit_depth)
+    known, prior = [sheet.equipment for sheet in sheets], _prior(sheets[0], bit_depth[0], settings.fits)
     joint, contradictions = joint_dataset(rows, known, bit_depth, prior, fits, settings.fits)
     folders.write("fits", "joint", joint)
-    stack_fits = completed_fits("stack_fits", stacks, stacks["hole_depth"].values, "stack")
+    ends = zip(stacks["first_window"].values, stacks["last_window"].values, strict=True)
+    stacked = [np.flatnonzero((numbers >= first) & (numbers <= last)) for first, last in ends]
+    stack_fits = completed_fits("stack_fits", stacks, stacks["hole_depth"].values, stacked, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
-    folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates))
+    folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates), **control)
     refused = [
         Problem(window_place(fits, row), reason, _REMEDY)
         for row, reason in enumerate(fits["reason"].values.tolist())
@@ -73,15 +88,24 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     return [*contradicted_controller(well.rig, spectra), *refused, *contradictions]
 
 
+def _sheets(rig: Rig, known: DataSheet, bit_depth: Floats) -> list[DataSheet]:
+    """The data sheets at each bit depth, with the control of a known one."""
+    return [
+        replace(data_sheet(rig, known.controller, depth), gain_errors=known.gain_errors) for depth in bit_depth.tolist()
+    ]
+
+
+def _prior(sheet: DataSheet, bit_depth: float, settings: FitsSettings) -> Prior:
+    """Prior of a fit; where data sheets are not to be used, of the gains alone, as the control is known from them."""
+    prior = sheet.prior(bit_depth)
+    return prior if settings.use_data_sheets else replace(Prior.silent(), gains=prior.gains)
+
+
 def _fit_rows(
-    rows: list[Measured], bit_depth: Floats, rig: Rig, controller: Controller, settings: FitsSettings, dimension: str
+    rows: list[Measured], bit_depth: Floats, sheets: list[DataSheet], settings: FitsSettings, dimension: str
 ) -> xr.Dataset:
     """Fits of measured mobilities, one at each bit depth."""
-    sheets = [data_sheet(rig, controller, depth) for depth in bit_depth]
-    priors = [
-        sheet.prior(depth) if settings.use_data_sheets else Prior.silent()
-        for sheet, depth in zip(sheets, bit_depth, strict=True)
-    ]
+    priors = [_prior(sheet, depth, settings) for sheet, depth in zip(sheets, bit_depth.tolist(), strict=True)]
     fits = [
         fit(measured, sheet.equipment, prior, settings)
         for measured, sheet, prior in zip(rows, sheets, priors, strict=True)
@@ -106,9 +130,12 @@ def _fit_rows(
         "reason": np.array([result.reason for result in fits], dtype=object),
     }
     correlation = np.array([result.correlation for result in fits]).reshape(-1, size, size)
+    controllers = [with_gains(sheet.controller, result.gains) for sheet, result in zip(sheets, fits, strict=True)]
+    gains = np.array([[controller.proportional, controller.integral] for controller in controllers])
     return xr.Dataset(
         {name: ((dimension, "parameter"), np.array(values).reshape(-1, size)) for name, values in columns.items()}
         | {name: (dimension, np.asarray(values)) for name, values in scalars.items()}
-        | {"correlation": ((dimension, "parameter", "parameter_"), correlation)},
-        {"parameter": list(PARAMETERS), "parameter_": list(PARAMETERS)},
+        | {"correlation": ((dimension, "parameter", "parameter_"), correlation)}
+        | {"gain_value": ((dimension, "gain"), gains.reshape(-1, len(GAINS)))},
+        {"parameter": list(PARAMETERS), "parameter_": list(PARAMETERS), "gain": list(GAINS)},
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,7 @@ from drillid.mobility.stacks import sharing
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, compiled_line
 from drillid.physics.parameters import BOUNDS, DELTA, INERTIA_TD, LENGTH, PARAMETERS, POLAR_MOMENT, SCALES, USUAL
 from drillid.physics.responses import laplace
+from drillid.physics.top_drive import gain_responses, with_gains
 from drillid.statistics import expected_ratio, sum_of_ratios_probability
 
 if TYPE_CHECKING:
@@ -40,6 +41,10 @@ _MISMATCH_RATE = 0.05
 """Chance of the residuals below which they count as larger than the noise."""
 _MOST_FREEDOM = 1e9
 _LOW, _HIGH = to_scaled(BOUNDS)
+_GAIN_REACH = 10.0
+"""Standard uncertainties within which the gains of the control are looked for."""
+_LEAST_GAIN = 0.1
+"""Share of a gain's known value below which it is not looked for."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,8 @@ class Prior:
 
     value: Floats
     error: Floats
+    gains: Floats = field(default_factory=lambda: np.zeros(2))
+    """Relative standard uncertainty of the control's P and I, (2,); zeros where they are exact."""
 
     @staticmethod
     def silent() -> Prior:
@@ -86,6 +93,8 @@ class Fit:
     correlation: Floats
     """Shape (8, 8)."""
     at_bound: Booleans
+    gains: Floats
+    """P and I of the control at the optimum, relative to the known ones, (2,)."""
     chi2_per_dof: float
     residual_dof: float
     probability: float
@@ -107,6 +116,7 @@ class Fit:
             status,
             np.full((size, size), np.nan),
             np.zeros(size, bool),
+            np.ones(2),
             np.nan,
             0.0,
             np.nan,
@@ -145,22 +155,43 @@ def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
     value = np.where(informed, prior.value, 0.0) / SCALES
     weight = np.where(informed, SCALES / prior.error, 0.0)
     value[DELTA], weight[DELTA] = 0.0, 1 / np.log(_USUAL_FACTOR)
-    line = compiled_line(known, laplace(measured.frequency))
+    s = laplace(measured.frequency)
+    gains = _gain_columns(known, prior, s)
+    value, weight = np.append(value, np.zeros(len(gains))), np.append(weight, np.ones(len(gains)))
     freedom = np.minimum(measured.degrees_of_freedom, _MOST_FREEDOM)
     mobility, variance, freedom = _contiguous(measured.mobility, measured.variance, freedom)
-    return Data(line, mobility, variance, freedom, value, weight, SCALES)
+    return Data(compiled_line(known, s), mobility, variance, freedom, value, weight, SCALES, gains)
+
+
+def _gain_columns(known: KnownEquipment, prior: Prior, s: Complex) -> Complex:
+    """Change of the control's response by one standard uncertainty of P and of I, (2, frequency); (0, frequency) where
+    both are exact.
+    """
+    if not prior.gains.any():
+        return np.empty((0, s.size), dtype=complex)
+    return np.ascontiguousarray(gain_responses(known.controller, s) * prior.gains[:, None])
+
+
+def _bounds(prior: Prior, free: int) -> tuple[Floats, Floats]:
+    """Bounds of the scaled parameters and of so many free gains."""
+    reach = np.minimum(_GAIN_REACH, (1 - _LEAST_GAIN) / np.maximum(prior.gains, 1e-9))[:free]
+    return np.append(_LOW, -reach), np.append(_HIGH, reach)
 
 
 def optima(data: Data, measured: Measured, known: KnownEquipment, prior: Prior, starts: int) -> tuple[Floats, Floats]:
-    """Optima that lie apart, best first: scaled parameters (optimum, 8) and costs (optimum,)."""
+    """Optima that lie apart, best first: scaled parameters and free gains (optimum, n), and costs (optimum,)."""
     frequency, mobility, variance, freedom = thin(
         *_contiguous(measured.frequency, measured.mobility, measured.variance, measured.degrees_of_freedom)
     )
+    s = laplace(frequency)
+    gains = _gain_columns(known, prior, s)
     begun = to_scaled(starting_points(frequency, mobility, variance, known, prior.value, starts))
-    line = compiled_line(known, laplace(frequency))
-    rough = data._replace(line=line, mobility=mobility, variance=variance, freedom=freedom)
-    points, costs = np.empty((_KEPT, len(PARAMETERS))), np.empty(_KEPT)
-    count = follow(begun, rough, data, _LOW, _HIGH, points, costs)
+    begun = np.concatenate([begun, np.zeros((len(begun), len(gains)))], axis=1)
+    rough = data._replace(
+        line=compiled_line(known, s), mobility=mobility, variance=variance, freedom=freedom, gains=gains
+    )
+    points, costs = np.empty((_KEPT, begun.shape[1])), np.empty(_KEPT)
+    count = follow(begun, rough, data, *_bounds(prior, len(gains)), points, costs)
     order = np.argsort(costs[:count])
     return points[order], costs[order]
 
@@ -169,13 +200,13 @@ def _contiguous(*arrays: Array) -> Iterator[Array]:
     return (np.ascontiguousarray(values) for values in arrays)
 
 
-def _interval(data: Data, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
+def _interval(data: Data, prior: Prior, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
     """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not separate.
 
     The interval of internal damping is the wider of those with and without its prior: what the data alone give,
     but no less than what is left where noise is fitted by resonances too sharp for any string.
     """
-    low, high = _LOW.copy(), _HIGH.copy()
+    low, high = _bounds(prior, len(data.gains))
     low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
     weight = data.prior_weight.copy()
     weight[DELTA] = 0.0
@@ -206,13 +237,14 @@ def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8
     return np.asarray(half / QUANTILE, dtype=float)
 
 
-def _covariance(data: Data, scaled: Floats) -> Floats:
+def _covariance(data: Data, prior: Prior, scaled: Floats) -> Floats:
     """Inverse of the curvature at the optimum in SI, with the spread of what is searched as the widest of priors."""
     gradient, hessian = np.empty(scaled.size), np.empty((scaled.size, scaled.size))
     curvature(scaled, data, True, gradient, hessian)
     slopes = SCALES.copy()
     slopes[DELTA] *= np.exp(scaled[DELTA])
-    inverse = np.linalg.inv(hessian + np.diag(12 / (_HIGH - _LOW) ** 2))
+    low, high = _bounds(prior, len(data.gains))
+    inverse = np.linalg.inv(hessian + np.diag(12 / (high - low) ** 2))[: SCALES.size, : SCALES.size]
     return np.asarray(inverse * np.outer(slopes, slopes), dtype=float)
 
 
@@ -225,15 +257,17 @@ def _judge(
     costs: Floats,
     settings: FitsSettings,
 ) -> Fit:
-    value = from_scaled(points[0])
-    lower, upper = (from_scaled(end) for end in _interval(data, points, costs))
+    value = from_scaled(points[0, : len(PARAMETERS)])
+    gains = 1 + prior.gains * (points[0, len(PARAMETERS) :] if len(data.gains) else 0.0)
+    lower, upper = (from_scaled(end) for end in _interval(data, prior, points, costs))
     status = _status(lower, upper)
-    covariance = _covariance(data, points[0])
+    covariance = _covariance(data, prior, points[0])
     deviation = np.sqrt(np.diag(covariance))
     error = _errors(value, lower, upper, status)
     error[DELTA] = deviation[DELTA]
     at_bound = np.minimum(value - BOUNDS[0], BOUNDS[1] - value) < _NEAR_BOUND * error
-    mobility, _ = command_mobility_with_derivatives(value, known, laplace(measured.frequency))
+    fitted = with_fitted_gains(known, gains)
+    mobility, _ = command_mobility_with_derivatives(value, fitted, laplace(measured.frequency))
     total = float(np.sum(np.abs((mobility - measured.mobility) * measured.weight) ** 2))
     lost = (value.size - np.count_nonzero(at_bound | np.isfinite(prior.value))) / 2
     dof = 2 * (measured.frequency.size - lost)
@@ -252,6 +286,7 @@ def _judge(
         status,
         correlation,
         at_bound,
+        gains,
         total / dof,
         dof,
         p_value,
@@ -271,6 +306,11 @@ def _why_refused(value: Floats, error: Floats, p_value: float, settings: FitsSet
     if p_value < settings.error_rate:
         return f"the residuals are larger than the noise allows (p-value {p_value:.1g})"
     return ""
+
+
+def with_fitted_gains(known: KnownEquipment, factors: Floats) -> KnownEquipment:
+    """The known equipment with the control's gains times fitted factors (2,)."""
+    return replace(known, controller=with_gains(known.controller, factors))
 
 
 def measured_rows(mobility: xr.Dataset) -> list[Measured]:

@@ -4,11 +4,12 @@ The drive's torque on the inertia is T_m = W T_sweep − V ω (N m), with ω the
 `command_transfer`, V the `feedback`. The torque into the string is T_m − J_td s ω.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from drillid.arrays import Complex
+from drillid.arrays import Complex, Floats
 from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
 
 
@@ -27,6 +28,18 @@ def _unfiltered(controller: Controller, s: Complex) -> Any:
     compensation = controller.compensated_inertia * s / (1 + s * controller.compensation_filter)
     gain = controller.proportional + controller.integral / s - compensation
     return gain / (1 + s * controller.torque_filter)
+
+
+def gain_responses(controller: Controller, s: Complex) -> Complex:
+    """What P and I each contribute to the control's response, (2, frequency), N m s/rad."""
+    alone = (replace(controller, integral=0.0), replace(controller, proportional=0.0))
+    return np.stack([control(replace(part, compensated_inertia=0.0), s) for part in alone])
+
+
+def with_gains(controller: Controller, factors: Floats) -> Controller:
+    """The controller with P and I times factors (2,)."""
+    proportional, integral = controller.proportional * factors[0], controller.integral * factors[1]
+    return replace(controller, proportional=proportional, integral=integral)
 
 
 def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:

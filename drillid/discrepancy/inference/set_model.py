@@ -16,6 +16,7 @@ import pandas as pd
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
+from drillid.fits.datasheet import COMMAND_BANDS
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
@@ -52,9 +53,9 @@ DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
-_CONTROL_FLOOR, _CONTROL_BANDS = 3e-3, 40
+_CONTROL_FLOOR = 3e-3
 """Relative error of the control's response that all windows have in common, from the sampling of the control and from
-interpolated rows, and the number of bands in which it is independent."""
+interpolated rows."""
 _CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
 """Lines over which the noise of the control's response is smoothed, since a weight must not depend on its own
 denominator; largest relative variance at which they are used; and the ratio to the smoothed variance from which a line
@@ -163,7 +164,7 @@ class SetModel:
         noise = _smooth(relative)
         # a line at a zero of the mobility carries no information, whatever its neighbours do
         good = (relative <= noise * _ZERO) & (noise < _CLEAR)
-        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / _CONTROL_BANDS, 1.0)[:, None]
+        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / COMMAND_BANDS, 1.0)[:, None]
         common = lines * _CONTROL_FLOOR**2
         if evidence.control_rounding is not None:
             common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / stated, np.nan))

@@ -1,8 +1,8 @@
 """What a joint fit estimates, and how the eight parameters of each window follow from it.
 
-Four coordinates are random walks of depth: κ, δ, and damping and inertia of the BHA. Five are the same in
-all windows: delay, top-drive inertia, polar moment of the pipe, and the factor and offset
-that turn the logged length of the pipe into the one that waves see.
+Four coordinates are random walks of depth: κ, δ, and damping and inertia of the BHA. Seven are the same in
+all windows: delay, top-drive inertia, polar moment of the pipe, the factor and offset that turn the logged length of
+the pipe into the one that waves see, and both gains of the control, in standard uncertainties about what is known.
 """
 
 from __future__ import annotations
@@ -32,8 +32,12 @@ WALKING = (KAPPA, DELTA, DAMPING_BHA, INERTIA_BHA)
 ONCE = (DELAY, INERTIA_TD, POLAR_MOMENT)
 """Parameters that all windows share, in the order of the state, after those that walk."""
 SHARED = ("delay", "inertia_td", "polar_moment", "length_factor", "length_offset")
-"""Shared coordinates in the order of the state."""
-SIZE = len(WALKING) + len(SHARED)
+"""Shared coordinates in the order of the state, before the gains."""
+GAINS = ("proportional", "integral")
+"""Gains of the control, the last coordinates of the state."""
+SIZE = len(WALKING) + len(SHARED) + len(GAINS)
+FIRST_GAIN = len(WALKING) + len(SHARED)
+"""Place of the first gain in the state."""
 _FACTOR, _OFFSET = len(WALKING) + 3, len(WALKING) + 4
 _OFFSET_SCALE = 10.0
 """m."""
@@ -52,7 +56,7 @@ MOST = np.log(_FROM_ZERO + BOUNDS[1, list(WALKING)] / _WALKING_SCALES)
 
 @dataclass(frozen=True)
 class Levels:
-    """Prior knowledge: value and standard uncertainty of the state of the first window, shape (9,)."""
+    """Prior knowledge: value and standard uncertainty of the state of the first window, shape (11,)."""
 
     mean: Floats
     deviation: Floats
@@ -82,13 +86,14 @@ def levels(value: Floats, error: Floats, factor_error: float, offset_error: floa
         if np.isfinite(value[index]):
             mean[place], deviation[place] = value[index] / SCALES[index], error[index] / SCALES[index]
     mean[_FACTOR], deviation[_FACTOR] = 1.0, factor_error
+    deviation[FIRST_GAIN:] = 1.0
     deviation[_OFFSET] = offset_error / _OFFSET_SCALE
     return Levels(mean, deviation)
 
 
 def to_state(values: Floats, factor: float, offset: float) -> Floats:
-    """State (..., 9) of parameters (..., 8) in SI and the length's factor and offset (m)."""
-    state = np.empty((*values.shape[:-1], SIZE))
+    """State (..., 11) of parameters (..., 8) in SI and the length's factor and offset (m), with the known gains."""
+    state = np.zeros((*values.shape[:-1], SIZE))
     sized = np.maximum(values[..., WALKING] / _WALKING_SCALES, np.where(_FROM_ZERO > 0, -_BELOW_ZERO, 1e-12))
     state[..., : len(WALKING)] = np.clip(np.log(_FROM_ZERO + sized), LEAST, MOST)
     state[..., len(WALKING) : _FACTOR] = values[..., ONCE] / SCALES[list(ONCE)]
@@ -97,7 +102,7 @@ def to_state(values: Floats, factor: float, offset: float) -> Floats:
 
 
 def to_parameters(state: Floats, logged_length: Floats) -> tuple[Floats, Floats]:
-    """Parameters (..., 8) in SI and their derivatives (..., 8, 9) to the state (..., 9).
+    """Parameters (..., 8) in SI and their derivatives (..., 8, 11) to the state (..., 11).
 
     Parameters
     ----------
@@ -118,11 +123,11 @@ def to_parameters(state: Floats, logged_length: Floats) -> tuple[Floats, Floats]
 
 
 def shared_figures(state: Floats) -> Floats:
-    """Shared coordinates in SI (delay s, inertia kg m², polar moment m⁴, factor, offset m) of states (..., 9)."""
-    return np.asarray(state[..., len(WALKING) :] * SHARED_SCALES)
+    """Shared coordinates in SI (delay s, inertia kg m², polar moment m⁴, factor, offset m) of states (..., 11)."""
+    return np.asarray(state[..., len(WALKING) : FIRST_GAIN] * SHARED_SCALES)
 
 
 SHARED_SCALES = np.array([*SCALES[list(ONCE)], 1.0, _OFFSET_SCALE])
 """Shared coordinates in SI per unit of the state, shape (5,)."""
-OWN = np.delete(np.arange(SIZE), _FACTOR)
-"""Directions of the state that one window alone can identify: its length counts once."""
+OWN = np.delete(np.arange(FIRST_GAIN), _FACTOR)
+"""Directions of the state that one window alone can identify: its length counts once, the gains are the control's."""

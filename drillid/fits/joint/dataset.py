@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drillid.arrays import Floats
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.store import Problem, window_place
-from drillid.fits.joint.coordinates import SHARED, WALKING
+from drillid.fits.joint.coordinates import GAINS, SHARED, WALKING
 from drillid.fits.joint.fit import JointFit, joint_fit
 from drillid.fits.joint.smoother import forward
 from drillid.fits.window_fit import Measured, Prior
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 _WALKING_NAMES = [list(PARAMETERS)[index] for index in WALKING]
-STATE = [*_WALKING_NAMES, *SHARED]
+STATE = [*_WALKING_NAMES, *SHARED, *GAINS]
 """Names of the state's coordinates."""
 _CHANGE = ("parameter", "depth", "from", "to", "probability")
 
@@ -47,7 +47,7 @@ def joint_dataset(
     """
     coordinates = {name: fits[name] for name in WINDOW_COORDINATES} | {
         "parameter": list(PARAMETERS),
-        "shared": list(SHARED),
+        "shared": [*SHARED, *GAINS],
         "random_walk": _WALKING_NAMES,
         "state": STATE,
         "state_": STATE,
@@ -83,8 +83,8 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
         | {
             "weight": ("window", fit.weight),
             "agreement": ("window", fit.agreement),
-            "shared_value": ("shared", fit.shared),
-            "shared_error": ("shared", fit.shared_error),
+            "shared_value": ("shared", np.append(fit.shared, fit.gains)),
+            "shared_error": ("shared", np.append(fit.shared_error, fit.gains_error)),
             "random_walk_step": ("random_walk", fit.walks),
             "last_vector": ("state", newest.vector),
             "last_information": (("state", "state_"), newest.information),
@@ -95,7 +95,12 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
 
 def _nothing(windows: int) -> xr.Dataset:
     """Of a well without any fit, each of which has its own problem row."""
-    sizes = {"window": windows, "parameter": len(PARAMETERS), "shared": len(SHARED), "random_walk": len(WALKING)}
+    sizes = {
+        "window": windows,
+        "parameter": len(PARAMETERS),
+        "shared": len(SHARED) + len(GAINS),
+        "random_walk": len(WALKING),
+    }
     sizes |= {"state": len(STATE), "state_": len(STATE), "change": 0}
     dims: dict[str, tuple[str, ...]] = {
         **dict.fromkeys(("value", "standard_error", "lower", "upper"), ("window", "parameter")),

@@ -13,9 +13,9 @@ from drillid.arrays import Floats
 from drillid.errors import EstimationError
 from drillid.fits.joint.change_points import Change, Track, dated, probable_walks, strongest_jumps
 from drillid.fits.joint.coordinates import (
+    FIRST_GAIN,
     LOGARITHMIC,
     OWN,
-    SHARED,
     SHARED_SCALES,
     WALKING,
     Levels,
@@ -48,6 +48,7 @@ class JointFit:
     is nearly linear in κ and Y_bha, however large their errors.
 
     shared, shared_error : as `SHARED`, SI, shape (5,)
+    gains, gains_error : of the control, P N m s/rad and I N m/rad, shape (2,)
     walks : rms change of the walking coordinates over 100 m, shape (4,)
     weight : share of each window's information that was used; below 1 where it contradicts the others
     agreement : p-value of the window's distance from the common fit
@@ -62,6 +63,8 @@ class JointFit:
     upper: Floats
     shared: Floats
     shared_error: Floats
+    gains: Floats
+    gains_error: Floats
     walks: Floats
     changes: tuple[Change, ...]
     weight: Floats
@@ -100,7 +103,7 @@ def joint_fit(
     EstimationError
         If no window has a fit to start from.
     """
-    windows = Windows(measured, known, bit_depth, share)
+    windows = Windows(measured, known, bit_depth, share, prior.gains)
     known_state = prior_levels(prior, known, settings)
     states = _first_states(windows, starts)
     weight = np.ones(len(states))
@@ -197,13 +200,17 @@ def _result(
         reached = mode.states + sign * TWO_SIDED * deviation
         end[:, LOGARITHMIC] = to_parameters(reached, windows.logged_length)[0][:, LOGARITHMIC]
     lower, upper = (np.clip(end, *_PHYSICAL) for end in ends)
+    controller = windows.known[0].controller
+    known_gains = np.array([controller.proportional, controller.integral])
     return JointFit(
         np.clip(value, *_PHYSICAL),
         error,
         lower,
         upper,
         shared_figures(mode.states[0]),
-        deviation[0, -len(SHARED) :] * SHARED_SCALES,
+        deviation[0, len(WALKING) : FIRST_GAIN] * SHARED_SCALES,
+        known_gains * (1 + windows.gains * mode.states[0, FIRST_GAIN:]),
+        known_gains * windows.gains * deviation[0, FIRST_GAIN:],
         track.walks,
         dated(track),
         weight,

@@ -10,11 +10,12 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.fits.damped import HALVING, JOINT_END, descend
 from drillid.fits.joint.change_points import Track
-from drillid.fits.joint.coordinates import LEAST, MOST, SIZE, WALKING, Levels, to_parameters
+from drillid.fits.joint.coordinates import FIRST_GAIN, LEAST, MOST, SIZE, WALKING, Levels, to_parameters
 from drillid.fits.joint.smoother import Gaussian, smoothed
 from drillid.fits.window_fit import Measured
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives
 from drillid.physics.responses import laplace
+from drillid.physics.top_drive import gain_responses
 
 
 class Windows:
@@ -25,6 +26,7 @@ class Windows:
     measured, known : of each window
     bit_depth : shape (window,), m
     share : share of each window's samples that no other window counts, shape (window,); 1 where not given
+    gains : relative standard uncertainty of the control's P and I, (2,); exact where not given
     """
 
     def __init__(
@@ -33,14 +35,16 @@ class Windows:
         known: Sequence[KnownEquipment],
         bit_depth: Floats,
         share: Floats | None = None,
+        gains: Floats | None = None,
     ) -> None:
         self.measured, self.known = measured, known
+        self.gains = np.zeros(2) if gains is None else gains
         self.bit_depth = np.asarray(bit_depth, dtype=float)
         self.logged_length = self.bit_depth - [equipment.collar_length for equipment in known]
         self.share = np.ones(self.bit_depth.size) if share is None else share
 
     def terms(self, states: Floats) -> tuple[Floats, Floats, Floats]:
-        """Half the sum of squares (window,), its gradient (window, 9) and Gauss–Newton Hessian (window, 9, 9)."""
+        """Half the sum of squares (window,), its gradient (window, 11) and Gauss–Newton Hessian (window, 11, 11)."""
         values, slopes = to_parameters(states, self.logged_length)
         cost, gradient = np.zeros(len(states)), np.zeros((len(states), SIZE))
         hessian = np.zeros((len(states), SIZE, SIZE))
@@ -49,8 +53,13 @@ class Windows:
                 continue
             s = laplace(measured.frequency)
             mobility, derivatives = command_mobility_with_derivatives(values[row], known, s)
+            by_gain = gain_responses(known.controller, s) * self.gains[:, None]
+            # 1/M = 1/M₀ + ΔA, with M₀ under the known gains
+            ratio = 1 / (1 + mobility * (states[row, FIRST_GAIN:] @ by_gain))
+            mobility, derivatives = mobility * ratio, derivatives * ratio**2
             error = (mobility - measured.mobility) * measured.weight
             rows = slopes[row].T @ (derivatives * measured.weight)
+            rows[FIRST_GAIN:] = -(mobility**2) * by_gain * measured.weight
             stacked = np.concatenate([rows.real, rows.imag], axis=-1)
             cost[row] = 0.5 * np.sum(np.abs(error) ** 2)
             gradient[row] = stacked @ np.concatenate([error.real, error.imag])
@@ -60,7 +69,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Mode:
-    """States (window, 9) with the windows' terms there."""
+    """States (window, 11) with the windows' terms there."""
 
     states: Floats
     terms: tuple[Floats, Floats, Floats]

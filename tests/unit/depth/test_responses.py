@@ -16,7 +16,7 @@ def test_responses_are_those_of_the_system_stiff_and_controlled() -> None:
     frequency = np.geomspace(0.05, 4.0, 40)
     depth, controller = np.array([SHALLOW.bit_depth]), SHALLOW.top_drive.controller
     settings = DepthSettings(step_duration_s=2.0, step_interval_s=0.1)
-    models = identified_models(RIG, controller, SHALLOW.parameters[None], depth)
+    models = identified_models(RIG, [controller], SHALLOW.parameters[None], depth)
     found = identified_responses(models, frequency, settings).isel(depth=0)
     s = laplace(frequency)
     np.testing.assert_allclose(found["command_mobility_fitted"], command_mobility(SHALLOW.system, s), rtol=1e-9)

@@ -58,11 +58,11 @@ def test_a_plain_open_and_a_copy_hold_the_same(healthy: Processed, tmp_path: Pat
 
 
 def test_responses_are_those_of_the_stored_parameters(healthy: Processed) -> None:
-    depth, controller = healthy.dataset("depth", "depth"), stored_controller(healthy.dataset("fits", "fits"))
-    assert controller.proportional == SHALLOW.top_drive.controller.proportional
+    depth, fits = healthy.dataset("depth", "depth"), healthy.dataset("fits", "fits")
     s = laplace(depth["frequency"].values)
     for row in range(4):
-        stored = depth.isel(depth=row)
+        stored, controller = depth.isel(depth=row), stored_controller(fits.isel(window=row))
+        assert controller.proportional == pytest.approx(SHALLOW.top_drive.controller.proportional, rel=0.01)
         values = np.array([float(stored[name]) for name in PARAMETERS])
         system = drilling_system(values, data_sheet(RIG, controller, SHALLOW.bit_depth).equipment)
         np.testing.assert_allclose(stored["command_mobility_fitted"], command_mobility(system, s), rtol=1e-12)
@@ -86,7 +86,7 @@ def test_a_window_without_fit_has_no_responses(troubled: Processed) -> None:
 
 def test_a_well_without_any_fit_has_no_responses(healthy: Processed) -> None:
     nothing, depths = np.full((2, len(PARAMETERS)), np.nan), np.full(2, SHALLOW.bit_depth)
-    models = identified_models(RIG, SHALLOW.top_drive.controller, nothing, depths)
+    models = identified_models(RIG, [SHALLOW.top_drive.controller] * 2, nothing, depths)
     found = identified_responses(models, np.array([0.1, 1.0]), healthy.settings.depth)
     assert all(np.isnan(found[name]).all() for name in found.data_vars)
     assert dict(found.sizes) == {"depth": 2, "frequency": 2, "lag": 201}

@@ -10,7 +10,7 @@ import pytest
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import data_sheet, speed_controller
+from drillid.fits.datasheet import data_sheet, stated_controller
 from drillid.fits.window_fit import Measured, Prior, fit, measured_rows
 from drillid.physics.equipment import Controller
 from drillid.physics.parameters import PARAMETERS
@@ -57,7 +57,7 @@ def test_the_controller_is_read_from_the_command_where_the_data_sheets_are_silen
     healthy: Processed, tmp_path: Path
 ) -> None:
     spectra = healthy.dataset("spectra", "spectra")
-    found, truth = speed_controller(rig(controller=None), spectra), SHALLOW.top_drive.controller
+    found, truth = stated_controller(rig(controller=None), spectra), SHALLOW.top_drive.controller
     assert found.proportional == pytest.approx(truth.proportional, rel=0.02)
     assert found.integral == pytest.approx(truth.integral, rel=0.02)
     well = healthy.copied(tmp_path / "results")

@@ -14,7 +14,7 @@ from drillid.fits.joint.change_points import (
     probable_walks,
     strongest_jumps,
 )
-from drillid.fits.joint.coordinates import SIZE, WALKING
+from drillid.fits.joint.coordinates import FIRST_GAIN, SIZE, WALKING
 from drillid.fits.joint.smoother import Gaussian
 from drillid.physics.parameters import DAMPING_BHA, INERTIA_BHA
 
@@ -33,7 +33,9 @@ def track(windows: int, walk: float, seed: int, jumps: dict[int, Floats] | None 
         steps[window + 1] += size
     truth = np.zeros((windows, SIZE))
     truth[:, : len(WALKING)] = np.cumsum(steps, axis=0)
-    seen = truth + random.standard_normal(truth.shape) * DEVIATIONS
+    # the control's gains, last of the state, are as they are known
+    seen = truth.copy()
+    seen[:, :FIRST_GAIN] += random.standard_normal((windows, FIRST_GAIN)) * DEVIATIONS[:FIRST_GAIN]
     nothing = np.zeros(windows)
     factors = Gaussian.expanded(seen, nothing, np.zeros(seen.shape), np.tile(np.diag(DEVIATIONS**-2), (windows, 1, 1)))
     prior = Gaussian.normal(np.zeros(SIZE), np.full(SIZE, 2.0))

@@ -13,7 +13,7 @@ from drillid.config.settings import Settings
 from drillid.datasets.identified import JOINT_FITS
 from drillid.figures.style import CHANGE, JOINT
 from drillid.figures.tracks import draw_joint
-from drillid.fits.joint.coordinates import SHARED
+from drillid.fits.joint.coordinates import GAINS, SHARED
 from drillid.fits.joint.dataset import STATE, counted_once, joint_dataset
 from drillid.fits.window_fit import Prior
 from drillid.physics.parameters import PARAMETERS
@@ -55,7 +55,7 @@ def test_without_any_fit_the_dataset_says_nothing(healthy: Processed) -> None:
     assert problems == []
     conformed = JOINT_FITS.conform(empty)
     assert conformed.sizes["window"] == 0
-    assert conformed["shared"].values.tolist() == list(SHARED)
+    assert conformed["shared"].values.tolist() == [*SHARED, *GAINS]
     assert np.isnan(conformed["shared_value"]).all()
 
 
