@@ -87,6 +87,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     usual, frequencies = usual_sweep(periods, chosen, rate)
     repeats = is_usual(periods, usual, rate)
     factor = _sweep_rate(records, windows, repeats, rate, usual, frequencies)
+    longest = int(windows["samples"].max())
+    # shorter windows have spectrograms that end earlier
+    times = spectrogram(np.zeros(longest), rate, chosen.spectrogram_segment_s, chosen.frequency_maximum_hz)[1]
 
     def make(missing: list[int]) -> xr.Dataset:
         lines, others = [], []
@@ -96,7 +99,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             torque = command if np.isfinite(command).all() else sweep
             distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)
             lines.append(spectra)
-            others.append(xr.merge([_spectrograms(torque, speed, rate, chosen), distortion]))
+            shown = _spectrograms(torque, speed, rate, chosen).reindex(spectrogram_time=times)
+            others.append(xr.merge([shown, distortion]))
         return xr.merge(
             [
                 stacked(lines, frequencies),
@@ -104,7 +108,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
             ]
         )
 
-    keys = row_keys(folders.basis, contents, rate, usual, frequencies.tolist(), factor)
+    keys = row_keys(folders.basis, contents, rate, usual, frequencies.tolist(), factor, longest)
     dataset = completed(folders.earlier("spectra", "spectra"), keys, "window", make)
     dataset = dataset.assign(sweep_period=("window", periods)).drop_vars(WINDOW_COORDINATES, errors="ignore")
     folders.write("spectra", "spectra", dataset.assign_coords({name: windows[name] for name in WINDOW_COORDINATES}))

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from drillid.arrays import Floats, Integers
+from drillid.arrays import Floats
 from drillid.datasets.codes import RecordFlag, RigState
 from drillid.windows.rig_state import NEEDED
 
@@ -124,16 +124,16 @@ def steady_parts(set_point: Floats, largest: float) -> list[tuple[int, int]]:
     return parts
 
 
-def window_starts(samples: int, length: int, overlap: float) -> Integers:
-    """First samples of as many windows as fit.
+def window_places(samples: int, length: int, shortest: int, overlap: float) -> list[tuple[int, int]]:
+    """First sample and length of as many windows as fit, and of a shorter one where the remainder is long enough.
 
     The last window ends with the segment; the remainder lies at its start, where the rotation settles.
     """
-    if samples < length:
-        return np.zeros(0, dtype=np.int64)
     hop = max(1, round(length * (1 - overlap)))
-    count = (samples - length) // hop + 1
-    return samples - length - hop * np.arange(count - 1, -1, -1, dtype=np.int64)
+    count = (samples - length) // hop + 1 if samples >= length else 0
+    starts = [samples - length - hop * number for number in range(count - 1, -1, -1)]
+    remainder = starts[0] if starts else samples
+    return [*([(0, remainder)] if remainder >= shortest else []), *((start, length) for start in starts)]
 
 
 def cut(segment: Segment, part: xr.Dataset, first: int, stop: int, rate: float, windows: int, reason: str) -> Segment:

@@ -28,7 +28,7 @@ from drillid.windows.segments import (
     segments,
     segments_table,
     steady_parts,
-    window_starts,
+    window_places,
 )
 
 if TYPE_CHECKING:
@@ -107,9 +107,9 @@ def _samples_of(segment: Segment, logs: xr.Dataset) -> list[Any]:
 def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings) -> dict[str, Any]:
     """Parts and windows of a segment of drilling, their samples counted from its first."""
     rows, windows = [], []
-    for row, starts in _windows_of(segment, records, rate, settings):
+    for row, places in _windows_of(segment, records, rate, settings):
         rows.append(row.content(segment.first))
-        windows += [_window(records, start, rate, settings) for start in starts]
+        windows += [_window(records, *place, rate) for place in places]
     return {
         "rows": rows,
         "windows": [row | {"first_sample": row["first_sample"] - segment.first} for row in windows],
@@ -118,8 +118,8 @@ def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: Windo
 
 def _windows_of(
     segment: Segment, records: xr.Dataset, rate: float, settings: WindowsSettings
-) -> Iterator[tuple[Segment, list[int]]]:
-    """Parts of one segment of drilling, each with the first samples of its windows."""
+) -> Iterator[tuple[Segment, list[tuple[int, int]]]]:
+    """Parts of one segment of drilling, each with first sample and length of its windows."""
     part = (
         records[["speed_set", "speed", "hole_depth", "flags", "time"]]
         .isel(time=slice(segment.first, segment.stop))
@@ -134,18 +134,19 @@ def _windows_of(
         )
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
     length = round(settings.length_s * rate)
+    shortest = max(round(settings.shortest_share * length), 1)
     parts = steady_parts(set_point, settings.steady_rpm * np.pi / 30)
     for low, high in parts:
-        starts = low + window_starts(high - low, length, settings.overlap)
-        good = [int(start) for start in starts if np.mean(repaired[start : start + length]) <= settings.flagged_share]
+        places = [(low + start, size) for start, size in window_places(high - low, length, shortest, settings.overlap)]
+        good = [place for place in places if np.mean(repaired[place[0] : sum(place)]) <= settings.flagged_share]
         label = np.full(high - low, _REMAINDER)
-        for chosen, value in ((starts, _REPAIRED), (good, _USED)):
-            for start in chosen:
-                label[start - low : start - low + length] = value
+        for chosen, value in ((places, _REPAIRED), (good, _USED)):
+            for start, size in chosen:
+                label[start - low : start - low + size] = value
         edges = [0, *(np.flatnonzero(np.diff(label)) + 1).tolist(), high - low]
         for first, stop in ((low + first, low + stop) for first, stop in itertools.pairwise(edges)):
             kind = int(label[first - low])
-            inside = [segment.first + start for start in good if kind == _USED and first <= start < stop]
+            inside = [(segment.first + start, size) for start, size in good if kind == _USED and first <= start < stop]
             reason = _reason(kind, (stop - first) / rate, float(np.mean(repaired[first:stop])), settings)
             if kind == _REMAINDER and len(parts) > 1:
                 reason += "; the set point of the speed changed"
@@ -154,15 +155,14 @@ def _windows_of(
 
 def _reason(label: int, seconds: float, share: float, settings: WindowsSettings) -> str:
     if label == _REMAINDER:
-        return f"too short: {seconds:.1f} s of {settings.length_s:.1f} s"
+        return f"too short: {seconds:.1f} s of {settings.shortest_share * settings.length_s:.1f} s"
     if label == _REPAIRED:
         return f"{100 * share:.1f} % of it interpolated or replaced, of {100 * settings.flagged_share:.1f} % allowed"
     return ""
 
 
-def _window(records: xr.Dataset, first: int, rate: float, settings: WindowsSettings) -> dict[str, Any]:
+def _window(records: xr.Dataset, first: int, samples: int, rate: float) -> dict[str, Any]:
     """Variables of one window, by the names of the WINDOWS schema."""
-    samples = round(settings.length_s * rate)
     slow = ("hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure")
     names = [*slow, *CHANNELS, "flags", "time"]
     part = records[names].isel(time=slice(first, first + samples)).load()

@@ -1,5 +1,6 @@
 """Detections of all windows, pooled cause by cause."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -196,12 +197,15 @@ def _at_shape(detection: Detection, shape: int) -> Detection:
 def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
     """Detections at the line that stands out most over all windows, and its Bonferroni-corrected p-value.
 
-    In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. None
-    where windows have no lines, or differ in length, so that their lines have different frequencies.
+    In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. Lines of
+    windows of another length have other frequencies: those of the commonest length count. None where windows have none.
     """
     lines = [detection.lines for detection in own if detection.lines is not None]
-    if len(lines) < len(own) or len({window.spacing for window in lines}) > 1:
+    if len(lines) < len(own):
         return None
+    usual, _ = Counter(window.spacing for window in lines).most_common(1)[0]
+    own = [detection for detection, window in zip(own, lines, strict=True) if window.spacing == usual]
+    lines = [window for window in lines if window.spacing == usual]
     total = np.zeros(max(int(window.place.max(initial=0)) for window in lines) + 1)
     for window in lines:
         total[window.place] += window.log_ratio - LINE_KEPT

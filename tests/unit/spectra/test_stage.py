@@ -39,6 +39,24 @@ def test_a_window_whose_sweep_does_not_repeat_is_estimated_without_that_and_told
     assert problem.remedy
 
 
+def test_a_shorter_window_has_wider_errors_and_a_spectrogram_that_ends_earlier(
+    healthy: Processed, tmp_path: Path
+) -> None:
+    well = healthy.copied(tmp_path / "results")
+    windows, seconds = well.dataset("windows", "windows"), round(0.6 * WINDOW_S)
+    windows["samples"][0], windows["key"][0] = round(seconds * RATE), "another"
+    windows["end"][0] = windows["start"][0] + np.timedelta64(seconds, "s")
+    well.folders.write("windows", "windows", windows)
+    assert [well.run(stage) for stage in ("spectra", "mobility", "fits")] == [[], [], []]
+    spectra, fits = well.dataset("spectra", "spectra"), well.dataset("fits", "fits")
+    assert spectra["averages"].isel(frequency=0).values.tolist() == [3, 5, 5, 5]
+    assert spectra["speed_spectrogram"].isnull().any("spectrogram_frequency").mean("spectrogram_time").values[
+        [0, 1]
+    ] == pytest.approx([0.4, 0.0], abs=0.05)
+    error = fits["standard_error"].sel(parameter="inertia_td").values
+    assert 1.1 < error[0] / error[1:].mean() < 2.5
+
+
 def test_a_well_without_any_window_gets_no_spectra(healthy: Processed, tmp_path: Path) -> None:
     well = healthy.copied(tmp_path / "results")
     well.folders.write("windows", "windows", well.dataset("windows", "windows").isel(window=slice(0, 0)))

@@ -18,7 +18,7 @@ from drillid.datasets.store import Problem, WellFolders
 from drillid.records import stage as records
 from drillid.windows import stage as windows
 from drillid.windows.channels import window_channels
-from drillid.windows.segments import steady_parts, window_starts
+from drillid.windows.segments import steady_parts, window_places
 from tests.raw_logs import RATE, RIG, START, drilling, save, standstill
 
 LENGTH = 20.0
@@ -28,7 +28,7 @@ def run(
     tmp_path: Path, *logs: pd.DataFrame, without: tuple[str, ...] = (), **changes: Any
 ) -> tuple[xr.Dataset, pd.DataFrame, xr.Dataset, list[Problem]]:
     """Windows, segments, states and problems of a well with these logs."""
-    chosen = Settings.checked({"windows": {"length_s": LENGTH, **changes}}, "test")
+    chosen = Settings.checked({"windows": {"length_s": LENGTH, "shortest_share": 1.0, **changes}}, "test")
     channels = {name: column for name, column in RIG.channels.items() if name not in without}
     paths = tuple(save(log, tmp_path / f"{number}.parquet") for number, log in enumerate(logs))
     well: Any = SimpleNamespace(name="W1", rig=RIG.model_copy(update={"channels": channels}), logs=paths)
@@ -92,6 +92,22 @@ def test_a_gap_parts_windows_and_every_piece_has_its_reason(tmp_path: Path) -> N
         ("drilling", 20.0, 1, ""),
     ]
     assert found["first_sample"].values.tolist() == [1500]
+
+
+@pytest.mark.parametrize("hole", ["gap", "stuck"])
+@pytest.mark.parametrize("at_s", [7.0, 20.0, 33.0])
+def test_a_hole_costs_little_more_than_itself(tmp_path: Path, hole: str, at_s: float) -> None:
+    """A gap or a stuck sensor of 3 s in a stand that two windows would fill."""
+    log, first, samples = drilling(43), round(at_s * RATE), round(3.0 * RATE)
+    if hole == "gap":
+        log = log.drop(index=range(first, first + samples))
+    else:
+        log.loc[first : first + samples, "RPM"] = log["RPM"].iloc[first]
+    found, table, _, _ = run(tmp_path, log, shortest_share=0.25)
+    assert found["samples"].values.sum() >= 0.85 * 40 * RATE
+    starts = found["first_sample"].values
+    assert not np.any((starts <= first + samples // 2) & (first + samples // 2 < starts + found["samples"].values))
+    assert all(reason or count for reason, count in zip(table["reason"], table["windows"], strict=True))
 
 
 def test_sweep_off_is_no_drilling_window(tmp_path: Path) -> None:
@@ -205,14 +221,20 @@ def test_all_recorded_time_is_in_one_row_each(tmp_path: Path) -> None:
     assert all(reason or count for reason, count in zip(table["reason"], table["windows"], strict=True))
 
 
-@given(st.integers(0, 500), st.integers(1, 100), st.sampled_from([0.0, 0.25, 0.5]))
-def test_window_starts(samples: int, length: int, overlap: float) -> None:
-    starts, hop = window_starts(samples, length, overlap), max(1, round(length * (1 - overlap)))
-    assert len(starts) == (0 if samples < length else 1 + (samples - length) // hop)
-    if starts.size:
-        assert starts[0] >= 0
-        assert starts[-1] + length == samples
-        assert (np.diff(starts) == hop).all()
+@given(st.integers(0, 500), st.integers(1, 100), st.floats(0.1, 1.0), st.sampled_from([0.0, 0.25, 0.5]))
+def test_window_places(samples: int, length: int, share: float, overlap: float) -> None:
+    shortest, hop = max(round(share * length), 1), max(1, round(length * (1 - overlap)))
+    places = window_places(samples, length, shortest, overlap)
+    whole = [start for start, size in places if (size == length and start > 0) or size == length == samples]
+    for start, size in places:
+        assert start >= 0
+        assert shortest <= size <= length
+        assert start + size <= samples
+    if places:
+        assert sum(places[-1]) == samples
+        assert (np.diff(whole) == hop).all()
+    # what no window holds lies at the start, and is shorter than the shortest
+    assert (places[0][0] if places else samples) < shortest
 
 
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=80), st.floats(0.1, 50))
