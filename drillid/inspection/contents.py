@@ -12,7 +12,7 @@ from drillid.arrays import Floats, Integers
 from drillid.config.rig import CHANNEL_UNITS, CHANNELS, Channel, Clock, LogFile
 from drillid.errors import LogError
 from drillid.formats import Dialect, Header, format_of, headers, read_log
-from drillid.formats.mnemonics import channel_column
+from drillid.formats.mnemonics import channel_column, is_no_unit, is_unit
 from drillid.inspection.sweep import Sweep, find_sweep
 from drillid.records.channels import usable_rows
 from drillid.records.grid import Note
@@ -129,7 +129,7 @@ def _contents(path: Path, header: Header, clock: Clock, dialect: Dialect, tables
     recorded = max(duration - float(np.sum(steps[wide])), usual)
     rate = (read.stamps.size - 1 - wide.size) / recorded
     columns = {name: _column(name, values, read.units, recorded) for name, values in read.numbers.items()}
-    sweep = find_sweep(read.numbers, read.units, rate)
+    sweep = find_sweep(read.numbers, read.units, rate, wide)
     return Contents(
         path,
         format_of(path).SUFFIXES[0],
@@ -182,24 +182,31 @@ def _column(name: str, values: Floats, units: Mapping[str, str], seconds: float)
 def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
     """Columns that are named like a channel and may be it by their unit, the sweep by its signal."""
     found = dict[Channel, ChannelGuess]()
-    left = dict(read.numbers)
+    bare = {column: _without_unit(column) for column in read.numbers}
+    units = {column: unit for column, (_, unit) in bare.items() if unit} | read.units
     if sweep is not None:
-        level = sweep.rms
-        guess = _guess("torque_sweep", sweep.column, read.units.get(sweep.column, ""), level)
+        guess = _guess("torque_sweep", sweep.column, units.get(sweep.column, ""), sweep.rms)
         if guess is not None:
             found["torque_sweep"] = guess
-            left.pop(sweep.column)
+            del bare[sweep.column]
     for name in CHANNELS:
-        column = None if name in found else channel_column(name, left)
-        if column is None:
+        called = None if name in found else channel_column(name, (own for own, _ in bare.values()))
+        if called is None:
             continue
-        turning = np.abs(left[column][np.nan_to_num(left[column]) != 0])
+        column = next(column for column, (own, _) in bare.items() if own == called)
+        turning = np.abs(read.numbers[column][np.nan_to_num(read.numbers[column]) != 0])
         level = float(np.median(turning)) if turning.size else 0.0
-        guess = _guess(name, column, read.units.get(column, ""), level)
+        guess = _guess(name, column, units.get(column, ""), level)
         if guess is not None:
             found[name] = guess
-            left.pop(column)
+            del bare[column]
     return found
+
+
+def _without_unit(name: str) -> tuple[str, str]:
+    """A name such as 'TQ_CMD_kNm' without the unit at its end, and that; the name itself where none is there."""
+    own, _, unit = name.rpartition("_")
+    return (own, unit) if own and is_unit(unit) and not is_no_unit(unit) else (name, "")
 
 
 def _guess(name: Channel, column: str, unit: str, level: float) -> ChannelGuess | None:

@@ -93,5 +93,5 @@ def _tried(text: str, logs: Sequence[Path], settings: Settings) -> tuple[list[tu
     segments = pd.DataFrame()
     if folders.has("records", "records"):
         problems += windows_stage.process(well, folders, settings)
-        segments = folders.read_table("windows", "segments")
+        segments = folders.read_table("windows", "segments").fillna({"reason": ""})
     return [(problem.where, problem.what, problem.remedy) for problem in problems], segments

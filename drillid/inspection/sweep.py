@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import periodogram
 
-from drillid.arrays import Floats
+from drillid.arrays import Floats, Integers
 from drillid.spectra.periodic import sweep_period
 from drillid.units import to_si_factor
 
@@ -26,7 +26,7 @@ _LOWEST_HZ, _HIGHEST_HZ = 0.02, 20.0
 """Sweeps of torsional dynamics lie in between."""
 _NARROWEST = 1.3
 """Ratio of the highest to the lowest frequency below which a signal is a tone and no sweep."""
-_NAMED = re.compile(r"sweep|inject|excit|dither|perturb|chirp|prbs|multisine|probing|stimul|testtorque", re.IGNORECASE)
+_NAMED = re.compile(r"sweep|inj|excit|dither|perturb|chirp|prbs|multisine|probing|stimul|testtorque", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,9 @@ class Sweep:
         return f"{repeats}, {self.low_hz:.3g} to {self.high_hz:.3g} Hz, on {100 * self.on_share:.0f} % of the time"
 
 
-def find_sweep(columns: Mapping[str, Floats], units: Mapping[str, str], rate: float) -> Sweep | None:
+def find_sweep(
+    columns: Mapping[str, Floats], units: Mapping[str, str], rate: float, gaps: Integers | None = None
+) -> Sweep | None:
     """The column that holds the sweep; None where none looks like it.
 
     Of several, one that repeats itself exactly, which measured signals do not, comes before one that only fills a band;
@@ -63,12 +65,14 @@ def find_sweep(columns: Mapping[str, Floats], units: Mapping[str, str], rate: fl
     columns : values in order of time, each shape (row,)
     units : of the columns, as the file states them; a column in another unit than one of torque is no sweep
     rate : samples per second
+    gaps : rows behind which samples are missing
     """
+    gaps = np.empty(0, dtype=np.int64) if gaps is None else gaps
     found = []
     for name, values in columns.items():
         named = _NAMED.search(re.sub(r"[\W_]", "", name)) is not None
         in_torque = None if name not in units else _is_torque(units[name])
-        sweep = None if in_torque is False else _as_sweep(name, values, rate)
+        sweep = None if in_torque is False else _as_sweep(name, values, rate, gaps)
         # what neither repeats nor is named like a sweep may be any signal without mean
         if sweep is not None and (sweep.period_s > 0 or named):
             found.append(((sweep.period_s > 0) + 2 * named + bool(in_torque), sweep))
@@ -83,11 +87,11 @@ def _is_torque(unit: str) -> bool:
     return True
 
 
-def _as_sweep(name: str, values: Floats, rate: float) -> Sweep | None:
+def _as_sweep(name: str, values: Floats, rate: float, gaps: Integers) -> Sweep | None:
     """A column as a sweep; None where it has a mean, is no oscillation, or a tone."""
     known = np.nan_to_num(values)
     usual = float(np.quantile(np.abs(known), 0.99))
-    piece = _longest_part(known, usual, rate)
+    piece = _longest_part(known, usual, rate, gaps)
     rms = float(np.sqrt(np.mean(piece**2))) if piece.size else 0.0
     if piece.size < _SHORTEST_S * rate or abs(np.mean(piece)) > _MEAN_SHARE * rms:
         return None
@@ -100,12 +104,13 @@ def _as_sweep(name: str, values: Floats, rate: float) -> Sweep | None:
     return Sweep(name, period, low, high, rms, _on_share(known, usual, rate))
 
 
-def _longest_part(values: Floats, usual: float, rate: float) -> Floats:
-    """The longest part during which a signal is on, up to ten minutes of it."""
+def _longest_part(values: Floats, usual: float, rate: float, gaps: Integers) -> Floats:
+    """The longest part without gaps during which a signal is on, up to ten minutes of it."""
     on = np.flatnonzero(np.abs(values) > _VISIBLE * usual)
     if not usual > 0 or on.size == 0:
         return values[:0]
-    breaks = np.flatnonzero(np.diff(on) > _OFF_S * rate)
+    in_gaps = np.searchsorted(on, gaps, side="right") - 1
+    breaks = np.union1d(np.flatnonzero(np.diff(on) > _OFF_S * rate), in_gaps[(in_gaps >= 0) & (in_gaps < on.size - 1)])
     first, last = on[np.concatenate([[0], breaks + 1])], on[np.concatenate([breaks, [on.size - 1]])]
     longest = int(np.argmax(last - first))
     return values[first[longest] : last[longest] + 1][: int(_PIECE_S * rate)]

@@ -67,6 +67,23 @@ def test_the_draft_reads_the_log_as_it_is(tmp_path: Path) -> None:
     assert "check the unit: the file states none" in found.draft
 
 
+def test_units_at_the_end_of_names_are_taken(tmp_path: Path) -> None:
+    names = {"TQ": "TQ_CMD_kNm", "SWEEP": "TQ_INJ_kNm", "SET": "RPM_SET", "HOLE": "DMEA_ft"}
+    names |= {"BIT": "DBTM_ft", "FLOW": "FLOW_lpm"}
+    found = inspected(save(drilling(30).rename(columns=names), tmp_path / "log.csv"))
+    drafted = yaml.safe_load(found.draft)["channels"]
+    assert {name: column["unit"] for name, column in drafted.items()} == {
+        "torque_command": "kNm",
+        "torque_sweep": "kNm",
+        "speed": "rpm",
+        "speed_set": "rpm",
+        "hole_depth": "ft",
+        "bit_depth": "ft",
+        "flow": "lpm",
+    }
+    assert drafted["hole_depth"]["column"] == "DMEA_ft"
+
+
 def test_slow_logs_are_drafted_as_logs_of_another_shape(tmp_path: Path) -> None:
     log = whole_log()
     fast = save(log.rename(columns=NAMES)[["Time", *list(NAMES.values())[:4]]], tmp_path / "stand 1.csv")
@@ -108,6 +125,14 @@ def test_the_sweep_is_found_by_its_signal_among_others() -> None:
     assert found.rms == pytest.approx(500 / np.sqrt(2), rel=0.05)
     assert find_sweep({name: values for name, values in columns.items() if name != "CH7"}, {}, RATE) is None
     assert find_sweep(columns, {"CH7": "rpm"}, RATE) is None, "what is in rpm is no torque"
+
+
+def test_a_sweep_is_found_beside_a_gap() -> None:
+    broken = np.delete(SWEEP, np.s_[700:917])
+    assert find_sweep({"CH7": broken}, {}, RATE) is None
+    found = find_sweep({"CH7": broken}, {}, RATE, np.array([699]))
+    assert found is not None
+    assert found.period_s == 40.0
 
 
 def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
