@@ -19,16 +19,8 @@ MNEMONICS = {
         *("TOPDRIVERPM", "TOPDRIVESPEED", "RPMSURFACE", "RPMAVG", "ROTATION", "SPEED", "DREHZAHL", "TURTALL"),
     ),
     "speed_set": (
-        "RPMSP",
-        "RPMSET",
-        "SETRPM",
-        "TDRPMSP",
-        "RPMSETPOINT",
-        "SPEEDSETPOINT",
-        "SPEEDSET",
-        "ROTARYSET",
-        "RPMREF",
-        "TDRPMSET",
+        *("RPMSP", "RPMSET", "SETRPM", "TDRPMSP", "RPMSETPOINT", "SPEEDSETPOINT", "SPEEDSET", "ROTARYSET", "RPMREF"),
+        *("TDRPMSET", "SETPOINT", "SET"),
     ),
     "hole_depth": (
         *("DMEA", "DEPTMEAS", "HOLEDEPTH", "HDEP", "DEPTHHOLE", "HDTH", "MEASUREDDEPTH", "HOLEDEPTHMD", "TOTALDEPTH"),
