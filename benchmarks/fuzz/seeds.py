@@ -1,7 +1,9 @@
 """Small logs in good order, written in every format, from which mutated files are made."""
 
+import bz2
 import gzip
 import io
+import lzma
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -9,7 +11,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 
+from drillid.formats import formats
 from tests.raw_logs import START, drilling, standstill
 
 Write = Callable[[pd.DataFrame], bytes]
@@ -163,32 +167,27 @@ def netcdf(log: pd.DataFrame) -> bytes:
         return path.read_bytes()
 
 
-def packed(write: Write, name: str) -> Write:
-    """A file in a zip archive."""
+def zarr(log: pd.DataFrame) -> bytes:
+    """A zarr store, its files in a zip archive without compression."""
+    import warnings
 
-    def zipped(log: pd.DataFrame) -> bytes:
-        buffer = io.BytesIO()
-        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(name, write(log))
-        return buffer.getvalue()
+    import xarray as xr
 
-    return zipped
-
-
-def gzipped(write: Write) -> Write:
-    """A gzipped file."""
-    return lambda log: gzip.compress(write(log), 1, mtime=0)
+    columns = {str(name): ("row", _plain(log[name])) for name in log.columns}
+    with TemporaryDirectory() as name, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        xr.Dataset(columns).to_zarr(Path(name) / "log.zarr", zarr_format=2)
+        files = {path: path.read_bytes() for path in sorted(Path(name, "log.zarr").rglob("*")) if path.is_file()}
+        return archive({str(path.relative_to(Path(name, "log.zarr"))): content for path, content in files.items()})
 
 
-def zstandard(write: Write) -> Write:
-    """A file compressed by zstd."""
-
-    def compressed(log: pd.DataFrame) -> bytes:
-        import pyarrow as pa
-
-        return bytes(pa.compress(write(log), "zstd", asbytes=True))
-
-    return compressed
+def archive(files: Mapping[str, bytes], packing: int = zipfile.ZIP_STORED) -> bytes:
+    """Files in a zip archive."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", packing) as opened:
+        for name, content in files.items():
+            opened.writestr(name, content)
+    return buffer.getvalue()
 
 
 def _zoned(log: pd.DataFrame) -> pd.DataFrame:
@@ -202,36 +201,38 @@ def _plain(column: "pd.Series[object]") -> np.ndarray:
 
 
 _TEXTS = (csv, european_csv, epoch_csv)
-WRITERS: Mapping[str, tuple[Write, ...]] = {
+_BY_READER: Mapping[str, tuple[Write, ...]] = {
     ".csv": _TEXTS,
-    ".txt": _TEXTS,
-    ".tsv": _TEXTS,
     ".parquet": (parquet, plain_parquet),
     ".feather": (feather,),
-    ".arrow": (feather,),
     ".xlsx": (excel,),
-    ".xlsm": (excel,),
     ".las": (las,),
     ".xml": (witsml,),
-    ".witsml": (witsml,),
     ".tdms": (tdms,),
     ".h5": (hdf5,),
-    ".hdf5": (hdf5,),
-    ".hdf": (hdf5,),
     ".mat": (hdf5, matlab),
     ".nc": (netcdf,),
-    ".nc4": (netcdf,),
+    ".zarr": (zarr,),
 }
-"""Writers by the ending of the file."""
-_PACKINGS: Mapping[str, Callable[[Write, str], Write]] = {
-    ".gz": lambda write, _: gzipped(write),
-    ".zst": lambda write, _: zstandard(write),
-    ".zip": lambda write, name: packed(write, name),
+"""Writers by the first ending of each reader."""
+_PACKINGS: Mapping[str, Callable[[bytes], bytes]] = {
+    ".gz": lambda content: gzip.compress(content, 1, mtime=0),
+    ".bz2": lambda content: bz2.compress(content, 1),
+    ".xz": lambda content: lzma.compress(content, preset=0),
+    ".zst": lambda content: bytes(pa.compress(content, "zstd", asbytes=True)),
+    ".zip": lambda content: archive({"log.csv": content}, zipfile.ZIP_DEFLATED),
 }
+_PACKED_TOO = (".csv", ".las", ".parquet", ".mat")
+"""Endings of files that are also packed."""
+
+
+def suffixes() -> tuple[str, ...]:
+    """Endings of all formats, plain and packed, in alphabetical order."""
+    return tuple(sorted([*formats(), *(plain + packing for plain in _PACKED_TOO for packing in _PACKINGS)]))
 
 
 def writers(suffix: str) -> tuple[Write, ...]:
-    """Writers of files with an ending, packed ones such as .csv.gz and .zip included.
+    """Writers of files with an ending.
 
     Raises
     ------
@@ -240,6 +241,9 @@ def writers(suffix: str) -> tuple[Write, ...]:
     """
     for packing, pack in _PACKINGS.items():
         if suffix.endswith(packing):
-            inner = suffix.removesuffix(packing) or ".csv"
-            return tuple(pack(write, f"log{inner}") for write in WRITERS[inner])
-    return WRITERS[suffix]
+            return tuple(_packed(write, pack) for write in writers(suffix.removesuffix(packing)))
+    return _BY_READER[formats()[suffix].SUFFIXES[0]]
+
+
+def _packed(write: Write, pack: Callable[[bytes], bytes]) -> Write:
+    return lambda log: pack(write(log))

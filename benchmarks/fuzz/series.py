@@ -5,13 +5,14 @@ import os
 import resource
 import select
 import signal
-import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.fuzz.trial import known_suffixes, mutated, place, taken_through
+import psutil
+
+from benchmarks.fuzz.trial import mutated, place, taken_through
 
 LONGEST_S = 2.0
 """Time of the processor that a file may take, s."""
@@ -57,7 +58,7 @@ def series(first: int, stop: int, seed: int, keep: Path | None = None) -> Iterat
 
 def _keep(folder: Path, outcome: Outcome, seed: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{outcome.number}{outcome.suffix}").write_bytes(mutated(outcome.number, seed, known_suffixes()).content)
+    mutated(outcome.number, seed).write(folder / f"{outcome.number}{outcome.suffix}")
 
 
 def _in_child(first: int, stop: int, seed: int) -> Iterator[Outcome]:
@@ -90,7 +91,7 @@ def _in_child(first: int, stop: int, seed: int) -> Iterator[Outcome]:
             number += 1
     os.waitpid(child, 0)
     if number < stop:
-        file = mutated(number, seed, known_suffixes())
+        file = mutated(number, seed)
         yield Outcome(number, file.suffix, file.mutations, "", fault, _STUCK_S, 0.0)
 
 
@@ -107,18 +108,18 @@ def _line(lines: object) -> bytes:
 
 def attempt(number: int, seed: int) -> Outcome:
     """Make one file and take it through the library, in this process."""
-    file = mutated(number, seed, known_suffixes())
+    file = mutated(number, seed)
     with TemporaryDirectory(prefix="fuzz-") as folder:
         path = Path(folder) / f"log{file.suffix}"
-        path.write_bytes(file.content)
+        file.write(path)
         held = _reset_peak()
         _limit_memory()
-        ended, fault, begin = "", "", time.process_time()
+        ended, fault, begin = "", "", _spent()
         try:
             ended = taken_through(path)
         except Exception as error:  # this is what the search is for
             fault = place(error)
-        seconds, megabytes = time.process_time() - begin, _peak() - held
+        seconds, megabytes = _spent() - begin, _peak() - held
     if not fault and seconds > LONGEST_S:
         fault = "slow"
     if not fault and megabytes > LARGEST_MB:
@@ -126,9 +127,19 @@ def attempt(number: int, seed: int) -> Outcome:
     return Outcome(number, file.suffix, file.mutations, ended, fault, round(seconds, 3), round(megabytes, 1))
 
 
-def _status(key: str) -> float:
-    """A line of the process's status, MB."""
-    for line in Path("/proc/self/status").read_text().splitlines():
+def _processes() -> list[int]:
+    """Processes that read logs: the current one and its children."""
+    return [os.getpid(), *(child.pid for child in psutil.Process().children())]
+
+
+def _spent() -> float:
+    """Time of the processor, s."""
+    return sum(sum(psutil.Process(process).cpu_times()[:2]) for process in _processes())
+
+
+def _status(key: str, process: int) -> float:
+    """A line of a process's status, MB."""
+    for line in Path(f"/proc/{process}/status").read_text().splitlines():
         if line.startswith(key):
             return int(line.split()[1]) / 1024
     return 0.0
@@ -136,15 +147,16 @@ def _status(key: str) -> float:
 
 def _reset_peak() -> float:
     """Forget the largest memory so far; what is held now, MB."""
-    Path("/proc/self/clear_refs").write_text("5")
-    return _status("VmRSS")
+    for process in _processes():
+        Path(f"/proc/{process}/clear_refs").write_text("5")
+    return sum(_status("VmRSS", process) for process in _processes())
 
 
 def _peak() -> float:
-    return _status("VmHWM")
+    return sum(_status("VmHWM", process) for process in _processes())
 
 
 def _limit_memory() -> None:
     """An allocation that would endanger the machine fails."""
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (int((_status("VmSize") + _HEADROOM_MB) * 2**20), hard))
+    resource.setrlimit(resource.RLIMIT_AS, (int((_status("VmSize", os.getpid()) + _HEADROOM_MB) * 2**20), hard))

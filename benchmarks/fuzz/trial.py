@@ -1,8 +1,10 @@
 """One mutated file: how it is made from its number, and its way through reader, record and windows."""
 
 import functools
+import io
 import traceback
 import warnings
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -17,7 +19,7 @@ from benchmarks.fuzz import mutations, seeds
 from drillid.config.settings import Settings
 from drillid.datasets.memory import WellInMemory
 from drillid.errors import DrillidError
-from drillid.formats import first_stamp, formats
+from drillid.formats import first_stamp
 from drillid.records.stage import regular_record
 from drillid.windows import stage as windows
 from tests.raw_logs import RIG
@@ -25,6 +27,8 @@ from tests.raw_logs import RIG
 SETTINGS = Settings.checked({"windows": {"length_s": 5.0}}, "fuzz")
 _TABLES_CHANGED = 0.6
 """Share of files whose table is changed before it is written."""
+_LEFT_OUT = 0.1
+"""Share of changed stores that lack the file instead."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +39,19 @@ class Mutated:
     content: bytes
     mutations: tuple[str, ...]
 
+    def write(self, path: Path) -> None:
+        """The file, or the folder of a store, whose files lie in an archive."""
+        if self.suffix != ".zarr":
+            path.write_bytes(self.content)
+            return
+        with zipfile.ZipFile(io.BytesIO(self.content)) as archive:
+            archive.extractall(path)
 
-def mutated(number: int, seed: int, suffixes: tuple[str, ...]) -> Mutated:
+
+def mutated(number: int, seed: int) -> Mutated:
     """File `number` of a series: its table changed, its bytes changed, or both."""
     random = Random(f"{seed}/{number}")
+    suffixes = seeds.suffixes()
     suffix = suffixes[number % len(suffixes)]
     writer = random.randrange(len(seeds.writers(suffix)))
     log = random.randrange(len(_logs()))
@@ -55,9 +68,22 @@ def mutated(number: int, seed: int, suffixes: tuple[str, ...]) -> Mutated:
             done = ["unwritten"]
     if not done or done == ["unwritten"] or random.random() < 0.2:
         for change_bytes in random.choices(mutations.OF_BYTES, k=random.choice((1, 1, 2, 3))):
-            content = change_bytes(random, content)
+            content = _bytes_changed(change_bytes, random, content, suffix)
             done.append(change_bytes.__name__)
     return Mutated(suffix, content, tuple(done))
+
+
+def _bytes_changed(change: mutations.OfBytes, random: Random, content: bytes, suffix: str) -> bytes:
+    """The file with some bytes changed; of a store, one of its files, or one left out."""
+    if suffix != ".zarr":
+        return change(random, content)
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    name = random.choice(list(files) or [".zattrs"])
+    files[name] = change(random, files.get(name, b""))
+    if random.random() < _LEFT_OUT:
+        del files[name]
+    return seeds.archive(files)
 
 
 def _changed(change: mutations.OfTable, random: Random, table: pd.DataFrame) -> pd.DataFrame:
@@ -120,8 +146,3 @@ def place(error: BaseException) -> str:
     own = [frame for frame in frames if "drillid" in Path(frame.filename).parts] or frames
     message = (str(error) or "").splitlines()[:1]
     return f"{type(error).__name__} in {Path(own[-1].filename).name}:{own[-1].lineno}: {''.join(message)[:150]}"
-
-
-def known_suffixes() -> tuple[str, ...]:
-    """Endings of all formats, in alphabetical order."""
-    return tuple(sorted(formats()))

@@ -11,6 +11,7 @@ from typing import Any
 
 from drillid.errors import LogError
 from drillid.formats import readers
+from drillid.formats.apart import apart
 from drillid.formats.description import LogFormat, Note
 from drillid.formats.packing import PACKED, first_bytes, inner_name, lines_at_start
 
@@ -41,7 +42,7 @@ def formats() -> dict[str, LogFormat]:
     by_suffix: dict[str, LogFormat] = {}
     for module in pkgutil.iter_modules(readers.__path__):
         reader: Any = importlib.import_module(f"{readers.__name__}.{module.name}")
-        by_suffix |= dict.fromkeys(reader.SUFFIXES, reader)
+        by_suffix |= dict.fromkeys(reader.SUFFIXES, apart(reader))
     return by_suffix
 
 

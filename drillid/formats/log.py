@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _ROWS_OF_START = 1000
 """Rows among which a log's earliest time stamp is sought."""
+_MOST_NAMES, _LONGEST_NAME = 50, 60
+"""Of columns or tables in a message."""
 _DEFAULT_TIME = "TIME"
 """Name of a time column that needs no mention."""
 _TIME_OF_DAY = re.compile(r"(?:\d{1,2}[:.]\d{2}([:.].*)?|\d{1,6}([.,]\d*)?)(?: ?[AaPp]\.?[Mm]\.?)?")
@@ -180,9 +182,15 @@ def column_named(name: str, header: Header, path: Path) -> str:
     if found is not None:
         return found
     close = difflib.get_close_matches(name, header.columns, n=1)
-    hint = f"Did you mean '{close[0]}'?" if close else "Name one of them in the rig description"
-    existing = ", ".join(f"'{column}'" for column in header.columns) or "none"
-    raise LogError(str(path), f"has no column '{name}'; its columns are {existing}", hint)
+    hint = f"Did you mean {_listed(close)}?" if close else "Name one of them in the rig description"
+    raise LogError(str(path), f"has no column '{name}'; its columns are {_listed(header.columns)}", hint)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names as a message quotes them: not all of very many, and not all of a very long one."""
+    shown = [f"'{name if len(name) <= _LONGEST_NAME else name[:_LONGEST_NAME] + '…'}'" for name in names[:_MOST_NAMES]]
+    more = [f"and {len(names) - _MOST_NAMES} more"] if len(names) > _MOST_NAMES else []
+    return ", ".join(shown + more) or "none"
 
 
 def _line_of(path: Path, header: Header, row: int) -> int:
@@ -258,8 +266,7 @@ def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -
         return found
     chosen = [header for header in found if header.table == dialect.table]
     if not chosen:
-        names = ", ".join(f"'{header.table}'" for header in found)
-        what = f"has no table '{dialect.table}'; its tables are {names}"
+        what = f"has no table '{dialect.table}'; its tables are {_listed([header.table for header in found])}"
         raise LogError(str(path), what, "Correct file.table in the rig description")
     return chosen
 
@@ -290,10 +297,9 @@ def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places)
     else:
         found = header.time or time_among(header.columns) or date_among(header.columns)
         if found is None:
-            existing = ", ".join(f"'{name}'" for name in header.columns)
             raise LogError(
                 places.whole,
-                f"has no column that is named like a time; its columns are {existing}",
+                f"has no column that is named like a time; its columns are {_listed(header.columns)}",
                 "State the one with the times as time.column in the rig description",
             )
         column = found

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,10 +33,23 @@ def _workbook(path: Path) -> Any:
 
     if first_bytes(path, 2) == b"PK":
         check_archive(path)
-    try:
+    with _damage():
         return python_calamine.CalamineWorkbook.from_path(path)
+
+
+@contextlib.contextmanager
+def _damage() -> Iterator[None]:
+    """Errors of the library, whose panics are no `Exception`, become `ValueError`."""
+    import python_calamine
+
+    try:
+        yield
     except python_calamine.CalamineError as error:
         raise ValueError(str(error)) from error
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":
+            raise
+        raise ValueError(f"the library that reads it failed: {error}") from error
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
@@ -110,9 +124,10 @@ def line_of(path: Path, header: Header, row: int) -> int:
 
 def _rows(workbook: Any, sheet: str, limit: int | None) -> tuple[list[list[Any]], int]:
     """Cells of a sheet from its first row with content on, and the number of empty rows before that."""
-    found = workbook.get_sheet_by_name(sheet)
-    top = found.start[0] if found.start else 0
-    rows: list[list[Any]] = found.to_python(skip_empty_area=True, nrows=limit)
+    with _damage():
+        found = workbook.get_sheet_by_name(sheet)
+        top = found.start[0] if found.start else 0
+        rows: list[list[Any]] = found.to_python(skip_empty_area=True, nrows=limit)
     return rows, int(top)
 
 

@@ -12,6 +12,7 @@ from drillid.formats.description import Dialect, Header
 from drillid.formats.readers.parquet import header_of
 
 SUFFIXES = (".feather", ".arrow", ".ipc", ".arrows")
+FRAGILE = True
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.since import start_of
 
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5")
+FRAGILE = True
 _UNITS = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")
 _NAMES = ("columns", "column_names", "names", "fields", "channels", "headers")
 _STARTS = ("start", "start_time", "epoch", "t0", "reference_time")

@@ -15,6 +15,7 @@ from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.readers import hdf5
 
 SUFFIXES = (".mat",)
+FRAGILE = True
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _NAMES = ("columns", "column_names", "names", "channels", "headers", "varnames", "labels")
 _UNITS = ("units", "unit", "Units", "Unit")

@@ -13,6 +13,7 @@ from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.readers.hdf5 import named_tables
 
 SUFFIXES = (".nc", ".nc4", ".cdf", ".netcdf")
+FRAGILE = True
 _CLASSIC = b"CDF"
 
 
