@@ -7,12 +7,13 @@ from drillid.datasets.tables import write_table
 from drillid.depth.changes import write_changes
 from drillid.depth.fleet import write_fleet
 from drillid.fleet.outcome import failed_wells
-from drillid.fleet.run import collect_problems, logged
+from drillid.fleet.run import collect_problems, drop_damaged, logged
 
 if __name__ == "__main__":
     results = Path(Settings.checked(dict(snakemake.config), "configuration").results)
     wells = list(snakemake.params.wells)
     with logged(snakemake.log[0]) as log:
+        drop_damaged(results, wells)
         write_fleet(results, wells)
         problems = collect_problems(results, wells)
         write_table(problems, snakemake.output.problems)

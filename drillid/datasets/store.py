@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
+from drillid.datasets.checksums import SUFFIX, Stamps, stamps, write_checksums
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 
@@ -56,13 +57,19 @@ class WellFolders:
         return self.results / stage / ".previous" / self.well
 
     def read(self, stage: str, name: str) -> xr.Dataset:
-        """Open a dataset lazily; a long series without an index of its times, which would load all of them."""
-        return _opened(self.stage(stage), name)
+        """Open a dataset lazily; a long series without an index of its times, which would load all of them.
+
+        Raises
+        ------
+        DamageError
+            If a file of it is missing or has changed, at once or when its values are read.
+        """
+        return _opened(self.stage(stage), stage, name)
 
     def earlier(self, stage: str, name: str) -> xr.Dataset | None:
         """The same of what the stage made before, for rows that need not be made again; None where there is none."""
         there = (self.aside(stage) / f"{name}.zarr").exists()
-        return _opened(self.aside(stage), name) if there else None
+        return _opened(self.aside(stage), stage, name) if there else None
 
     def earlier_memo(self, stage: str) -> dict[str, Any]:
         """The memo of what the stage made before, see `drillid.datasets.reuse.Memo`; empty where there is none."""
@@ -86,7 +93,8 @@ class WellFolders:
         """Conform a dataset to its schema and write it; a half-written store never has the final name."""
         path = self.stage(stage) / f"{name}.zarr"
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_store(DATASETS[name].conform(dataset, well=self.name or self.well, **attributes), path)
+        conformed = DATASETS[name].conform(dataset, well=self.name or self.well, **attributes)
+        _finish(_written(conformed, path), path, path.with_suffix(SUFFIX))
 
     @contextlib.contextmanager
     def appending(
@@ -106,8 +114,10 @@ class WellFolders:
         temporary = path.with_suffix(".part")
         shutil.rmtree(temporary, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
+        earlier, untouched = self.aside(stage) / f"{name}{SUFFIX}", None
         if kept:
             os.replace(self.aside(stage) / f"{name}.zarr", temporary)
+            untouched = stamps(temporary)
             _cut(temporary, kept)
 
         def append(piece: xr.Dataset) -> None:
@@ -119,7 +129,7 @@ class WellFolders:
 
         yield append
         if temporary.exists():
-            _finish(temporary, path)
+            _finish(temporary, path, path.with_suffix(SUFFIX), earlier, untouched)
         else:
             shutil.rmtree(path, ignore_errors=True)
 
@@ -140,28 +150,50 @@ class WellFolders:
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:
     """Write one zarr store whole, replacing an older one."""
+    _finish(_written(dataset, path), path)
+
+
+def _written(dataset: xr.Dataset, path: Path) -> Path:
+    """The store under its temporary name."""
     temporary = path.with_suffix(".part")
     shutil.rmtree(temporary, ignore_errors=True)
     dataset.to_zarr(temporary, mode="w", consolidated=False)
-    _finish(temporary, path)
+    return temporary
 
 
-def _finish(temporary: Path, path: Path) -> None:
-    """Consolidate the metadata, so that `xarray.open_zarr(path)` needs no options, and rename the store."""
+def _finish(
+    temporary: Path,
+    path: Path,
+    sums: Path | None = None,
+    earlier: Path | None = None,
+    untouched: Stamps | None = None,
+) -> None:
+    """Consolidate the metadata, so that `xarray.open_zarr(path)` needs no options, and rename the store.
+
+    Parameters
+    ----------
+    sums : file for the checksums of the store
+    earlier, untouched : see `write_checksums`
+    """
     import zarr
 
     with warnings.catch_warnings():
         # zarr warns that other programs may not read consolidated metadata; they find all of it in place as well
         warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
         zarr.consolidate_metadata(str(temporary))
+    if sums is not None:
+        write_checksums(temporary, sums, earlier, untouched)
     shutil.rmtree(path, ignore_errors=True)
     os.replace(temporary, path)
 
 
-def _opened(folder: Path, name: str) -> xr.Dataset:
+def _opened(folder: Path, stage: str, name: str) -> xr.Dataset:
+    from drillid.datasets.checked_store import CheckedStore
+
     long = "time" in DATASETS[name].variables
+    store = CheckedStore(folder / f"{name}.zarr", stage)
     # without dask, whose graph takes longer than the reading of a window's samples
-    dataset: xr.Dataset = xr.open_zarr(folder / f"{name}.zarr", chunks=None, create_default_indexes=not long)
+    dataset: xr.Dataset = xr.open_zarr(store, chunks=None, create_default_indexes=not long)
     return dataset
 
 

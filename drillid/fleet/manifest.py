@@ -15,12 +15,14 @@ KEY = "key.json"
 
 
 def stored(folder: Path) -> dict[str, Any]:
-    """What one stage of one well was made from; empty where it was never finished, or where the file is damaged."""
+    """What one stage of one well was made from; empty where it was never finished, or a file is damaged or missing."""
     try:
         content = json.loads((folder / KEY).read_bytes())
     except (OSError, ValueError, RecursionError):
         return {}
-    return content if isinstance(content, dict) and isinstance(content.get("key"), str) else {}
+    if not isinstance(content, dict) or not isinstance(content.get("key"), str):
+        return {}
+    return content if all((folder / name).exists() for name in _names(content)) else {}
 
 
 def stored_key(folder: Path) -> str:
@@ -41,7 +43,7 @@ def write_manifest(path: str | Path, wells: Iterable[str]) -> None:
 
 
 def holds(path: Path, failed_on: Callable[[str], str]) -> bool:
-    """Whether every folder is there with the key that the manifest names, and no well that failed has been mended.
+    """Whether every folder is whole, with the key that the manifest names, and no well that failed has been mended.
 
     Parameters
     ----------
@@ -60,6 +62,12 @@ def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str])
     if not key or content.get("key") != key:
         return False
     return "failed_on" not in content or bool(content["failed_on"] == failed_on(well))
+
+
+def _names(content: dict[str, Any]) -> list[str]:
+    """Files and stores that a key names."""
+    names = content.get("files", [])
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
 def write_whole(path: Path, text: str) -> None:

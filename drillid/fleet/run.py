@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import itertools
 import json
 import logging
 import multiprocessing
@@ -23,6 +24,7 @@ import pandas as pd
 
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
+from drillid.datasets.checksums import check
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
@@ -30,7 +32,7 @@ from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.explain import checksums
 from drillid.fleet.lock import end_with_run, held
-from drillid.fleet.manifest import KEY, stored_key, write_whole
+from drillid.fleet.manifest import KEY, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
 
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
 
 _PROBLEMS = "problems.csv"
 _PRINT_EVERY_S = 2.0
+_REPORTED = ("windows", "fits", "discrepancy", "depth")
+"""Stages whose datasets the tables and the report read."""
 _LOADED = package_hash()
 """The code of this process; a long-lived dask worker may hold an older one than the workflow."""
 
@@ -73,7 +77,13 @@ class Task:
     code: str
 
 
-def run_stage(stage: str, wells: Sequence[str], settings: Settings, log: str | Path | None = None) -> list[Outcome]:
+def run_stage(
+    stage: str,
+    wells: Sequence[str],
+    settings: Settings,
+    log: str | Path | None = None,
+    manifest: str | Path | None = None,
+) -> list[Outcome]:
     """Take the wells of one batch through a stage.
 
     Each well ends with its datasets, a problems.csv and a key.json in `<results>/<stage>/<well>/`;
@@ -85,6 +95,7 @@ def run_stage(stage: str, wells: Sequence[str], settings: Settings, log: str | P
     wells : wells of the batch
     settings : all settings
     log : file for the outcome of every well, tracebacks included
+    manifest : file with the wells' keys, written last
 
     Raises
     ------
@@ -103,14 +114,17 @@ def run_stage(stage: str, wells: Sequence[str], settings: Settings, log: str | P
             message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {outcome.seconds:.1f} s"
             logger.info("%s", "\n".join(filter(None, [message, outcome.trace])))
             outcomes.append(outcome)
-    fatal = [outcome for outcome in outcomes if outcome.fatal]
-    if fatal:
-        raise OSError("\n".join(f"{outcome.well}: {outcome.trace}" for outcome in fatal))
+        fatal = [outcome for outcome in outcomes if outcome.fatal]
+        if fatal:
+            raise OSError("\n".join(f"{outcome.well}: {outcome.trace}" for outcome in fatal))
+        if manifest is not None:
+            # within the lock, as a job that outlived its run for a moment may still be at work on the batch
+            write_manifest(manifest, wells)
     return outcomes
 
 
 def process_well(task: Task) -> Outcome:
-    """Take one well through one stage; what goes wrong ends as a row in its problems.csv.
+    """Take one well through one stage; what goes wrong ends as a row in its problems.csv, if it can be written.
 
     Raises
     ------
@@ -119,6 +133,14 @@ def process_well(task: Task) -> Outcome:
     """
     if task.code != _LOADED:
         raise SettingsError("dask worker", "runs an older version of drillid", "Restart the dask workers")
+    try:
+        return _processed(task)
+    except (OSError, MemoryError) as error:
+        # not of the stage itself: its results cannot be written, or what lies there not be read or taken away
+        return _fallen(task, _machine_fault(error), traceback.format_exc(), fatal=True)
+
+
+def _processed(task: Task) -> Outcome:
     began = time.perf_counter()
     stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.folder, name=task.listing.name)
     folder = folders.stage(stage.name)
@@ -138,12 +160,27 @@ def process_well(task: Task) -> Outcome:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
         inputs = {} if stage.reads else checksums([task.listing.rig_file, *task.listing.logs])
-        beside = {"status": end.status, "versions": numerical_versions(), "inputs": inputs}
+        files = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
+        beside = {"status": end.status, "versions": numerical_versions(), "inputs": inputs, "files": files}
         write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))
     if end.status == "done":
         forget_aside(folders, stage.name)
     seconds = time.perf_counter() - began
     return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal)
+
+
+def drop_damaged(results: Path, wells: Sequence[str]) -> None:
+    """Take damaged datasets away from the tables and the report, each with a row; the next run makes them again."""
+    for well, stage in itertools.product(wells, _REPORTED):
+        folders = WellFolders(results, well)
+        try:
+            for store in sorted(folders.stage(stage).glob("*.zarr")):
+                check(store, stage)
+        except DamageError as error:
+            name = str(stored(folders.stage(stage)).get("name", well))
+            clear(folders, stage)
+            problem = Problem(error.where, error.what, error.remedy)
+            write_table(problems_table(name, stage, [problem]), folders.stage(stage) / _PROBLEMS)
 
 
 def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
@@ -168,8 +205,9 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
     try:
         problems = tuple(process(task.listing.load(), folders, task.settings))
     except DamageError as error:
-        # the damaged dataset counts as never made, so that the next run makes it again
+        # the damaged dataset counts as never made, so that the next run makes it again, and not from what lies aside
         (folders.stage(error.stage) / KEY).unlink(missing_ok=True)
+        forget_aside(folders, error.stage)
         return _End("failed", (Problem(error.where, error.what, error.remedy),), traceback.format_exc())
     except DrillidError as error:
         return _End("failed", (Problem(error.where, error.what, error.remedy),))
@@ -239,15 +277,22 @@ def _result(task: Task, future: Any) -> Outcome:
     if not _is_death(error):
         outcome: Outcome = future.result()
         return outcome
-    folders = WellFolders(task.results, task.listing.folder, name=task.listing.name)
-    clear(folders, task.stage)
     problem = Problem(
         f"process of the stage {task.stage}",
         "the process was killed, probably out of memory",
         "Give the job more memory, or fewer processes, then run again",
     )
-    problems_table(task.listing.name, task.stage, [problem]).to_csv(folders.stage(task.stage) / _PROBLEMS, index=False)
-    return Outcome(task.listing.name, "failed", 1, trace=f"{type(error).__name__}: {error}")
+    return _fallen(task, problem, f"{type(error).__name__}: {error}")
+
+
+def _fallen(task: Task, problem: Problem, trace: str, fatal: bool = False) -> Outcome:
+    """The outcome of a well that is not to be kept, and its row where that can be written."""
+    folders = WellFolders(task.results, task.listing.folder, name=task.listing.name)
+    with contextlib.suppress(OSError):
+        clear(folders, task.stage)
+        table = problems_table(task.listing.name, task.stage, [problem])
+        write_table(table, folders.stage(task.stage) / _PROBLEMS)
+    return Outcome(task.listing.name, "failed", 1, trace=trace, fatal=fatal)
 
 
 def _is_death(error: BaseException | None) -> bool:

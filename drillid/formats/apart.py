@@ -26,9 +26,9 @@ from typing import IO, Any, cast
 
 from drillid.formats.description import Dialect, Header, LogFormat, Unusable
 
-_CPU_S, _CPU_S_PER_MB = 20.0, 2.0
+_CPU_S, _CPU_S_PER_MB = 5.0, 2.0
 """Time of the processor that reading may take; logs are read at more than 10 MB/s."""
-_PATIENCE = 10.0
+_PATIENCE = 20.0
 """A silence of so many times as long is a hang, on however busy a machine."""
 _SPACE_MB, _SPACE_MB_PER_MB = 2000.0, 60.0
 """Address space beyond that of an idle process; compressed logs take 37 times their size."""

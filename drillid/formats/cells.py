@@ -8,7 +8,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.errors import LogError
-from drillid.formats.places import Places
+from drillid.formats.places import Places, shortened
 
 NULL_VALUES = (-999.25, -9999.0)
 """Numbers that drilling recorders write for missing values."""
@@ -37,7 +37,7 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
             row = int(wrong[0])
             raise LogError(
                 places.cell(name, row),
-                f"'{cells.iloc[row]}' is not a number",
+                f"'{shortened(cells.iloc[row])}' is not a number",
                 f"Correct the cell{places.in_line(row)}, or leave it empty where there is no value",
             )
         values = found.to_numpy(dtype=np.float64, copy=True)

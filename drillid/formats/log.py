@@ -21,7 +21,7 @@ from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeCo
 from drillid.formats.detection import reader_of, suffix_of
 from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
-from drillid.formats.places import Places
+from drillid.formats.places import Places, shortened
 from drillid.formats.remote import local_file
 from drillid.formats.stamps import Times, first_line
 from drillid.formats.time_columns import Stamps
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 _ROWS_OF_START = 1000
 """Rows among which a log's earliest time stamp is sought."""
-_MOST_NAMES, _LONGEST_NAME = 50, 60
-"""Of columns or tables in a message."""
+_MOST_NAMES = 50
+"""Columns or tables that a message lists."""
 _DEFAULT_TIME = "TIME"
 """Name of a time column that needs no mention."""
 _TIME_OF_DAY = re.compile(r"(?:\d{1,2}[:.]\d{2}([:.].*)?|\d{1,6}([.,]\d*)?)(?: ?[AaPp]\.?[Mm]\.?)?")
@@ -188,7 +188,7 @@ def column_named(name: str, header: Header, path: Path) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     """Names as a message quotes them: not all of very many, and not all of a very long one."""
-    shown = [f"'{name if len(name) <= _LONGEST_NAME else name[:_LONGEST_NAME] + '…'}'" for name in names[:_MOST_NAMES]]
+    shown = [f"'{shortened(name)}'" for name in names[:_MOST_NAMES]]
     more = [f"and {len(names) - _MOST_NAMES} more"] if len(names) > _MOST_NAMES else []
     return ", ".join(shown + more) or "none"
 

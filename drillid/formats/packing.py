@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any, cast
 
 from drillid.formats.description import Unusable
+from drillid.formats.places import shortened
 
 PACKED = (".gz", ".gzip", ".bz2", ".xz", ".zst", ".zstd", ".zip")
 """Endings of packed files."""
@@ -101,7 +102,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
         if not member.is_dir() and not Path(member.filename).name.startswith(".") and "__MACOSX" not in member.filename
     ]
     if len(members) != 1:
-        names = ", ".join(member.filename for member in members[:4])
+        names = ", ".join(shortened(member.filename) for member in members[:4])
         raise Unusable(
             f"is a zip file with {len(members)} files ({names}), where one is read", "Unpack it, or zip each log alone"
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drillid.formats.description import Header
 
+_LONGEST_QUOTE = 60
 _FIRST_ROW = 1
 """Rows are counted from 1, without the header."""
 
@@ -38,3 +39,9 @@ class Places:
     def whole(self) -> str:
         """The file, or the table in it."""
         return f"{self.path}, '{self.header.table}'" if self.header.table else str(self.path)
+
+
+def shortened(text: object, longest: int = _LONGEST_QUOTE) -> str:
+    """A cell or name as a message quotes it: the beginning of a very long one."""
+    whole = str(text)
+    return whole if len(whole) <= longest else whole[:longest] + "…"

@@ -12,7 +12,7 @@ from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.counted_times import NoStart, from_numbers, unit_named
 from drillid.formats.description import Note, TimeColumn
-from drillid.formats.places import Places
+from drillid.formats.places import Places, shortened
 from drillid.formats.since import unit_since
 from drillid.formats.time_columns import (
     Stamps,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _ISO = re.compile(r"^\d{4}(?:-\d{1,2}-\d{1,2}|\d{4})(?:[T ]|$)")
 _EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
+_LONGEST_MESSAGE = 500
 _OTHER_FORMAT = "or state their format as time.format in the rig description"
 _NUMBER = re.compile(r"^[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?$")
 _PAST_MIDNIGHT_NS = DAY_NS // 2
@@ -194,7 +195,7 @@ class Times:
         except UnclearDate as error:
             raise LogError(
                 self.places.cell(self.column, 0),
-                f"'{column[0].as_py()}' may have the day or the month first, and no row of the log shows which",
+                f"'{shortened(column[0].as_py())}' may have day or month first, and no row of the log shows which",
                 "State time.format in the rig description as 'day first' or 'month first'",
             ) from error
         if found is None or (wrong is not None and np.any(found.wrong)):
@@ -203,7 +204,7 @@ class Times:
             if short:
                 raise LogError(
                     self.places.cell(self.column, row),
-                    f"'{cell}' is not a time: its year has two digits",
+                    f"'{shortened(cell)}' is not a time: its year has two digits",
                     "State the format in the rig description, such as time.format: '%d.%m.%y %H:%M:%S'",
                 )
             raise self._wrong(row, cell)
@@ -382,7 +383,7 @@ class Times:
             raise self._wrong(int(np.argmax(pc.is_null(column).to_numpy())), "")
 
     def _wrong(self, row: int, cell: object, remedy: str = "") -> LogError:
-        shown = "" if cell is None else cell
+        shown = "" if cell is None else shortened(cell)
         example = f"Write time stamps such as 2025-03-03T06:00:00.020Z{self.places.in_line(row)}"
         return LogError(
             self.places.cell(self.column, row), f"'{shown}' is not a time", remedy or f"{example}, {_OTHER_FORMAT}"
@@ -409,4 +410,5 @@ class Times:
 
 def first_line(error: BaseException) -> str:
     """The first line of an error's message."""
-    return (str(error) or type(error).__name__).splitlines()[0].rstrip(".")
+    lines = str(error).splitlines() or [type(error).__name__]
+    return shortened(lines[0].rstrip("."), _LONGEST_MESSAGE)

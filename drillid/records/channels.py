@@ -128,7 +128,7 @@ def _in_si(name: Channel, values: Floats, column: MappedColumn, path: Path) -> t
     """A channel in SI units, nothing where it holds hardly any possible value, and notes."""
     if np.sum(np.isfinite(values)) < FEWEST_ROWS:
         return None, []
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         converted = values * to_si_factor(column.unit, CHANNEL_UNITS[name])
     possible, notes = possible_values(name, converted, column, str(path))
     if possible is None:

@@ -174,7 +174,8 @@ def _interval(stamps: Integers, where: str) -> float:
             f"its stamps are {usual:.3g} s apart, and torque is recorded at {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz",
             "State the unit or format of the time column, or export the log at the rate of its recorder",
         )
-    return float(np.mean(steps[np.abs(steps / usual - 1) < 0.5]))
+    near = steps[np.abs(steps / usual - 1) < 0.5]
+    return float(np.mean(near)) if near.size else usual
 
 
 def _tick_spacing(seconds: Floats, interval: float) -> tuple[Integers, Floats]:

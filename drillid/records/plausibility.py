@@ -287,7 +287,8 @@ def possible_values(name: Channel, values: Array, column: MappedColumn, where: s
         what = f"{count} values of {name} are outside of {bounds}, the first {first:.4g} {unit}; they are not used"
         remedy = f"Leave cells of the column '{column.column}' empty where there is no value; check the sensor"
         return np.where(wrong, np.nan, values), [(what, remedy)]
-    middle = float(np.median(np.abs(values[wrong])))
+    with np.errstate(over="ignore"):
+        middle = float(np.median(np.abs(values[wrong])))
     what = (
         f"{name}, column '{column.column}' in {column.unit}, is {middle:.4g} {unit} in the median, outside of {bounds}"
     )

@@ -133,7 +133,7 @@ def _windows_of(
             without_holes(part["speed"].values.astype(float)), round(_STEADY_S * rate), mode="nearest"
         )
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
-    length = round(settings.length_s * rate)
+    length = max(1, round(settings.length_s * rate))
     shortest = max(round(settings.shortest_share * length), 1)
     parts = steady_parts(set_point, settings.steady_rpm * np.pi / 30)
     for low, high in parts:

@@ -48,6 +48,8 @@ def read_columns(
     with _batches(path, sorted(wanted)) as (schema, batches):
         found, count = [], 0
         for batch in batches:
+            # damaged lengths and offsets would lead out of memory later on
+            batch.validate(full=True)
             found.append(batch)
             count += batch.num_rows
             if rows is not None and count >= rows:

@@ -333,6 +333,11 @@ def _fill_curve(curve: _Curve, element: str, text: str) -> None:
         curve.kind = text
 
 
+def _listed(text: str) -> list[str]:
+    """Cells of a list of names or units, which damage may spread over lines."""
+    return [cell.strip() for cell in next(csv.reader([text.replace("\r", " ").replace("\n", " ")]), [])]
+
+
 def _fill_log(log: _Log, element: str, text: str) -> None:
     if element == "name":
         log.name = text
@@ -345,6 +350,6 @@ def _fill_log(log: _Log, element: str, text: str) -> None:
     elif element == "dataDelimiter" and text:
         log.delimiter = text
     elif element == "mnemonicList":
-        log.mnemonics = [name.strip() for name in next(csv.reader([text]), [])]
+        log.mnemonics = _listed(text)
     elif element == "unitList":
-        log.units = [unit.strip() for unit in next(csv.reader([text]), [])]
+        log.units = _listed(text)

@@ -133,7 +133,7 @@ def test_the_key_says_what_the_folder_was_made_from(task: Task, stage: Callable[
     process_well(task)
     key = json.loads((task.results / "records/W1/key.json").read_text())
     assert key.keys() == {"key", "basis", "source", "settings", "rig", "logs", "upstream"} | {
-        *("status", "versions", "inputs")
+        *("status", "versions", "inputs", "files")
     }
     assert key["settings"] == {"records": Settings().records.model_dump()}
 

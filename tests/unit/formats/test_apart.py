@@ -80,7 +80,21 @@ def test_one_process_serves_all_files_and_a_forked_child_has_its_own(tmp_path: P
 
 def test_files_of_c_libraries_without_checks_of_their_own_are_read_there() -> None:
     assert {suffix for suffix, reader in formats().items() if isinstance(reader, Apart)} == {
-        *(".feather", ".arrow", ".ipc", ".arrows", ".h5", ".hdf5", ".hdf", ".he5", ".mat", ".nc", ".nc4", ".cdf", ".netcdf")
+        *(
+            ".feather",
+            ".arrow",
+            ".ipc",
+            ".arrows",
+            ".h5",
+            ".hdf5",
+            ".hdf",
+            ".he5",
+            ".mat",
+            ".nc",
+            ".nc4",
+            ".cdf",
+            ".netcdf",
+        )
     }
 
 

@@ -1,0 +1,44 @@
+"""Stores whose files are compared with their checksums as they are read; apart, as zarr is imported late."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from zarr.storage import LocalStore, WrapperStore
+
+from drillid.datasets.checksums import checksum, read_checksums
+from drillid.errors import DamageError
+
+
+class CheckedStore(WrapperStore[LocalStore]):
+    """A store to read, every file of which must have its checksum; without checksums it is read as it is.
+
+    Parameters
+    ----------
+    path : folder of the store
+    stage : stage that wrote it
+
+    Raises
+    ------
+    DamageError
+        If there is no store, or when a file is read that is missing or has changed.
+    """
+
+    def __init__(self, path: Path, stage: str) -> None:
+        super().__init__(LocalStore(path, read_only=True))
+        self.path, self.stage = path, stage
+        self.sums = read_checksums(path, stage)
+
+    async def get(self, key: str, prototype: Any, byte_range: Any = None) -> Any:
+        """The content of a file, or nothing where the store never had it."""
+        found = await super().get(key, prototype, byte_range)
+        expected = self.sums.get(key)
+        if found is None and expected is not None:
+            raise DamageError(str(self.path / key), "is missing", self.stage)
+        if found is not None and byte_range is None and self.sums and checksum(found.to_bytes()) != expected:
+            raise DamageError(str(self.path / key), "has changed since it was written", self.stage)
+        return found
+
+    def _with_store(self, store: LocalStore) -> CheckedStore:
+        return CheckedStore(self.path, self.stage)

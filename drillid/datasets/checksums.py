@@ -1,0 +1,82 @@
+"""Checksums of a dataset's files, by which a chunk that is missing or has changed is noticed when it is read.
+
+zarr takes a missing chunk for one of fill values, and damage that its compression does not see for data. The checksums
+lie beside the store, in `<dataset>.sums`.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from drillid.errors import DamageError
+
+SUFFIX = ".sums"
+Stamps = Mapping[str, tuple[int, int]]
+
+
+def checksum(content: bytes) -> str:
+    """CRC-32 as 8 hexadecimal digits."""
+    return f"{zlib.crc32(content):08x}"
+
+
+def stamps(store: Path) -> dict[str, tuple[int, int]]:
+    """Size and time of every file of a store, by its path in there."""
+    files = {str(path.relative_to(store)): path.stat() for path in sorted(store.rglob("*")) if path.is_file()}
+    return {name: (status.st_size, status.st_mtime_ns) for name, status in files.items()}
+
+
+def write_checksums(store: Path, path: Path, earlier: Path | None = None, untouched: Stamps | None = None) -> None:
+    """Write the checksums of a store's files.
+
+    Parameters
+    ----------
+    store : folder of the store
+    path : file that is written
+    earlier : checksums of the store that this one continues, so that damage done meanwhile is not taken for right
+    untouched : `stamps` of that store; its files that are still as they were keep their checksums
+    """
+    known = _stored(earlier) if earlier is not None and earlier.exists() else {}
+    same = {name for name, stamp in stamps(store).items() if name in known and (untouched or {}).get(name) == stamp}
+    files = {name: known[name] if name in same else checksum((store / name).read_bytes()) for name in stamps(store)}
+    path.write_text(json.dumps(files, indent=0) + "\n")
+
+
+def read_checksums(store: Path, stage: str) -> dict[str, str]:
+    """Checksums of a store's files by their paths in there; empty where none were written.
+
+    Raises
+    ------
+    DamageError
+        If they cannot be read.
+    """
+    path = store.with_suffix(SUFFIX)
+    try:
+        return _stored(path) if path.exists() else {}
+    except ValueError as error:
+        raise DamageError(str(path), "is damaged", stage) from error
+
+
+def _stored(path: Path) -> dict[str, str]:
+    content = json.loads(path.read_bytes())
+    if not isinstance(content, dict):
+        raise ValueError("no table of checksums")
+    return content
+
+
+def check(path: Path, stage: str) -> None:
+    """Compare every file of a store with its checksum.
+
+    Raises
+    ------
+    DamageError
+        If one is missing or has changed.
+    """
+    for name, expected in read_checksums(path, stage).items():
+        file = path / name
+        if not file.is_file():
+            raise DamageError(str(file), "is missing", stage)
+        if checksum(file.read_bytes()) != expected:
+            raise DamageError(str(file), "has changed since it was written", stage)
