@@ -39,7 +39,8 @@ def stage(monkeypatch: pytest.MonkeyPatch) -> Callable[[Process], None]:
 
 
 def good(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    (folders.stage("records") / "records.zarr").mkdir(parents=True)
+    for name in ("records", "logs"):
+        (folders.stage("records") / f"{name}.zarr").mkdir(parents=True)
     return [Problem("a.csv", "a spike", "None needed")]
 
 
