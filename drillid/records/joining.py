@@ -290,5 +290,5 @@ def _offset_of(log: SlowLog, raw: RawChannels) -> tuple[float, str]:
         if abs(found.seconds) > max(log.interval, _SURE * found.error):
             return found.seconds, f"its clock is off this log's by {value}, as {name} in both shows, which is corrected"
         return 0.0, f"the clocks agree, as {name} in both shows ({value})"
-    reason = f"{' and '.join(shared)} in both do not show an offset" if shared else "no channel is in both"
+    reason = f"no offset shows in {' and '.join(shared)} of both" if shared else "no channel is in both"
     return 0.0, f"{reason}, so the clocks are taken to agree"

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -174,3 +175,16 @@ def test_a_later_run_reads_only_what_is_new_or_joined_with_what_is_new(
     whole, expected = night("at once", 4)
     xr.testing.assert_identical(found, whole)
     assert problems == expected
+
+
+def test_tables_of_one_file_are_joined_as_files_are(tmp_path: Path) -> None:
+    log = whole_log()
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        for name, table in (("fast", log[FAST]), ("slow", log.iloc[::50][["Time", "HOLE", "BIT", "FLOW"]])):
+            group = file.create_group(name)
+            for column in table:
+                values = table[column]
+                group[column] = values.astype("datetime64[ms]").astype(np.int64) if column == "Time" else values
+    joined, problems = run(tmp_path, tmp_path / "log.h5", other_logs=[])
+    assert np.isfinite(joined["hole_depth"][:-50]).all()
+    assert any("hole_depth, bit_depth, flow taken from log.h5 at 1 Hz" in problem.what for problem in problems)
