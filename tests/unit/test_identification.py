@@ -89,7 +89,7 @@ def test_what_cannot_be_identified_is_refused_with_its_reason(folder: Path, tmp_
         drillid.identify(tmp_path / "none.csv", folder / "rig.yaml")
     with pytest.raises(EstimationError, match="too short"):
         drillid.identify(
-            folder / "stand.csv", folder / "rig.yaml", Settings.checked({"windows": {"length_s": 1200.0}}, "long")
+            folder / "stand.csv", folder / "rig.yaml", Settings.checked({"windows": {"length_s": 3600.0}}, "long")
         )
     with pytest.raises(SettingsError, match="no log"):
         drillid.identify([], folder / "rig.yaml")
