@@ -79,8 +79,8 @@ def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:
             signal.setitimer(signal.ITIMER_REAL, 0)
             for number, handler in before.items():
                 signal.signal(number, handler)
-        if stopped:
-            _signal_group(child.pid, signal.SIGKILL)
+        # whatever ended the command, none of what it started may go on writing
+        _signal_group(child.pid, signal.SIGKILL)
     return 128 + stopped[0] if stopped else code
 
 

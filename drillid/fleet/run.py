@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import importlib
 import itertools
 import json
 import logging
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 import time
@@ -50,6 +52,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _LOOK_EVERY_S = 1.0
+_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True)
@@ -388,10 +391,14 @@ def _child() -> ProcessPoolExecutor:
 
 def _end_with(parent: int) -> None:
     """End this process when its parent is gone; a job that is killed would leave it waiting for ever."""
+    if sys.platform == "linux":
+        # the kernel ends this process at once, whatever it is busy with
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(_LOOK_EVERY_S)
         os._exit(1)
 
+    # elsewhere, and where the parent had gone before that
     threading.Thread(target=watch, daemon=True).start()

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from tests.workflow.toys import RIG, ROOT, Checkout, write_library
+from tests.workflow.toys import Checkout, new_checkout
 
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Checkout:
     """The copied workflow with toy stages, a rig description 'toy' and no wells yet."""
-    return _new_checkout(tmp_path)
+    return new_checkout(tmp_path)
 
 
 @pytest.fixture(scope="session")
 def _finished_once(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
-    found = _new_checkout(tmp_path_factory.mktemp("finished"))
+    found = new_checkout(tmp_path_factory.mktemp("finished"))
     found.sheets({"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"]})
     found.run()
     return found
@@ -27,16 +27,3 @@ def finished(_finished_once: Checkout, tmp_path: Path) -> Checkout:
     """A checkout whose two wells, W1 and W-2, went through every stage."""
     shutil.copytree(_finished_once.root, tmp_path / "checkout")
     return Checkout(tmp_path / "checkout")
-
-
-def _new_checkout(tmp_path: Path) -> Checkout:
-    write_library(tmp_path / "drillid")
-    for name in ("workflow", "scripts", "envs"):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    shutil.copy(ROOT / "Snakefile", tmp_path)
-    (tmp_path / "config/rigs").mkdir(parents=True)
-    shutil.copy(ROOT / "config/config.yaml", tmp_path / "config")
-    (tmp_path / "config/rigs/toy.yaml").write_text(RIG)
-    found = Checkout(tmp_path)
-    found.sheets({})
-    return found

@@ -1,61 +1,22 @@
 """`drillid run` killed at any moment, started twice, stopped, and with wells that fail: what it leaves, how it ends."""
 
-import hashlib
-import os
 import random
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import psutil
 import pytest
 
+from tests.workflow.killed import digests, family, kill_some_process, run, started, write_wells
 from tests.workflow.toys import Checkout
 
-WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"], "W3": ["d.csv"]}
-POINTS = int(os.environ.get("DRILLID_KILL_POINTS", "4"))
-"""`make bench-fleet` tries twenty."""
-
-
-def command(checkout: Checkout, *arguments: str) -> tuple[list[str], dict[str, str]]:
-    environment = os.environ | {"PYTHONPATH": str(checkout.root)}
-    return [sys.executable, "-m", "drillid", "run", "--jobs", "2", "--profile", "profile", *arguments], environment
-
-
-def run(checkout: Checkout, *arguments: str) -> subprocess.CompletedProcess[str]:
-    words, environment = command(checkout, *arguments)
-    return subprocess.run(words, cwd=checkout.root, env=environment, capture_output=True, text=True, check=False)
-
-
-def started(checkout: Checkout, *arguments: str) -> subprocess.Popen[str]:
-    words, environment = command(checkout, *arguments)
-    return subprocess.Popen(
-        words, cwd=checkout.root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-
-
-def family(process: subprocess.Popen[str]) -> list[psutil.Process]:
-    return [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
-
-
-def digests(results: Path) -> dict[str, str]:
-    """Contents of everything that a user reads; logs, timings and locks differ from run to run."""
-    kept = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith(".")]
-    apart = {results / name for name in ("logs", "benchmarks")}
-    return {
-        str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(kept)
-        if apart.isdisjoint(path.parents)
-    }
+POINTS = 4
+"""`make bench-fleet` tries twenty, one run each."""
 
 
 @pytest.fixture
 def wells(checkout: Checkout) -> Checkout:
-    checkout.sheets(WELLS)
-    (checkout.root / "profile").mkdir()
-    (checkout.root / "profile/config.yaml").write_text("scheduler: greedy\nkeep-going: true\nrerun-incomplete: true\n")
+    write_wells(checkout)
     return checkout
 
 
@@ -64,23 +25,14 @@ def test_a_run_killed_at_any_moment_ends_as_an_undisturbed_one(wells: Checkout) 
     began = time.monotonic()
     assert run(wells).returncode == 0
     duration = time.monotonic() - began
-    results = wells.root / "results/main"
-    undisturbed = digests(results)
+    undisturbed = digests(wells.root / "results/main")
+    (wells.root / "results").rename(wells.root / "undisturbed")
     draw = random.Random(4)
-    for point in range(POINTS):
-        if point % 5 == 0:
-            (wells.root / "results").rename(wells.root / f"results-{point}")
-        running = started(wells)
-        time.sleep(draw.uniform(0.3, 0.8) * duration)
-        if running.poll() is None:
-            with_children = family(running)
-            victim = draw.choice(with_children)
-            if victim.is_running():
-                victim.kill()
-        running.communicate(timeout=60)
+    for _ in range(POINTS):
+        kill_some_process(wells, draw.uniform(0.3, 0.8) * duration, draw)
     last = run(wells)
     assert last.returncode == 0, last.stderr
-    assert digests(results) == undisturbed
+    assert digests(wells.root / "results/main") == undisturbed
 
 
 def test_a_second_run_at_once_is_refused_and_the_first_goes_on(wells: Checkout) -> None:

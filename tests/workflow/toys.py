@@ -185,3 +185,17 @@ def write_library(folder: Path) -> None:
         (folder / name).write_text(text)
     for room in (folder, *(path for path in folder.iterdir() if path.is_dir())):
         (room / "__init__.py").touch()
+
+
+def new_checkout(tmp_path: Path) -> Checkout:
+    """The workflow copied into a folder, with toy stages and no wells yet."""
+    write_library(tmp_path / "drillid")
+    for name in ("workflow", "scripts", "envs"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    shutil.copy(ROOT / "Snakefile", tmp_path)
+    (tmp_path / "config/rigs").mkdir(parents=True)
+    shutil.copy(ROOT / "config/config.yaml", tmp_path / "config")
+    (tmp_path / "config/rigs/toy.yaml").write_text(RIG)
+    found = Checkout(tmp_path)
+    found.sheets({})
+    return found

@@ -1,0 +1,65 @@
+"""`drillid run` in a checkout with toy stages, and what is left of it where one of its processes is killed."""
+
+import hashlib
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+
+from tests.workflow.toys import Checkout
+
+WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"], "W3": ["d.csv"]}
+
+
+def command(checkout: Checkout, *arguments: str) -> tuple[list[str], dict[str, str]]:
+    environment = os.environ | {"PYTHONPATH": str(checkout.root)}
+    return [sys.executable, "-m", "drillid", "run", "--jobs", "2", "--profile", "profile", *arguments], environment
+
+
+def run(checkout: Checkout, *arguments: str) -> subprocess.CompletedProcess[str]:
+    words, environment = command(checkout, *arguments)
+    return subprocess.run(words, cwd=checkout.root, env=environment, capture_output=True, text=True, check=False)
+
+
+def started(checkout: Checkout, *arguments: str) -> subprocess.Popen[str]:
+    words, environment = command(checkout, *arguments)
+    return subprocess.Popen(
+        words, cwd=checkout.root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def family(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    return [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
+
+
+def digests(results: Path) -> dict[str, str]:
+    """Contents of everything that a user reads; logs, timings and locks differ from run to run."""
+    kept = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith(".")]
+    apart = {results / name for name in ("logs", "benchmarks")}
+    return {
+        str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(kept)
+        if apart.isdisjoint(path.parents)
+    }
+
+
+def kill_some_process(checkout: Checkout, seconds: float, draw: random.Random) -> None:
+    """Start a run and kill one of its processes outright after so many seconds; end only when the run has."""
+    running = started(checkout)
+    time.sleep(seconds)
+    if running.poll() is None:
+        victim = draw.choice(family(running))
+        if victim.is_running():
+            victim.kill()
+    running.communicate(timeout=120)
+
+
+def write_wells(checkout: Checkout) -> None:
+    """Three wells, and a profile by which a run goes on where one of them fails."""
+    checkout.sheets(WELLS)
+    (checkout.root / "profile").mkdir()
+    (checkout.root / "profile/config.yaml").write_text("scheduler: greedy\nkeep-going: true\nrerun-incomplete: true\n")
