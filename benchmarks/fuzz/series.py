@@ -11,14 +11,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import psutil
-
 from benchmarks.fuzz.trial import mutated, place, taken_through
 
 LONGEST_S = 2.0
 """Time of the processor that a file may take, s; the process that reads for others has a limit of its own."""
 LARGEST_MB = 500
-"""Memory that a file may take beyond what the process holds, MB."""
+"""Memory that a file may take beyond what the process holds, MB; the same holds for it."""
 _STUCK_S = 300.0
 """Time after which the process is killed, s; on a busy machine it may stand still for a while."""
 _HEADROOM_MB = 4000
@@ -128,14 +126,9 @@ def attempt(number: int, seed: int) -> Outcome:
     return Outcome(number, file.suffix, file.mutations, ended, fault, round(seconds, 3), round(megabytes, 1))
 
 
-def _processes() -> list[int]:
-    """Processes that read logs: the current one and its children."""
-    return [os.getpid(), *(child.pid for child in psutil.Process().children())]
-
-
-def _status(key: str, process: int) -> float:
-    """A line of a process's status, MB."""
-    for line in Path(f"/proc/{process}/status").read_text().splitlines():
+def _status(key: str) -> float:
+    """A line of the process's status, MB."""
+    for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith(key):
             return int(line.split()[1]) / 1024
     return 0.0
@@ -143,16 +136,15 @@ def _status(key: str, process: int) -> float:
 
 def _reset_peak() -> float:
     """Forget the largest memory so far; what is held now, MB."""
-    for process in _processes():
-        Path(f"/proc/{process}/clear_refs").write_text("5")
-    return sum(_status("VmRSS", process) for process in _processes())
+    Path("/proc/self/clear_refs").write_text("5")
+    return _status("VmRSS")
 
 
 def _peak() -> float:
-    return sum(_status("VmHWM", process) for process in _processes())
+    return _status("VmHWM")
 
 
 def _limit_memory() -> None:
     """An allocation that would endanger the machine fails."""
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (int((_status("VmSize", os.getpid()) + _HEADROOM_MB) * 2**20), hard))
+    resource.setrlimit(resource.RLIMIT_AS, (int((_status("VmSize") + _HEADROOM_MB) * 2**20), hard))

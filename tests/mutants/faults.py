@@ -20,6 +20,46 @@ class Fault:
 
 FAULTS = (
     Fault(
+        "datasets",
+        "drillid/datasets/checked_store.py",
+        "if found is None and expected is not None:",
+        "if found is None and expected is None and self.stage == '':",
+        ("tests/unit/datasets/test_checksums.py",),
+        "a missing chunk is read as fill values",
+    ),
+    Fault(
+        "datasets",
+        "drillid/datasets/checksums.py",
+        "known[name] if name in same else checksum(",
+        "checksum(",
+        ("tests/unit/datasets/test_checksums.py",),
+        "damage done before a series is continued is taken for right",
+    ),
+    Fault(
+        "fleet",
+        "drillid/fleet/manifest.py",
+        "return content if all((folder / name).exists() for name in _names(content)) else {}",
+        "return content",
+        ("tests/unit/fleet/test_machine.py",),
+        "a deleted dataset is never made again",
+    ),
+    Fault(
+        "fleet",
+        "drillid/fleet/run.py",
+        "_fallen(task, _machine_fault(error), traceback.format_exc(), fatal=True)",
+        "_fallen(task, _machine_fault(error), traceback.format_exc())",
+        ("tests/unit/fleet/test_machine.py",),
+        "a disk without room for a row ends as a job that is done",
+    ),
+    Fault(
+        "formats",
+        "drillid/formats/apart.py",
+        "if code == -signal.SIGKILL:",
+        "if code == -signal.SIGXCPU:",
+        ("tests/unit/formats/test_apart.py",),
+        "a process killed for lack of memory is held against the log for ever",
+    ),
+    Fault(
         "formats",
         "drillid/formats/cells.py",
         "values[values == null] = np.nan",
