@@ -7,14 +7,19 @@ command (Bussgang 1952, MIT Research Laboratory of Electronics, report 216; Stei
 1135–1151). Less that part, the missing torque is uncorrelated with Gaussian noise.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.special import stdtr
+from scipy.stats import binom
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
+from drillid.discrepancy.rules import CLEAR_DETECTION
+from drillid.records.quality import quantisation_step
 
 _BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
 """Shares of the record's time that the command is beyond each of the limits tried."""
@@ -23,6 +28,8 @@ _NEGLIGIBLE = 1e-9
 
 _JITTER_BAND = (1.0, 0.4)
 """Lowest frequency, Hz, and highest, as a share of the rate."""
+_SAME = 1e-6
+"""Relative difference below which two samples are the same, where a series has no quantisation step."""
 _HOLD_S = 0.02
 """s, time for which each delay of a drive with jitter is assumed to hold."""
 _BLOCK_S = 4.0
@@ -43,6 +50,13 @@ class TorqueLimitDetector(Detector):
         columns = _response_to_missing(residual, missing, memory=False)
         return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True)
 
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """Flat tops of the logged command, where it is logged behind its limit; else None."""
+        if not inspection.residual.record.has_command:
+            return None
+        command = inspection.residual.command
+        return _clearest(ceiling_score(command), ceiling_score(-command))
+
 
 class TorqueRateLimitDetector(Detector):
     """Torque that lags behind its command as its rate is limited; the size of the limit is unknown where the command is
@@ -57,17 +71,51 @@ class TorqueRateLimitDetector(Detector):
         columns = _response_to_missing(residual, missing, memory=True)
         return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True, at_unit_amplitude=True)
 
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """Constant slopes of the logged command, where it is logged behind its limit; else None."""
+        if not inspection.residual.record.has_command:
+            return None
+        found = ceiling_score(np.abs(np.diff(inspection.residual.command)))
+        rate = inspection.residual.record.rate
+        return found and replace(found, size=found.size * rate, size_error=found.size_error * rate)
+
 
 class DelayJitterDetector(Detector):
     """Jitter of the delay: noise whose power grows with the square of the command's slope."""
 
     needs_periods = True
-    # coarse quantisation and contact of gear teeth also make noise that grows with the sweep
-    excluded_by = ("quantisation", "gear_backlash")
+    # coarse quantisation, contact of gear teeth and a limited drive also make noise that grows with the sweep
+    excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
     def score(self, name: str, inspection: Inspection) -> Score:
         """Regression of the noise power on the square of the command's slope."""
         return jitter_score(inspection.residual, inspection.unexplained)
+
+
+def ceiling_score(series: Floats) -> Score | None:
+    """Score of a level that a series reaches again and again and never exceeds; None where it is not clear.
+
+    The density of a series without a limit falls towards its largest value. So of the times at which it comes within
+    two quantisation steps of that value, no more than half come within one. The binomial p-value counts times
+    between which the series is lower, as successive samples are not independent.
+    """
+    top = float(series.max())
+    step = quantisation_step(series) or _SAME * max(abs(top), float(np.ptp(series)))
+    reached, near = _times(series > top - step / 2), _times((series > top - 3 * step / 2) & (series <= top - step / 2))
+    normal = normal_of_p_value(float(binom.sf(reached - 1, reached + near, 0.5)))
+    if normal < CLEAR_DETECTION:
+        return None
+    return Score(normal, top, step / np.sqrt(12), normal**2 / 2)
+
+
+def _times(inside: Booleans) -> int:
+    """How often a condition (samples,) begins to hold."""
+    return int(np.count_nonzero(inside[1:] & ~inside[:-1]) + inside[0])
+
+
+def _clearest(*scores: Score | None) -> Score | None:
+    found = [score for score in scores if score is not None]
+    return max(found, key=lambda score: score.normal, default=None)
 
 
 def _known_sizes(limits: Floats, residual: ResidualRecord) -> Floats:

@@ -15,7 +15,7 @@ from drillid.discrepancy.detectors.change import ChangeDetector
 from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.detector import Inspection
-from drillid.discrepancy.detectors.drive import rate_limited
+from drillid.discrepancy.detectors.drive import ceiling_score, rate_limited
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.discrepancy.detectors.score import score, whitened
@@ -151,6 +151,32 @@ def _has_size(detection: Detection, size: float) -> bool:
 def test_torque_limit() -> None:
     rig = replace(RIG, limits=DriveLimits(torque=1950.0))
     assert _has_size(_plain(records(rig, 50)[0], "torque_limit"), 1950.0)
+
+
+@pytest.mark.parametrize(("name", "limit"), [("torque_limit", 1950.0), ("torque_rate_limit", 1500.0)])
+@pytest.mark.parametrize("step", [0.0, 2.0])
+def test_a_limit_shows_in_a_command_that_is_logged_behind_it(name: str, limit: float, step: float) -> None:
+    """The torque follows that command, so that none is missing, and no jitter of the delay takes its evidence."""
+    by_torque = name == "torque_limit"
+    record = records(replace(RIG, limits=DriveLimits(**{"torque" if by_torque else "rate": limit})), 50)[0]
+    command = np.clip(record.command, -limit, limit)
+    if not by_torque:
+        command = rate_limited(record.command, np.array([limit / record.rate]))[0]
+    command = np.round(command / step) * step if step else command
+    detections = detections_of(replace(record, command=command))
+    assert detections[name].score > 8
+    size, error = detections[name].size, detections[name].size_error
+    assert abs(size - limit) < max(4 * error, 1e-6 * limit)
+    assert error < 0.03 * limit
+    assert "delay_jitter" not in detections
+
+
+def test_a_command_without_a_limit_has_no_ceiling() -> None:
+    for seed in (60, 61):
+        command = records(RIG, seed)[0].command
+        for logged in (command, np.round(command / 10) * 10, np.repeat(command[::5], 5)):
+            for series in (logged, -logged, np.abs(np.diff(logged))):
+                assert ceiling_score(series) is None
 
 
 def test_torque_limit_without_logged_command() -> None:
