@@ -79,6 +79,13 @@ class Plan:
             if path.exists() and not holds(path, lambda well: failed_on(self.wells[well])):
                 path.unlink(missing_ok=True)
 
+    def age_incomplete_report(self) -> None:
+        """Make the fleet's page older than all else where that of a well is gone: Snakemake has it written again."""
+        report = Path(self.settings.results, "report.html")
+        pages = [report.with_suffix("") / f"{well}.html" for well in self.wells]
+        if report.exists() and not all(page.exists() for page in pages):
+            os.utime(report, (0, 0))
+
     def outcome(self) -> dict[str, Any]:
         """How many wells failed, and the run's closing line."""
         failed = failed_wells(Path(self.settings.results), tuple(self.wells))

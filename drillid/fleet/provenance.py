@@ -86,7 +86,7 @@ def package_hash() -> str:
 
 def template_hash() -> str:
     """Hash of the report's templates, which no import shows."""
-    return digest({path.name: path.read_text() for path in sorted((PACKAGE / "report").glob("*.j2"))})
+    return digest({path.name: path.read_text() for path in sorted((PACKAGE / "report" / "templates").iterdir())})
 
 
 @functools.cache

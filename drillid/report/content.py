@@ -119,7 +119,8 @@ class Comparison:
 class ParameterSpread:
     """A parameter over the windows of one run, SI."""
 
-    median: float
+    usual: float
+    """Mean, each window weighted by its information."""
     low: float
     """16th percentile."""
     high: float
@@ -257,10 +258,11 @@ def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Inte
     for name in PARAMETERS:
         fit = fits.sel(parameter=name)
         value = (fit["value"].values - (shift if name == "length" else 0.0))[used]
-        low, middle, high = np.percentile(value, [16, 50, 84]) if value.size else (np.nan,) * 3
+        low, high = np.percentile(value, [16, 84]) if value.size else (np.nan,) * 2
+        usual = weighted_mean(value, fit["standard_error"].values[used])
         error = np.median(fit["standard_error"].values[used]) if value.size else np.nan
         spreads[name] = ParameterSpread(
-            float(middle), float(low), float(high), float(error), int(np.sum(fit["at_bound"].values[used]))
+            usual.value, float(low), float(high), float(error), int(np.sum(fit["at_bound"].values[used]))
         )
     return AssemblyRun(
         from_m=float(windows["depth_from"].values[of_run].min()),

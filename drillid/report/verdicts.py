@@ -1,4 +1,4 @@
-"""Verdicts in plain words: cause, size, probability, predictive gain, and the action to take."""
+"""Verdicts for readers: what a driller would say, then size, doubt and gain, then the evidence."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
-from drillid.discrepancy.verdicts.verdict import UNPROVED
+from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, UNPROVED
+from drillid.report.quantities import QUANTITIES, digits, size_text
+from drillid.units import RPM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,21 +24,23 @@ if TYPE_CHECKING:
 _UNKNOWN_ACTION = "Rely less on the model of these depths, and have the part of the rig that is named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
+_SIGNED = (
+    *(("more", "less"), ("higher", "lower"), ("high", "low"), ("longer", "shorter"), ("later", "earlier")),
+    ("up", "down"),
+)
+"""Words of headlines for positive sizes, and those for negative ones."""
+_SEEN_FIRST = ("drive_lag", "clock_offset", "speed_scale", "actuator_gain", "local_damping_zone", "motor_compliance")
+"""Causes of which a clear verdict tells how small they would have been seen."""
 
 
 @dataclass(frozen=True)
-class VerdictText:
-    """One verdict for readers."""
+class Visible:
+    """The smallest size of a cause that the data of a set show, and its usual size, in words."""
 
-    heading: str
-    sentences: tuple[str, ...]
-    """Cause, size, place, probability and predictive gain."""
-    action: str
-    """Action to take; empty where nothing is wrong."""
-    doubt: str
-    """What limits the verdict, or would decide it."""
-    named: bool
-    """Whether something is wrong."""
+    cause: str
+    smallest: Markup
+    usual: Markup
+    below_usual: bool
 
 
 @dataclass(frozen=True)
@@ -47,147 +52,259 @@ class SetText:
     advice: str
     missing: str
     """Interpretation of the missing immittance where the cause is unknown; else empty."""
-    prediction: str
-    """Errors of the predicted speed of a held-out window; empty where the model is not extended."""
+    prediction: tuple[float, float, float] | None
+    """Errors of the predicted speed of a held-out window by base and extended model, and the noise, rpm rms; None where
+    the model is not extended."""
+    visible: tuple[Visible, ...]
+    """Of every cause that the linear responses show."""
 
 
-def verdict_text(row: Mapping[Any, Any]) -> VerdictText:
-    """Text for one row of verdicts.csv."""
-    depths = f"{row['from_m']:.0f}–{row['to_m']:.0f} m"
-    if row["verdict"] == "none":
-        return _none(row, depths)
-    return VerdictText(
-        heading=f"{depths}: {_title(row)}",
-        sentences=tuple(
-            filter(None, (_cause(row), _size(row), _location(row), _probability(row), _predictive_gain(row)))
-        ),
-        action=CATALOGUE[row["cause"]].action if row["cause"] in CATALOGUE else _UNKNOWN_ACTION,
-        doubt=_doubt(row),
-        named=True,
-    )
+@dataclass(frozen=True)
+class VerdictText:
+    """One verdict for readers."""
+
+    kind: str
+    """One of 'named', 'unknown', 'none', 'unproved'."""
+    title: str
+    """The cause, or the class, in a few words."""
+    from_m: float
+    to_m: float
+    lead: Markup
+    """What a driller would say, with what to do."""
+    size: Markup
+    doubt: str
+    """Probability, and what would decide it."""
+    gain: Markup
+    evidence: Markup
+    action: str
+    probability: float
+    family: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether something is wrong."""
+        return self.kind in ("named", "unknown")
+
+    @property
+    def depths(self) -> Markup:
+        """From and to."""
+        return QUANTITIES["depth"].text(self.from_m, self.to_m)
 
 
 def read_verdict_texts(folders: WellFolders) -> tuple[tuple[VerdictText, ...], tuple[SetText, ...]]:
     """Texts of the verdicts and of the sets of windows of a well."""
-    rows = read_verdicts(folders).to_dict("records")
     sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
-    texts = tuple(
-        SetText(
-            float(examined["from_m"]),
-            float(examined["to_m"]),
-            str(examined["advice"].item()),
-            _missing(examined),
-            _prediction(examined),
-        )
-        for examined in (sets.isel(set=number) for number in range(sets.sizes["set"]))
+    texts = tuple(_set_text(sets.isel(set=number)) for number in range(sets.sizes["set"]))
+    rows = read_verdicts(folders).to_dict("records")
+    return tuple(verdict_text(row, texts) for row in rows), texts
+
+
+def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> VerdictText:
+    """Text for one row of verdicts.csv.
+
+    Parameters
+    ----------
+    sets : of the well; the one that holds the verdict tells its gain in rpm, or how small a cause would be seen
+    """
+    own = next((each for each in sets if each.from_m <= row["from_m"] and row["to_m"] <= each.to_m), None)
+    kind = _kind(row)
+    return VerdictText(
+        kind=kind,
+        title={"none": "nothing wrong", "unproved": "nothing proved"}.get(kind, _title(row)),
+        from_m=float(row["from_m"]),
+        to_m=float(row["to_m"]),
+        lead=_none(row, own) if kind in ("none", "unproved") else _lead(row),
+        size=_size(row),
+        doubt=_doubt(row, kind),
+        gain=_gain(row, own),
+        evidence=_evidence(row),
+        action="" if kind in ("none", "unproved") else _action(row),
+        probability=float(row["probability"]),
+        family=str(row["family"]),
     )
-    return tuple(verdict_text(row) for row in rows), texts
 
 
-def _missing(examined: xr.Dataset) -> str:
-    return str(examined["missing_reading"].item())
-
-
-def _prediction(examined: xr.Dataset) -> str:
-    """Errors of the predicted speed in a held-out window, base against extended, beside the noise."""
-    base, extended = (
-        1e3 * float(np.sqrt(np.mean((examined["period_speed"] - examined[name]) ** 2)))
-        for name in ("period_base", "period_extended")
-    )
-    if not np.isfinite(base) or base == extended:
-        return ""
-    noise = 1e3 * float(examined["period_error"])
-    return (
-        f"In a held-out window the speed response to the sweep is predicted with an error of {base:.1f} mrad/s rms "
-        f"without and {extended:.1f} mrad/s with the named cause; the noise is {noise:.1f} mrad/s"
-    )
+def _kind(row: Mapping[Any, Any]) -> str:
+    if row["verdict"] == NONE:
+        return "none" if float(row["probability"]) >= EVEN_ODDS else "unproved"
+    return "unknown" if row["verdict"] == UNKNOWN else "named"
 
 
 def _title(row: Mapping[Any, Any]) -> str:
     return str(row["verdict"]).replace("|", " or ").replace("_", " ")
 
 
-def _none(row: Mapping[Any, Any], depths: str) -> VerdictText:
-    """Text for a verdict of none, and for one that is more likely wrong than right."""
-    probability = float(row["probability"])
-    if probability >= EVEN_ODDS:
-        sentence = f"No fault of the simulation is found (probability {_percent(probability)})."
-        return VerdictText(f"{depths}: nothing wrong", (sentence,), "", "", named=False)
-    sentence = (
-        "No cause is proved, but the evidence is seldom due to noise alone: the probability that the simulation is "
-        f"right is {_percent(probability)}."
+def _set_text(examined: xr.Dataset) -> SetText:
+    return SetText(
+        float(examined["from_m"]),
+        float(examined["to_m"]),
+        str(examined["advice"].item()),
+        str(examined["missing_reading"].item()),
+        _prediction(examined),
+        tuple(_visible(examined)),
     )
-    return VerdictText(f"{depths}: nothing proved", (sentence,), "", "", named=False)
 
 
-def _cause(row: Mapping[Any, Any]) -> str:
-    """The cause in plain words, or the members of the class of indistinguishable causes."""
-    if row["verdict"] == "unknown":
-        place = row["what_would_separate"] or f"in the part called {row['family']}"
-        status = (
-            "that no known cause explains" if UNPROVED not in row["evidence"] else "of which no cause is proved yet"
+def _prediction(examined: xr.Dataset) -> tuple[float, float, float] | None:
+    """Errors of the predicted speed in a held-out window, base and extended, beside the noise, rpm."""
+    base, extended = (
+        float(np.sqrt(np.mean((examined["period_speed"] - examined[name]) ** 2))) / RPM
+        for name in ("period_base", "period_extended")
+    )
+    if not np.isfinite(base) or base == extended:
+        return None
+    return base, extended, float(examined["period_error"]) / RPM
+
+
+def _visible(examined: xr.Dataset) -> list[Visible]:
+    """Causes by how far below their usual size they are seen."""
+    names = [str(name) for name in examined["cause"].values]
+    rows = zip(names, examined["smallest_detectable"].values, examined["typical_size"].values, strict=True)
+    seen = [row for row in rows if row[0] in CATALOGUE and np.isfinite(row[1]) and not CATALOGUE[row[0]].size.fixed]
+    return [
+        Visible(
+            name,
+            size_text(smallest, CATALOGUE[name].size.unit),
+            size_text(usual, CATALOGUE[name].size.unit),
+            bool(smallest <= usual),
         )
+        for name, smallest, usual in sorted(seen, key=lambda row: row[1] / row[2])
+    ]
+
+
+def _none(row: Mapping[Any, Any], own: SetText | None) -> Markup:
+    """What a clear verdict says: also how small a cause would have been seen."""
+    visible = {each.cause: each for each in own.visible} if own else {}
+    seen = [visible[name] for name in _SEEN_FIRST if name in visible and visible[name].below_usual][:3]
+    clauses = [Markup("a {} of {}").format(each.cause.replace("_", " "), each.smallest) for each in seen]
+    would = Markup("")
+    if clauses:
+        would = Markup(" {} would have shown.").format(_joined(clauses, "or"))
+        would = would[:1] + would[1:2].upper() + would[2:]
+    if _kind(row) == "none":
+        return Markup("Nothing is wrong with the simulation here.") + would
+    return Markup("Nothing is proved, although the evidence is seldom due to noise alone.") + would
+
+
+def _joined(clauses: Sequence[Markup], word: str) -> Markup:
+    if len(clauses) == 1:
+        return clauses[0]
+    return Markup(", ").join(clauses[:-1]) + Markup(" {} ").format(word) + clauses[-1]
+
+
+def _lead(row: Mapping[Any, Any]) -> Markup:
+    if row["verdict"] == UNKNOWN:
+        place = row["what_would_separate"] or f"in the part called {row['family']}"
+        status = "that no known cause explains" if UNPROVED not in row["evidence"] else "whose cause is not proved yet"
         verb = "is" if float(row["probability"]) >= EVEN_ODDS else "may be"
-        return f"Something {verb} wrong {status}: {place}."
-    members: Sequence[str] = str(row["class"]).split("|")
-    words = [CATALOGUE[name].described(str(row["evidence"])) for name in members]
-    if len(words) == 1:
-        return f"{words[0][0].upper()}{words[0][1:]}."
-    return f"One of these: {'; or '.join(words)}. The data do not distinguish them."
+        return Markup("Something {} wrong {}: {}.").format(verb, status, place)
+    leads = [headline(row, name) for name in str(row["class"]).split("|")]
+    if len(leads) == 1:
+        return leads[0][:1].upper() + leads[0][1:] + Markup(".")
+    return Markup("One of these, which the data do not tell apart: {}.").format(Markup("; or ").join(leads))
 
 
-def _size(row: Mapping[Any, Any]) -> str:
-    if not np.isfinite(row["size"]) or not row["cause"]:
-        return ""
-    size = CATALOGUE[row["cause"]].size
-    unit = "" if row["unit"] == "1" else f" {row['unit']}"
-    ends = ""
-    if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
-        ends = f" (95 % interval {_number(row['size_low'])} to {_number(row['size_high'])}{unit})"
-    subject = size.name if "|" not in row["verdict"] else f"{size.name}, if it is {row['cause'].replace('_', ' ')}"
-    return f"{subject[0].upper()}{subject[1:]}: {_number(row['size'])}{unit}{ends}."
+def headline(row: Mapping[Any, Any], name: str) -> Markup:
+    """What a driller would say of a cause that a verdict names, with the verdict's size where that is the cause's."""
+    cause = CATALOGUE[name]
+    sized = name == row["cause"] and np.isfinite(row["size"])
+    if not cause.headline or ("{size}" in cause.headline and not sized):
+        return escape(cause.described(str(row["evidence"])))
+    negative = sized and row["size"] < 0
+    place = Markup(" at {}").format(QUANTITIES["depth"].text(row["location_m"])) if _has_place(row) else Markup("")
+    words = {positive: opposite if negative else positive for positive, opposite in _SIGNED}
+    size = size_text(row["size"], cause.size.unit) if sized else Markup("")
+    return Markup(cause.headline).format(size=size, place=place, **words)
 
 
-def _location(row: Mapping[Any, Any]) -> str:
-    if np.isfinite(row["location_m"]):
-        return f"It is located {row['location_m']:.0f} m along the string."
+def _has_place(row: Mapping[Any, Any]) -> bool:
+    return bool(np.isfinite(row["location_m"]))
+
+
+def _action(row: Mapping[Any, Any]) -> str:
+    return CATALOGUE[row["cause"]].action if row["cause"] in CATALOGUE else _UNKNOWN_ACTION
+
+
+def _size(row: Mapping[Any, Any]) -> Markup:
+    """Name, size, interval and place of the most likely cause."""
+    if row["cause"] not in CATALOGUE:
+        return Markup("")
+    cause = CATALOGUE[row["cause"]]
+    parts = []
+    if np.isfinite(row["size"]) and not cause.size.fixed:
+        subject = cause.size.name if "|" not in row["verdict"] else f"{cause.size.name}, if it is {_word(row['cause'])}"
+        ends = Markup("")
+        if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
+            low, high = (_signed(row[end], cause.size.unit) for end in ("size_low", "size_high"))
+            ends = Markup(" (95 % interval {} to {})").format(low, high)
+        parts.append(Markup("{}: {}{}.").format(_capitalised(subject), _signed(row["size"], cause.size.unit), ends))
     members = [CATALOGUE[name] for name in str(row["class"]).split("|") if name in CATALOGUE]
-    no_place = not members or not all(cause.is_place for cause in members)
-    return "" if no_place else "The data do not determine its location along the string."
+    if _has_place(row):
+        place = QUANTITIES["depth"].text(row["location_m"])
+        parts.append(Markup("It is located {} along the string.").format(place))
+    elif members and all(member.is_place for member in members):
+        parts.append(Markup("The data do not determine its location along the string."))
+    return Markup(" ").join(parts)
 
 
-def _probability(row: Mapping[Any, Any]) -> str:
-    if row["verdict"] == "unknown":
-        evidence = f"{row['evidence'][:1].upper()}{row['evidence'][1:].replace('_', ' ')}. " if row["evidence"] else ""
-        return f"{evidence}That no known cause is behind it has a probability of {_percent(row['probability'])}."
+def _signed(value: float, unit: str) -> Markup:
+    return Markup("\u2212") * (value < 0) + size_text(value, unit)
+
+
+def _word(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _capitalised(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _doubt(row: Mapping[Any, Any], kind: str) -> str:
+    percent = _percent(row["probability"])
+    if kind in ("none", "unproved"):
+        return f"The probability that nothing is wrong is {percent}."
+    if kind == "unknown":
+        return (
+            f"That no known cause is behind it has a probability of {percent}. This gives a place and no cause: more "
+            "windows, or the measurement advised below, may decide it."
+        )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
-    return f"{word}: the probability is {_percent(row['probability'])}."
-
-
-def _predictive_gain(row: Mapping[Any, Any]) -> str:
-    gain, low, high = (row[f"predictive_gain{end}"] for end in ("", "_low", "_high"))
-    if not np.isfinite(gain):
-        return ""
-    ends = ""
-    if np.isfinite(low) and np.isfinite(high):
-        ends = f" (90 % interval {_number(low)} to {_number(high)})"
-    windows = int(row["held_out_windows"])
-    data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
-    return f"Predictive gain on {data}: {_number(gain)}{ends} units of log-likelihood per window."
-
-
-def _doubt(row: Mapping[Any, Any]) -> str:
-    if row["verdict"] == "unknown":
-        return "This gives a place and no cause: more windows, or the measurement advised below, may decide it."
-    return f"What would decide it: {row['what_would_separate']}." if row["what_would_separate"] else ""
+    decide = f" What would decide it: {row['what_would_separate']}." if row["what_would_separate"] else ""
+    return f"{word}: the probability is {percent}.{decide}"
 
 
 def _percent(probability: float) -> str:
     return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
-def _number(value: float) -> str:
-    """Three digits, and no more than a whole number needs."""
-    if abs(value) >= 100:
-        return f"{value:,.0f}".replace(",", "\u202f").replace("-", "−")
-    return f"{value:.3g}".replace("-", "−")
+def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
+    """Error of the predicted speed in rpm where the model is extended, beside the log-likelihood."""
+    gain, low, high = (row[f"predictive_gain{end}"] for end in ("", "_low", "_high"))
+    if not np.isfinite(gain):
+        return Markup("")
+    felt = Markup("")
+    if own is not None and own.prediction is not None:
+        base, extended, noise = own.prediction
+        felt = Markup(
+            "The top drive's speed in a window that was held out is predicted with an error of {} rpm instead of {} "
+            "rpm; the noise is {} rpm. "
+        ).format(digits(extended, 2), digits(base, 2), digits(noise, 2))
+    windows = int(row["held_out_windows"])
+    data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
+    ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
+    return felt + Markup("Log-likelihood gained on {}: {}{} a window.").format(data, digits(gain), ends)
+
+
+def _evidence(row: Mapping[Any, Any]) -> Markup:
+    """What the engine saw, and the evidence apart from how common causes are."""
+    words = str(row["evidence"]).replace("_", " ")
+    parts = [Markup("{}.").format(_capitalised(words))] if words else []
+    nats = float(row.get("evidence_nats", np.nan))
+    if np.isfinite(nats):
+        favoured = "in favour of" if nats >= 0 else "against"
+        parts.append(
+            Markup("Log Bayes factor {} {} this verdict, before it is weighed how common causes are.").format(
+                digits(abs(nats)), favoured
+            )
+        )
+    return Markup(" ").join(parts)

@@ -54,7 +54,7 @@ def test_the_wheel_holds_library_template_and_workflow_and_no_tests(wheel: Path)
     needed = {
         f"drillid/checkout/{path.relative_to(ROOT).as_posix()}" for path in checkout if "__pycache__" not in path.parts
     }
-    assert needed | {"drillid/report/report.html.j2", "drillid/checkout/Snakefile"} <= names
+    assert needed | {"drillid/report/templates/well.html.j2", "drillid/checkout/Snakefile"} <= names
     assert not [name for name in names if name.startswith(("tests", "benchmarks", "docs")) or name.endswith(".pyc")]
 
 

@@ -47,6 +47,14 @@ def test_replacing_a_log_and_adding_a_well_process_those_wells_alone(finished: C
     assert (finished.root / "results/main/report.html").read_text() == "W1 W-2 W3"
 
 
+def test_a_page_that_is_gone_is_written_again(finished: Checkout) -> None:
+    (finished.root / "results/main/report/W1.html").unlink()
+    assert finished.would_run() == ["report", "all"]
+    finished.run()
+    assert (finished.root / "results/main/report/W1.html").exists()
+    assert "Nothing to be done" in finished.run()
+
+
 def test_in_a_batch_only_the_changed_well_is_done_again(finished: Checkout) -> None:
     finished.journal()
     (finished.root / "raw/a.csv").write_text("other samples")

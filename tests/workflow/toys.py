@@ -97,6 +97,9 @@ REPORT = '''
 
 
 def write_report(settings, results, wells):
+    (results / "report").mkdir(exist_ok=True)
+    for well in wells:
+        (results / "report" / (well + ".html")).write_text(well)
     (results / "report.html").write_text(" ".join(wells))
 '''
 

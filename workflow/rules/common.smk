@@ -36,6 +36,7 @@ if not PLAN.wells:
 if workflow.is_main_process:
     name_run()
     PLAN.drop_untrue_manifests()
+    PLAN.age_incomplete_report()
 
 
 def one_of(names):

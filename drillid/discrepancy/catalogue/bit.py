@@ -19,6 +19,7 @@ class DistributedBha(Cause):
     """Collars longer or shorter than the tally's."""
 
     name, family, port = "distributed_bha", "bit", "bit"
+    headline = "the assembly is {size} longer than the collars in the tally: compare the two"
     meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
@@ -40,6 +41,7 @@ class MotorCompliance(Cause):
     """A mud motor that twists."""
 
     name, family, port = "motor_compliance", "bit", "bit"
+    headline = "a mud motor twists above the bit: enter its stiffness in the rig description"
     meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
     looks_like = ("distributed_bha", "regenerative_cutting")
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
@@ -60,6 +62,7 @@ class RegenerativeCut(Cause):
     """Regenerative cutting: each blade cuts the surface left by the blade ahead; the shape is the number of blades."""
 
     name, family, port = "regenerative_cutting", "bit", "bit"
+    headline = "the bit's blades feed vibration at this speed: change speed or weight"
     meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
     looks_like = ("motor_compliance", "stribeck_cutting")
     separated_by = "windows at different speeds, as the blades' period follows the speed"
@@ -80,6 +83,7 @@ class StribeckCut(Cause):
     """Bit torque that falls with rising speed (Stribeck effect)."""
 
     name, family, port = "stribeck_cutting", "bit", "bit"
+    headline = "the rock feeds stick-slip at this speed: turn faster or take weight off"
     meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
     looks_like = ("coulomb_contact", "regenerative_cutting")
     separated_by = "windows at different speeds and weights"
@@ -100,6 +104,7 @@ class StuckSlipRegimes(Cause):
     """Stick-slip: the bit stands still for part of the time."""
 
     name, family, port = "stuck_slip_regimes", "bit", "bit"
+    headline = "the bit sticks and slips: turn faster or take weight off"
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
     looks_like = ("stribeck_cutting", "coulomb_contact")
     separated_by = "a higher speed or less weight on bit"

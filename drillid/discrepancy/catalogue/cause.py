@@ -109,6 +109,12 @@ class Cause:
     """Part of the measurement chain that it belongs to."""
     port: ClassVar[str]
     """Where it acts: drive, control, sensor, clock, top, string, bit or disturbance."""
+    headline: ClassVar[str] = ""
+    """What a driller would say, with what to do: the first sentence of a report; the meaning where it is empty.
+
+    {size} stands for the size, {place} for ' at 1200 m', and {more}, {higher}, {high}, {longer}, {later}, {up} for
+    words that the size's sign turns round.
+    """
     meaning: ClassVar[str]
     """The cause in plain words."""
     looks_like: ClassVar[tuple[str, ...]] = ()

@@ -22,6 +22,7 @@ class ExtraSection(Cause):
     """A section of heavier pipe above the collars; the shape is its polar moment relative to the pipe's."""
 
     name, family, port = "extra_section", "string", "string"
+    headline = "{size} of heavier pipe hang in the string that are not in the tally: compare the two"
     meaning = "a section of heavier pipe stands in the string that the tally does not show"
     looks_like = ("distributed_bha", "tapered_string")
     separated_by = "the full tally, or windows over a longer interval of depth"
@@ -42,6 +43,7 @@ class TaperedString(Cause):
     """Two sizes of pipe; the shape is the share of the length that the upper one takes."""
 
     name, family, port = "tapered_string", "string", "string"
+    headline = "the string is made of two sizes of pipe: compare it with the tally"
     meaning = "the string is made of two sizes of pipe where the tally shows one"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
@@ -66,6 +68,7 @@ class LocalDampingZone(Cause):
     """Viscous damping over a twentieth of the pipe; the shape is the position of its centre along the pipe."""
 
     name, family, port = "local_damping_zone", "string", "string"
+    headline = "a short piece of hole brakes the string{place}: ream or circulate there"
     meaning = "a short section of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
     looks_like = ("hysteretic_damping", "mud_drag")
     separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
@@ -93,6 +96,7 @@ class MudDrag(Cause):
     """Drag that grows with the square root of frequency."""
 
     name, family, port = "mud_drag", "string", "string"
+    headline = "the mud drags on the pipe more than it should: check its viscosity"
     meaning = "the mud drags on the pipe through a thin layer, more at high frequency"
     looks_like = ("hysteretic_damping", "local_damping_zone")
     separated_by = "quieter windows, or the mud's density and viscosity"
@@ -110,6 +114,7 @@ class HystereticDamping(Cause):
     """Loss of the same share of energy in every cycle, at any frequency."""
 
     name, family, port = "hysteretic_damping", "string", "string"
+    headline = "steel and connections take out more vibration than mud and wall: nothing to mend"
     meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
     looks_like = ("local_damping_zone", "mud_drag")
     separated_by = "quieter windows, or a sweep that reaches more modes"
@@ -127,6 +132,7 @@ class CoulombContact(Cause):
     """Wall friction that falls with rising speed."""
 
     name, family, port = "coulomb_contact", "string", "string"
+    headline = "the wall's friction feeds stick-slip at this speed: turn faster or add lubricant"
     meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
     looks_like = ("stribeck_cutting",)
     separated_by = "windows at different speeds, or a start of rotation"
@@ -150,6 +156,7 @@ class WaveSpeed(Cause):
     """A wave speed other than that of plain steel pipe."""
 
     name, family, port = "wave_speed", "string", "string"
+    headline = "waves take {size} {longer} along the pipe than the tally says: enter the tool joints in the data sheet"
     meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
     separated_by = "windows over a longer interval of depth"
     action = "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheet."

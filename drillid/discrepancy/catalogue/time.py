@@ -14,6 +14,7 @@ class LengthGrowth(Cause):
     """The string grows within the window."""
 
     name, family, port = "length_growth", "time", "string"
+    headline = "the string grows by {size} within a window: use shorter windows at this rate of penetration"
     meaning = "the string grows longer while the window lasts"
     looks_like = ("clock_drift", "parameter_drift")
     separated_by = "shorter windows"
@@ -27,6 +28,7 @@ class ParameterDrift(Cause):
     """Damping at the bit drifts within the window."""
 
     name, family, port = "parameter_drift", "time", "bit"
+    headline = "the drag on the bit drifts while drilling goes on: look at formation, weight and hole cleaning"
     meaning = "damping at the bit drifts while the window lasts"
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
@@ -47,6 +49,7 @@ class RegimeChange(Cause):
     """Damping at the bit jumps within the window."""
 
     name, family, port = "regime_change", "time", "disturbance"
+    headline = "the drag on the assembly jumps {up}: look at hole size, cuttings and formation"
     meaning = "the drilling regime changes abruptly within the window"
     looks_like = ("parameter_drift",)
     separated_by = "windows cut at the change"

@@ -100,7 +100,7 @@ def test_a_new_linear_cause_has_its_evidence_in_the_dataset_and_its_words_in_the
     assert float(examination["p_value_after"][0]) > 0.01 > float(examination["p_value_before"][0])
     monkeypatch.setitem(CATALOGUE, "recorder_echo", RecorderEcho())
     (words,), _ = read_verdict_texts(echoing.folders)
-    assert words.sentences[0] == "The telemetry repeats the speed a little later."
+    assert words.lead == "The telemetry repeats the speed a little later."
     assert words.action == RecorderEcho.action
 
 

@@ -1,16 +1,20 @@
-"""Verdicts in words: every cause has an action, and numbers and doubts are given as they are."""
+"""Verdicts in words: every cause has a headline and an action, and numbers and doubts are given as they are."""
 
 import re
 from dataclasses import replace
 from typing import Any
 
 import pytest
+from markupsafe import Markup
 
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
-from drillid.report.verdicts import verdict_text
+from drillid.report.verdicts import SetText, Visible, verdict_text
 from tests.verdicts import LAG
+
+LAG_SEEN = Visible("drive_lag", Markup("12 ms"), Markup("30 ms"), True)
+SET = SetText(1700.0, 2000.0, "", "", (0.21, 0.12, 0.1), (LAG_SEEN,))
 
 
 def row(verdict: Verdict) -> dict[Any, Any]:
@@ -19,74 +23,82 @@ def row(verdict: Verdict) -> dict[Any, Any]:
 
 
 @pytest.mark.parametrize("name", list(CATALOGUE))
-def test_every_cause_has_a_text(name: str) -> None:
+def test_every_cause_has_what_a_driller_says_and_what_to_do(name: str) -> None:
     cause = CATALOGUE[name]
     words = verdict_text(row(replace(LAG, verdict=name, cause=name, family=cause.family, unit=cause.size.unit)))
-    assert words.named
-    assert words.heading == f"1800–1950 m: {name.replace('_', ' ')}"
-    text = " ".join(words.sentences)
-    assert cause.meaning[1:] in text
-    assert cause.size.name[1:] in text
-    assert "nan" not in text
-    assert all(sentence[0].isupper() and sentence.endswith(".") for sentence in words.sentences)
+    assert words.kind == "named"
+    assert words.title == name.replace("_", " ")
+    lead = words.lead.striptags()
+    assert lead[0].isupper() or lead[0].isdigit()
+    assert ": " in lead
+    assert lead.endswith(".")
+    assert words.action
+    assert not re.search(r"nan|[{}]", " ".join([lead, words.size, words.gain, words.doubt]))
+    assert cause.size.fixed or cause.size.name[1:] in words.size.unescape()
+
+
+def test_the_lead_has_the_size_in_units_that_one_feels_and_its_sign_in_words() -> None:
+    assert verdict_text(row(LAG)).lead == "The drive answers 49.4 ms late: have its torque loop checked."
+    weak = replace(LAG, verdict="actuator_gain", cause="actuator_gain", size=-0.2, unit="1")
+    assert "gives 20 % less torque than it is asked for" in verdict_text(row(weak)).lead
 
 
 def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
     none = replace(LAG, verdict="none", cause="", family="")
     sure, doubtful = (verdict_text(row(replace(none, probability=probability))) for probability in (0.8, 0.2))
-    assert sure.heading.endswith("nothing wrong")
-    assert doubtful.heading.endswith("nothing proved")
-    assert "20 %" in doubtful.sentences[0]
+    assert (sure.kind, doubtful.kind) == ("none", "unproved")
+    assert doubtful.lead.startswith("Nothing is proved")
+    assert "20 %" in doubtful.doubt
 
 
-def test_numbers_have_their_intervals() -> None:
-    text = " ".join(verdict_text(row(LAG)).sentences)
-    assert "Time constant: 0.0494 s (95 % interval 0.0489 to 0.0499 s)." in text
-    assert "Clear: the probability is above 99 %." in text
-    assert "Predictive gain on 12 windows that it was not fitted to: 339 (90 % interval 310 to 368) units" in text
+def test_nothing_wrong_says_how_small_a_cause_would_have_been_seen() -> None:
+    words = verdict_text(row(replace(LAG, verdict="none", cause="", family="")), [SET])
+    assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have shown."
+
+
+def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
+    words = verdict_text(row(LAG), [SET])
+    assert words.size == "Time constant: 49.4 ms (95 % interval 48.9 ms to 49.9 ms)."
+    assert words.doubt.startswith("Clear: the probability is above 99 %.")
+    assert "with an error of 0.12 rpm instead of 0.21 rpm; the noise is 0.1 rpm." in words.gain
+    assert "12 windows that it was not fitted to: 339 (90 % interval 310 to 368) a window" in words.gain
 
 
 def test_doubt_is_stated() -> None:
     doubtful = verdict_text(row(replace(LAG, probability=0.62)))
-    assert "Doubtful: the probability is 62 %." in doubtful.sentences
-    assert doubtful.doubt == "What would decide it: a sweep to higher frequency."
+    assert doubtful.doubt.startswith("Doubtful: the probability is 62 %. What would decide it: a sweep to higher")
 
 
-def test_a_class_lists_all_members() -> None:
-    words = verdict_text(row(replace(LAG, verdict="speed_filter|torque_filter", cause="torque_filter")))
-    assert words.heading.endswith("speed filter or torque filter")
-    text = " ".join(words.sentences)
-    assert all(CATALOGUE[name].meaning in text for name in ("speed_filter", "torque_filter"))
-    assert "if it is torque filter" in text
+def test_the_evidence_is_apart_from_base_rates() -> None:
+    words = verdict_text({**row(LAG), "evidence_nats": 12.3})
+    assert "Log Bayes factor 12.3 in favour of this verdict" in words.evidence
 
 
-def test_a_place_is_stated() -> None:
-    words = verdict_text(row(replace(LAG, verdict="local_damping_zone", cause="local_damping_zone", location_m=1988.9)))
-    assert "It is located 1989 m along the string." in words.sentences
+def test_a_class_has_what_all_its_members_would_be() -> None:
+    both = replace(LAG, verdict="drive_lag|clock_offset")
+    words = verdict_text(row(both))
+    assert words.lead.startswith("One of these, which the data do not tell apart: the drive answers 49.4 ms late")
+    assert CATALOGUE["clock_offset"].meaning in words.lead
+    assert "Time constant, if it is drive lag: 49.4 ms" in words.size
 
 
-def test_an_undetermined_place_is_stated() -> None:
+def test_a_place_is_stated_where_the_data_determine_it() -> None:
+    zone = replace(LAG, verdict="local_damping_zone", cause="local_damping_zone", unit="N m s/rad")
     nowhere = "The data do not determine its location along the string."
-    zone = replace(LAG, verdict="local_damping_zone", cause="local_damping_zone")
-    everywhere = replace(zone, verdict="local_damping_zone|mud_drag")
-    assert nowhere in verdict_text(row(zone)).sentences
-    assert not any(nowhere in verdict_text(row(verdict)).sentences for verdict in (everywhere, LAG))
+    assert nowhere in verdict_text(row(zone)).size
+    assert nowhere not in verdict_text(row(LAG)).size
+    placed = verdict_text(row(replace(zone, location_m=1988.9)))
+    assert "brakes the string at 1989 m" in placed.lead.striptags()
+    assert "It is located 1989 m" in placed.size.striptags()
 
 
-def test_nothing_and_something_unknown() -> None:
-    nothing = verdict_text(row(Verdict("none", "", 0.93, 1000.0, 1100.0)))
-    assert (nothing.named, nothing.action) == (False, "")
-    assert "(probability 93 %)" in nothing.sentences[0]
+def test_something_unknown_has_its_place_and_its_probability() -> None:
     unknown = Verdict("unknown", "bit", 0.99, 1000.0, 1100.0, what_would_separate="it acts at the bit")
     words = verdict_text(row(unknown))
-    assert words.named
-    assert not re.search("None|nan", " ".join([*words.sentences, words.action, words.doubt]))
-    assert "it acts at the bit" in words.sentences[0]
-
-
-def test_an_unknown_has_what_would_fit_and_its_probability() -> None:
+    assert words.wrong
+    assert words.lead == "Something is wrong that no known cause explains: it acts at the bit."
     evidence = f"linear responses, p-value 1e-05; drive_lag {UNPROVED}"
-    words = verdict_text(row(Verdict("unknown", "drive", 0.12, 1000.0, 1100.0, evidence=evidence)))
-    assert "of which no cause is proved yet: in the part called drive" in words.sentences[0]
-    assert "Linear responses, p-value 1e-05; drive lag would fit" in words.sentences[1]
-    assert words.sentences[1].endswith("That no known cause is behind it has a probability of 12 %.")
+    doubtful = verdict_text(row(Verdict("unknown", "drive", 0.12, 1000.0, 1100.0, evidence=evidence)))
+    assert doubtful.lead == "Something may be wrong whose cause is not proved yet: in the part called drive."
+    assert "Linear responses, p-value 1e-05; drive lag would fit" in doubtful.evidence
+    assert "probability of 12 %" in doubtful.doubt

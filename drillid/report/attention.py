@@ -1,0 +1,174 @@
+"""What needs attention in a well, the most urgent first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from drillid.figures.captions import DISPLAYED_PARAMETERS
+from drillid.report.content import EXPLANATIONS, FlaggedInterval, Rise
+from drillid.report.quantities import QUANTITIES, number
+from drillid.report.sentences import deviations_text, problem_sentence, rejections_text
+from drillid.report.verdicts import VerdictText
+from drillid.report.well_report import WellReport
+
+ACT, LOOK, NOTE = 1, 2, 3
+URGENCY = {ACT: "act", LOOK: "look", NOTE: "note"}
+"""Levels of urgency, in words."""
+_LIKELY = 0.8
+_LEAST_RATIO, _WHOLE_RATIO = 1.05, 3.0
+"""Ratios below which a rise has no ratio in the text, and from which it is a whole number."""
+_FAMILIES = {
+    "drive": "Top drive",
+    "control": "Top drive",
+    "top": "Top drive",
+    "sensor": "Sensors and data",
+    "string": "String",
+    "bit": "Bit and assembly",
+    "time": "Change while drilling",
+}
+_PARAMETER_QUANTITIES = {"damping_bha": "damping", "inertia_bha": "inertia"}
+KINDS = (
+    *("No result", "Wash-out", "Top drive", "Bit and assembly", "String", "Change while drilling"),
+    *("Stick-slip", "Sensors and data", "Unknown", "Data sheet"),
+)
+"""Kinds of items, by which the page filters them."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """Something that needs attention."""
+
+    level: int
+    kind: str
+    lead: Markup
+    more: Markup
+    from_m: float
+    to_m: float
+    strength: float
+    """By which items of a level are ranked; larger is more urgent."""
+    anchor: str
+    """Of its place in the page of the well."""
+
+    @property
+    def depths(self) -> Markup:
+        """From and to; empty where it holds for the whole well."""
+        return QUANTITIES["depth"].text(self.from_m, self.to_m) if np.isfinite(self.from_m) else Markup("")
+
+
+def items(well: WellReport) -> list[Item]:
+    """All items of a well in order of urgency."""
+    found = [
+        *_failure(well),
+        *(_of_verdict(well, verdict) for verdict in well.wrong),
+        *(_of_interval(interval) for interval in well.unnamed_intervals),
+        *_stick_slip(well),
+        *_rejections(well),
+        *_data_sheet(well),
+        *_data(well),
+    ]
+    return sorted(found, key=lambda item: (item.level, -item.strength))
+
+
+def _failure(well: WellReport) -> list[Item]:
+    if well.identified is not None:
+        return []
+    reasons = [problem_sentence(row) for row in well.problems.tail(1).to_dict("records")]
+    lead = Markup("No result. ") + (reasons[0] if reasons else Markup("Nothing was written for this well."))
+    return [Item(ACT, "No result", lead, Markup(""), np.nan, np.nan, 2.0, "problems")]
+
+
+def _of_verdict(well: WellReport, verdict: VerdictText) -> Item:
+    interval = well.interval_of(verdict)
+    kind = "Unknown" if verdict.kind == "unknown" else _FAMILIES.get(verdict.family, "Unknown")
+    lead = verdict.lead
+    more = Markup("{} {}").format(verdict.size, verdict.gain) if verdict.kind == "named" else escape(verdict.doubt)
+    if interval is not None:
+        kind, lead, more = "Wash-out", interval_lead(interval), interval_text(interval)
+    level = ACT if verdict.kind == "named" and verdict.probability >= _LIKELY else LOOK
+    return Item(level, kind, lead, more, verdict.from_m, verdict.to_m, verdict.probability, "verdicts")
+
+
+def _of_interval(interval: FlaggedInterval) -> Item:
+    strength = max((rise.pull for rise in interval.rises), default=0.0) / 100
+    lead, more = interval_lead(interval), interval_text(interval)
+    return Item(LOOK, "Wash-out", lead, more, interval.from_m, interval.to_m, strength, "verdicts")
+
+
+def interval_lead(interval: FlaggedInterval) -> Markup:
+    """What a driller would say of a flagged interval."""
+    rose = frozenset(rise.parameter for rise in interval.rises)
+    what = {
+        frozenset({"damping_bha"}): "Something drags on the assembly here",
+        frozenset({"inertia_bha"}): "More mass than usual turns with the assembly here",
+    }.get(rose, "Something drags on the assembly here, and more mass turns with it")
+    action = "check the tally" if rose == {"inertia_bha"} else "check caliper, cuttings and downhole vibration"
+    likely = ", as in a washed-out hole" if rose != {"inertia_bha"} else ""
+    return Markup("{}{}: {}.").format(what, likely, action)
+
+
+def interval_text(interval: FlaggedInterval) -> Markup:
+    """The parameters that rose, with their usual levels."""
+    return Markup("; ").join(rise_text(rise) for rise in interval.rises) + Markup("." if interval.rises else "")
+
+
+def interval_explanation(interval: FlaggedInterval) -> str:
+    """Possible explanation of the interval; empty where no parameter rose clearly."""
+    return EXPLANATIONS.get(frozenset(rise.parameter for rise in interval.rises), "")
+
+
+def rise_text(rise: Rise) -> Markup:
+    """The parameter that rose, its value, the usual one and the ratio."""
+    name, quantity = DISPLAYED_PARAMETERS[rise.parameter].name, QUANTITIES[_PARAMETER_QUANTITIES[rise.parameter]]
+    ratio = rise.least_ratio
+    times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
+    usual = (
+        Markup("where {} is usual").format(quantity.text(rise.usual.value))
+        if np.isfinite(rise.usual.value)
+        else Markup("without any usual level")
+    )
+    clear = f" ({rise.pull:.1f} standard deviations in the clearest window)"
+    return Markup("{} {} {}{}{}").format(name, quantity.text(rise.there.value), usual, times, clear)
+
+
+def _stick_slip(well: WellReport) -> list[Item]:
+    risk = well.stick_slip
+    if risk is None:
+        return []
+    rotation = QUANTITIES["rotation"]
+    lead = Markup("Stick-slip threatens: turn faster, take weight off or soften the speed control.")
+    more = Markup("{} where a bit of the stated torque needs {}; {} of {} windows are below their limit.").format(
+        rotation.text(risk.speed), rotation.text(risk.lowest), risk.windows, risk.judged
+    )
+    share = risk.windows / max(risk.judged, 1)
+    return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]
+
+
+def _rejections(well: WellReport) -> list[Item]:
+    if not well.many_rejected or well.identified is None:
+        return []
+    share = well.rejected / well.identified.windows
+    lead = Markup("Many fits are not accepted: look at their reasons before relying on this well.")
+    return [Item(LOOK, "Sensors and data", lead, escape(rejections_text(well)), np.nan, np.nan, share, "parameters")]
+
+
+def _data_sheet(well: WellReport) -> list[Item]:
+    if not well.deviations:
+        return []
+    level = LOOK if any(each.verdict == "disagrees" for each in well.deviations) else NOTE
+    largest = max(abs(each.pull) for each in well.deviations)
+    lead = Markup("The data do not agree with the rig's data sheets: compare them with the rig.")
+    more = escape(deviations_text(well.deviations))
+    return [Item(level, "Data sheet", lead, more, np.nan, np.nan, largest / 100, "sheets")]
+
+
+def _data(well: WellReport) -> list[Item]:
+    rows = well.problems[well.problems["stage"] == "records"] if well.identified else well.problems.iloc[:0]
+    if not len(rows):
+        return []
+    lead = Markup("{} problems in the logs, the first: {}").format(len(rows), problem_sentence(rows.iloc[0].to_dict()))
+    if len(rows) == 1:
+        lead = Markup("A problem in the logs: {}").format(problem_sentence(rows.iloc[0].to_dict()))
+    return [Item(NOTE, "Sensors and data", lead, Markup(""), np.nan, np.nan, len(rows) / 1e4, "problems")]

@@ -1,0 +1,1 @@
+"""Interactive charts of a well's page, drawn by Bokeh in the browser."""

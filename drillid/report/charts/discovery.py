@@ -1,0 +1,92 @@
+"""Charts of what an extended model gains: a held-out window in time, and residuals over frequency."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.figures.data import WellResults
+from drillid.report.charts.maps import legend
+from drillid.report.charts.style import coloured, hover, label_axis, new_chart, source
+from drillid.statistics import TWO_SIDED
+from drillid.units import RPM
+
+_HEIGHT = 260
+_SEGMENT = 0.25
+"""Share of the sweep's period that is drawn: where the response is largest."""
+_SMOOTHED = 13
+"""Frequencies over which mean squares are smoothed."""
+_TOOLS = "box_zoom,pan,wheel_zoom,reset"
+
+
+def held_out_chart(results: WellResults, number: int) -> Any | None:
+    """The held-out window of a set as both models predict it, rpm; None where its sweep is not periodic."""
+    examined = results.examination.isel(set=number)
+    time, speed = examined["period_time"].values, examined["period_speed"].values
+    if not np.isfinite(time).all() or not np.isfinite(speed).all():
+        return None
+    length = int(_SEGMENT * time.size)
+    first = int(np.argmax(np.convolve(speed**2, np.ones(length), "valid")))
+    chosen = slice(first, first + length)
+    columns = {"time": time[chosen]}
+    columns |= {name: examined[f"period_{name}"].values[chosen] / RPM for name in ("speed", "base", "extended")}
+    margin = TWO_SIDED * np.nan_to_num(float(examined["period_error"])) / RPM
+    columns |= {"low": columns["speed"] - margin, "high": columns["speed"] + margin}
+    data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
+    chart = new_chart(None, _HEIGHT, title="Top-drive speed in a window that was held out", tools=_TOOLS)
+    chart.toolbar.update(logo=None, autohide=True)
+    band = chart.varea("time", "low", "high", source=data, fill_alpha=0.25)
+    coloured(band, fill_color="ink")
+    measured = chart.line("time", "speed", source=data, line_width=1, legend_label="measured")
+    coloured(measured, line_color="ink")
+    for name, words, colour, dash in _models(np.array_equal(columns["base"], columns["extended"])):
+        line = chart.line("time", name, source=data, line_width=2, line_dash=dash, legend_label=words)
+        coloured(line, line_color=colour)
+    rows = [("Measured", "@speed{0.00}", "rpm"), ("Base model", "@base{0.00}", "rpm")]
+    rows += [("Extended model", "@extended{0.00}", "rpm"), ("Time", "@time{0.0}", "s")]
+    chart.add_tools(hover(rows, [measured]))
+    label_axis(chart.xaxis[0], "Time in the sweep", unit="s", joint=" ")
+    label_axis(chart.yaxis[0], "Speed less its mean", unit="rpm", joint=" ")
+    legend(chart)
+    return chart
+
+
+def residual_chart(results: WellResults, number: int) -> Any:
+    """Mean square of the residuals of a set per noise variance over frequency, without and with the named cause."""
+    examination = results.examination
+    frequency = examination["frequency"].values
+    member = examination["window_set"].values == number
+    before, after = (_mean_square(examination[f"residual_{end}"].values[member]) for end in ("before", "after"))
+    inside = (frequency >= results.band[0]) & (frequency <= results.band[1])
+    columns = {"frequency": frequency, "base": before, "extended": after}
+    data = source({name: values[inside].astype(np.float32) for name, values in columns.items()}, {})
+    title, logarithmic = "Residuals: mean square per noise variance", {"x_axis_type": "log", "y_axis_type": "log"}
+    chart = new_chart(None, _HEIGHT, title=title, tools=_TOOLS, **logarithmic)
+    chart.toolbar.update(logo=None, autohide=True)
+    one = chart.hspan(y=[1.0], line_dash="dotted", line_width=1.5)
+    coloured(one, line_color="muted")
+    for name, words, colour, dash in _models(np.array_equal(before, after, equal_nan=True)):
+        line = chart.line("frequency", name, source=data, line_width=2, line_dash=dash, legend_label=words)
+        coloured(line, line_color=colour)
+    chart.add_tools(hover([("Base model", "@base{0.00}", ""), ("Frequency", "@frequency{0.00}", "Hz")]))
+    label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
+    label_axis(chart.yaxis[0], "1 is a right model", joint=" ")
+    legend(chart)
+    return chart
+
+
+def _models(same: bool) -> list[tuple[str, str, str, str]]:
+    """Columns with words, colours and dashes; one line where no cause extends the model."""
+    lines = [("base", "base model", "flag", "dashed"), ("extended", "extended model", "joint", "solid")]
+    return [("base", "model", "joint", "solid")] if same else lines
+
+
+def _mean_square(residual: Any) -> Floats:
+    power = np.abs(residual) ** 2 / 2
+    used = np.isfinite(power)
+    kernel = np.ones(_SMOOTHED)
+    total = np.convolve(np.where(used, power, 0.0).sum(axis=0), kernel, "same")
+    count = np.convolve(used.sum(axis=0).astype(float), kernel, "same")
+    return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)

@@ -1,0 +1,46 @@
+"""Charts as one JSON document for a page, the same for the same charts, and the script that draws it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+_IDENTIFIER = re.compile(r'"id":"(p\d+)"')
+
+
+def document(charts: Mapping[str, Any], named: Mapping[str, Any]) -> str:
+    """All charts with their data, each once.
+
+    Parameters
+    ----------
+    charts : by the identifiers of the elements of the page that they are drawn in
+    named : models that the page's script looks up by these names
+
+    Returns
+    -------
+    JSON that is safe within an element <script>: the document, and identifiers in it by elements and by names.
+    """
+    from bokeh.core.json_encoder import serialize_json
+    from bokeh.document import Document
+
+    held = Document()
+    for chart in charts.values():
+        held.add_root(chart)
+    text = serialize_json(held.to_json(deferred=False))
+    # Bokeh counts models through the life of a process
+    names = {name: f"p{number}" for number, name in enumerate(dict.fromkeys(_IDENTIFIER.findall(text)))}
+    text = _IDENTIFIER.sub(lambda match: f'"id":"{names[match[1]]}"', text)
+    found = {"roots": charts, "named": named}
+    looked_up = {kind: {name: names[model.id] for name, model in models.items()} for kind, models in found.items()}
+    return f'{{"document":{text},"looked_up":{json.dumps(looked_up)}}}'.replace("<", "\\u003c")
+
+
+def bokeh_script() -> tuple[str, bytes]:
+    """Name and content of the script that all pages share; it comes with the installed Bokeh."""
+    import bokeh
+
+    content = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_bytes()
+    return f"bokeh-{bokeh.__version__}.min.js", content

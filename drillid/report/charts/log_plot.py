@@ -1,0 +1,341 @@
+"""The log plot of a well: tracks side by side on a common depth axis."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from bokeh.layouts import gridplot
+from bokeh.models import BoxZoomTool, ColumnDataSource, FixedTicker, PanTool, Range1d, ResetTool, TapTool, WheelZoomTool
+
+from drillid.figures.captions import DISPLAYED_PARAMETERS
+from drillid.figures.data import WellResults
+from drillid.figures.style import well_marks
+from drillid.report.charts import well_data
+from drillid.report.charts.style import coloured, hover, label_axis, new_chart, source, tagged, value_range
+from drillid.report.quantities import QUANTITIES
+from drillid.report.verdicts import VerdictText
+
+_HEIGHT = 760
+_LEFT = 62
+"""Pixels of the depth axis."""
+_NARROW, _WIDE = 74, 98
+_LINE = 13
+"""Characters of a line of a track's name."""
+_HEADER = 74
+"""Pixels of the tracks' scales above them."""
+_DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
+_QUANTITIES = {
+    **dict.fromkeys(_DEPTHS, "depth"),
+    **{channel.column: channel.quantity for channel in well_data.OPERATION},
+    "lowest_rotation": "rotation",
+    "tuned_proportional": "proportional",
+    "present_proportional": "proportional",
+    "tuned_integral": "integral",
+    "present_integral": "integral",
+    **{f"damping_bha{end}": "damping" for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")},
+    **{f"inertia_bha{end}": "inertia" for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")},
+}
+_OF_PARAMETER = {"damping_bha": "damping", "inertia_bha": "inertia"}
+_STATES = {
+    "drilling": "joint",
+    "connection": "line",
+    "off_bottom": "muted",
+    "reaming": "flag",
+    "sweep_off": "sheet",
+    "unknown": "paper",
+}
+"""Colours of the rig's states."""
+
+
+@dataclass(frozen=True)
+class LogPlot:
+    """The tracks in one chart, their data, and what could not be shown."""
+
+    chart: Any
+    windows: ColumnDataSource
+    shown: ColumnDataSource
+    """Depth of the window whose spectra are shown; the page's script fills it."""
+    missing: tuple[str, ...]
+    """Channels that are not logged, in words."""
+
+
+def log_plot(results: WellResults, verdicts: Sequence[VerdictText], depths: Range1d) -> LogPlot:
+    """All tracks of a well.
+
+    Parameters
+    ----------
+    depths : range shared with other charts
+    """
+    windows = window_source(results)
+    builder = _Tracks(results, windows, depths)
+    missing = []
+    builder.hole()
+    builder.states()
+    for channel in well_data.OPERATION:
+        if np.isfinite(windows.data[channel.column]).any():
+            builder.operation(channel)
+        else:
+            missing.append(channel.name.lower())
+    for name in well_data.PARAMETERS_SHOWN:
+        builder.parameter(name)
+    builder.coherence()
+    builder.verdicts(verdicts)
+    if np.isfinite(windows.data["tuned_proportional"]).any():
+        builder.control()
+    chart = gridplot([builder.tracks], toolbar_location="above", merge_tools=True)
+    chart.toolbar.update(logo=None)
+    return LogPlot(chart, windows, builder.shown, tuple(missing))
+
+
+def window_source(results: WellResults) -> ColumnDataSource:
+    """One row for each window."""
+    rows = well_data.in_order(results)
+    accepted = results.fits["accepted"].values[rows].astype(bool)
+    flagged = results.discrepancy["flagged"].values[rows].astype(bool)
+    columns = well_data.cell_columns(results) | well_data.operation_columns(results)
+    for name in well_data.PARAMETERS_SHOWN:
+        factor = DISPLAYED_PARAMETERS[name].factor
+        columns |= well_data.parameter_columns(results, name, factor)
+    columns |= well_data.control_columns(results)
+    columns |= {
+        "coherence": well_data.coherence(results),
+        "accepted": np.where(accepted, "accepted", "not accepted"),
+        "fill": np.where(accepted, 1.0, 0.0),
+        "marker": np.where(flagged, "triangle", "circle"),
+        "size": np.where(flagged, 9, 5),
+    }
+    return source(columns, _QUANTITIES)
+
+
+class _Tracks:
+    """Builds the tracks one by one; all share the data of the windows and the range of depth."""
+
+    def __init__(self, results: WellResults, windows: ColumnDataSource, depths: Range1d) -> None:
+        self.results, self.windows, self.depths = results, windows, depths
+        self.tracks: list[Any] = []
+        begin, end = float(windows.data["cell_top"][0]), float(windows.data["cell_bottom"][-1])
+        self.marks = well_marks(results, begin, end)
+        intervals = [mark for mark in self.marks if mark.until is not None]
+        self.flagged = source(
+            {"top": [mark.depth for mark in intervals], "bottom": [float(mark.until or 0) for mark in intervals]},
+            {"top": "depth", "bottom": "depth"},
+        )
+        boundaries = [mark.depth for mark in self.marks if mark.until is None and mark.line]
+        self.boundaries = source({"depth": boundaries}, {"depth": "depth"})
+        self.shown = source({"depth": np.array([])}, {"depth": "depth"})
+
+    def _new(self, width: int, across: Range1d) -> Any:
+        first = not self.tracks
+        track = new_chart(
+            width + _LEFT * first,
+            _HEIGHT,
+            y_range=self.depths,
+            x_range=across,
+            x_axis_location="above",
+            tools=[
+                BoxZoomTool(dimensions="height"),
+                PanTool(dimensions="height"),
+                WheelZoomTool(dimensions="height"),
+                ResetTool(),
+                TapTool(),
+            ],
+            min_border_top=_HEADER,
+            min_border_bottom=4,
+            min_border_left=_LEFT if first else 3,
+            min_border_right=3,
+        )
+        track.toolbar.update(active_scroll=None, active_drag=track.tools[0])
+        label_axis(track.yaxis[0], "Measured depth", "depth", joint=" ")
+        track.yaxis[0].update(visible=first)
+        bands = track.hstrip(y0="top", y1="bottom", source=self.flagged, fill_alpha=0.18, line_alpha=0)
+        coloured(bands, fill_color="flag")
+        lines = track.hspan(y="depth", source=self.boundaries, line_dash="dashed", line_width=1)
+        coloured(lines, line_color="muted")
+        chosen = track.hspan(y="depth", source=self.shown, line_width=2, line_alpha=0.7)
+        coloured(chosen, line_color="accent")
+        self.tracks.append(track)
+        return track
+
+    def _ticks(self, track: Any, count: int = 3) -> None:
+        track.xaxis[0].ticker.update(desired_num_ticks=count, num_minor_ticks=0)
+
+    def hole(self) -> None:
+        """Hole sections and assembly runs in words."""
+        track = self._new(_WIDE, Range1d(0, 1))
+        words = [mark for mark in self.marks if mark.until is None]
+        texts = source({"depth": [mark.depth for mark in words], "text": [mark.text for mark in words]}, _QUANTITIES)
+        label = track.text(
+            x=0.03, y="depth", text="text", source=texts, text_font_size="10px", text_baseline="top", y_offset=2
+        )
+        coloured(label, text_color="ink")
+        label_axis(track.xaxis[0], "Hole and\nassembly")
+        track.xaxis[0].update(ticker=FixedTicker(ticks=[]))
+        track.xgrid[0].update(visible=False)
+        measured = track.segment(x0=0, x1=0, y0="depth_from", y1="depth_to", source=self.windows, line_width=5)
+        coloured(measured, line_color="ink")
+
+    def states(self) -> None:
+        """Shares of the rig's states in the time since the window before."""
+        track = self._new(_NARROW, Range1d(0, 100))
+        left = np.zeros(len(self.windows.data["depth"]))
+        for state, share in well_data.state_shares(self.results).items():
+            words = state.replace("_", " ")
+            right = left + 100 * share
+            bars = track.quad(
+                left=left,
+                right=right,
+                top=self.windows.data["cell_top"],
+                bottom=self.windows.data["cell_bottom"],
+                name=words,
+                fill_alpha=0.75,
+                line_width=0.5,
+                hatch_pattern={"reaming": "/", "off_bottom": ".", "sweep_off": "\\"}.get(state, " "),
+                hatch_alpha=0.6,
+            )
+            scale = {"top": QUANTITIES["depth"].per_metric, "bottom": QUANTITIES["depth"].per_metric}
+            tagged(bars.data_source, scale=scale)
+            bars.data_source.data["share"] = 100 * share
+            coloured(bars, fill_color=_STATES[state], line_color="paper", hatch_color="ink")
+            track.add_tools(hover([(words, "@share{0}", "% of the time")], [bars]))
+            left = right
+        label_axis(track.xaxis[0], "Rig state", unit="% of time")
+        self._ticks(track, 2)
+
+    def operation(self, channel: well_data.Channel) -> None:
+        """One channel of what the rig did."""
+        values = [np.asarray(self.windows.data[channel.column])]
+        rotation = channel.column == "rotation"
+        if rotation:
+            values.append(np.asarray(self.windows.data["lowest_rotation"]))
+        across = value_range(*values, quantity=channel.quantity, zero=channel.column in ("weight", "penetration"))
+        track = self._new(_NARROW, across)
+        line = track.step(x=channel.column, y="depth", source=self.windows, line_width=1.2, mode="center")
+        dots = track.scatter(x=channel.column, y="depth", source=self.windows, size=5)
+        coloured(line, line_color="ink")
+        coloured(dots, fill_color="ink", line_color="ink")
+        rows = [(channel.name, f"@{channel.column}{{{_pattern(channel.decimals)}}}", channel.quantity)]
+        if rotation and np.isfinite(self.windows.data["lowest_rotation"]).any():
+            limit = track.line(x="lowest_rotation", y="depth", source=self.windows, line_width=2, line_dash="dashed")
+            coloured(limit, line_color="named")
+            rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
+        track.add_tools(hover([*rows, *_place()], [dots]))
+        label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
+        self._ticks(track)
+
+    def parameter(self, name: str) -> None:
+        """A parameter window by window with its intervals, and from all windows together with its band."""
+        shown, data = DISPLAYED_PARAMETERS[name], self.windows.data
+        quantity = _OF_PARAMETER.get(name, "")
+        used = np.asarray(data["accepted"]) == "accepted"
+        held = [np.asarray(data[f"{name}_joint{end}"]) for end in ("_lower", "_upper")]
+        across = value_range(np.asarray(data[name])[used], *held, quantity=quantity)
+        track = self._new(_WIDE, across)
+        band = track.harea(
+            x1=f"{name}_joint_lower", x2=f"{name}_joint_upper", y="depth", source=self.windows, fill_alpha=0.3
+        )
+        joint = track.line(x=f"{name}_joint", y="depth", source=self.windows, line_width=2)
+        bars = track.segment(
+            x0=f"{name}_low", x1=f"{name}_high", y0="depth", y1="depth", source=self.windows, line_alpha=0.5
+        )
+        dots = track.scatter(
+            x=name, y="depth", source=self.windows, size="size", marker="marker", fill_alpha="fill", line_width=1.2
+        )
+        coloured(band, fill_color="joint")
+        coloured(joint, line_color="joint")
+        coloured(bars, line_color="ink")
+        coloured(dots, fill_color="ink", line_color="ink")
+        unit = quantity or shown.unit
+        rows = [
+            (shown.name, f"@{name}{{0.[0]}}", unit),
+            ("95 % interval", f"@{name}_low{{0.[0]}} to @{name}_high{{0.[0]}}", unit),
+            ("All windows together", f"@{name}_joint{{0.[0]}}", unit),
+            ("Fit", "@accepted", ""),
+        ]
+        track.add_tools(hover([*rows, *_place()], [dots]))
+        symbol = shown.symbol + {"bha": " bha"}.get(shown.index, "")
+        label_axis(track.xaxis[0], _wrapped(f"{shown.name} {symbol}"), quantity, "" if quantity else shown.unit)
+        self._ticks(track)
+
+    def coherence(self) -> None:
+        """How much of the speed follows the sweep."""
+        track = self._new(_NARROW, Range1d(0, 1))
+        line = track.line(x="coherence", y="depth", source=self.windows)
+        dots = track.scatter(x="coherence", y="depth", source=self.windows, size=5)
+        coloured(line, line_color="ink")
+        coloured(dots, fill_color="ink", line_color="ink")
+        track.add_tools(hover([("Median coherence", "@coherence{0.00}", ""), *_place()], [dots]))
+        label_axis(track.xaxis[0], "Coherence\nγ²", unit="–", joint=" ")
+        track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 0.5, 1]))
+
+    def verdicts(self, verdicts: Sequence[VerdictText]) -> None:
+        """Verdicts over their depths, beside each other where they overlap."""
+        lanes = pd.Series([0] * len(verdicts), dtype=int)
+        ends: list[float] = []
+        for number, verdict in enumerate(verdicts):
+            lane = next((index for index, end in enumerate(ends) if verdict.from_m >= end), len(ends))
+            ends[lane : lane + 1] = [verdict.to_m]
+            lanes[number] = lane
+        track = self._new(_WIDE, Range1d(0, max(len(ends), 1)))
+        look = {"named": ("named", "/", 0.8), "unknown": ("unknown", "x", 0.7)}
+        for kind in {verdict.kind for verdict in verdicts}:
+            colour, hatch, alpha = look.get(kind, ("muted", " ", 0.12))
+            chosen = [(lane, verdict) for lane, verdict in zip(lanes, verdicts, strict=True) if verdict.kind == kind]
+            columns = {
+                "left": [lane + 0.04 for lane, _ in chosen],
+                "right": [lane + 0.24 for lane, _ in chosen],
+                "text_at": [lane + 0.29 for lane, _ in chosen],
+                "top": [verdict.from_m for _, verdict in chosen],
+                "bottom": [max(verdict.to_m, verdict.from_m + 0.5) for _, verdict in chosen],
+                "title": [verdict.title.replace(" or ", "\nor ").replace(" ", "\n", 1) for _, verdict in chosen],
+                "probability": [verdict.probability for _, verdict in chosen],
+            }
+            data = source(columns, {"top": "depth", "bottom": "depth"})
+            sides = {side: side for side in ("left", "right", "top", "bottom")}
+            bars = track.quad(**sides, source=data, fill_alpha=alpha, hatch_pattern=hatch)
+            coloured(bars, fill_color=colour, line_color=colour, hatch_color="paper")
+            words = track.text(
+                x="text_at", y="top", text="title", source=data, text_font_size="10px", text_baseline="top", y_offset=2
+            )
+            coloured(words, text_color="ink")
+            rows = [("Verdict", "@title", ""), ("Probability", "@probability{0 %}", "")]
+            rows += [("From", "@top{0.0}", "depth"), ("To", "@bottom{0.0}", "depth")]
+            track.add_tools(hover(rows, [bars]))
+        label_axis(track.xaxis[0], "Verdicts")
+        track.xaxis[0].update(ticker=FixedTicker(ticks=[]))
+        track.xgrid[0].update(visible=False)
+
+    def control(self) -> None:
+        """The proportional gain with the least bit vibration beside the present one."""
+        data = self.windows.data
+        values = [np.asarray(data[name]) for name in ("tuned_proportional", "present_proportional")]
+        track = self._new(_WIDE, value_range(*values, quantity="proportional", zero=True, share=0.0))
+        present = track.line(x="present_proportional", y="depth", source=self.windows, line_width=2, line_dash="dashed")
+        tuned = track.scatter(x="tuned_proportional", y="depth", source=self.windows, size=8, marker="diamond")
+        coloured(present, line_color="muted")
+        coloured(tuned, fill_color="joint", line_color="joint")
+        rows = [
+            ("Proportional gain advised", "@tuned_proportional{0.000}", "proportional"),
+            ("at present", "@present_proportional{0.000}", "proportional"),
+            ("Integral gain advised", "@tuned_integral{0.00}", "integral"),
+            ("at present", "@present_integral{0.00}", "integral"),
+        ]
+        track.add_tools(hover([*rows, *_place()], [tuned]))
+        label_axis(track.xaxis[0], "Gain advised", "proportional")
+        self._ticks(track, 2)
+
+
+def _wrapped(name: str) -> str:
+    return "\n".join(textwrap.wrap(name, _LINE))
+
+
+def _pattern(decimals: int) -> str:
+    return "0." + "0" * decimals if decimals else "0"
+
+
+def _place() -> list[tuple[str, str, str]]:
+    return [("Depth", "@depth{0.0}", "depth"), ("Start, UTC", "@start", ""), ("Window", "@window", "")]

@@ -1,0 +1,168 @@
+"""How charts look and what the page's script changes in them: colours with light and dark, units, ranges of depth.
+
+Bokeh has no variables for colours or units. A model's tags say which of its properties have which of the page's
+colours, and what they are in metric and in oilfield units; `charts.js` sets them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.models import ColumnDataSource, HoverTool, Range1d
+from bokeh.plotting import figure
+
+from drillid.arrays import Floats
+from drillid.report.quantities import QUANTITIES
+
+FONT = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
+ROOM = 0.08
+"""Margin of an axis beyond its values, as a share of their spread."""
+_LEAST_SPREAD = 0.2
+"""Of an axis, as a share of its values."""
+
+
+def tagged(
+    model: Any,
+    colours: Mapping[str, str] | None = None,
+    metric: Mapping[str, Any] | None = None,
+    oilfield: Mapping[str, Any] | None = None,
+    scale: float | Mapping[str, float] | None = None,
+) -> Any:
+    """The model with tags for the page's script.
+
+    Parameters
+    ----------
+    colours : names of the page's colours by the model's properties
+    metric, oilfield : values of properties in each of the units
+    scale : oilfield values per metric ones, of a range or of the columns of a data source
+    """
+    tags = {"colours": colours, "metric": metric, "oilfield": oilfield, "scale": scale}
+    model.update(tags=[{name: value for name, value in tags.items() if value}])
+    return model
+
+
+def depth_range(top: float, bottom: float) -> Range1d:
+    """Depth downwards, shared by all charts of a well; metric at first."""
+    room = ROOM / 2 * (bottom - top) or 1.0
+    reach = (bottom + room, top - room)
+    limits = (top - 4 * room, bottom + 4 * room)
+    return tagged(Range1d(*reach, bounds=limits), scale=QUANTITIES["depth"].per_metric)
+
+
+def value_range(*values: Floats, quantity: str = "", zero: bool = False, share: float = 2.0) -> Range1d:
+    """Range that holds all values but the outermost few.
+
+    Parameters
+    ----------
+    zero : begin at zero
+    share : of the values, percent, that may lie beyond either end
+    """
+    pooled = np.concatenate([np.ravel(each) for each in values]) if values else np.array([])
+    finite = pooled[np.isfinite(pooled)]
+    low, high = (0.0, 1.0) if not finite.size else np.percentile(finite, [share, 100 - share])
+    if zero:
+        low = min(0.0, low)
+    # a channel that hardly changes is a straight line
+    missing = _LEAST_SPREAD * max(abs(low), abs(high)) - (high - low)
+    low, high = (low - missing / 2, high + missing / 2) if missing > 0 else (low, high)
+    room = ROOM * (high - low) or 1.0
+    return _scaled(Range1d(float(low if zero and low == 0 else low - room), float(high + room)), quantity)
+
+
+def _scaled(axis: Range1d, quantity: str) -> Range1d:
+    return tagged(axis, scale=QUANTITIES[quantity].per_metric) if quantity else axis
+
+
+def labels(name: str, quantity: str, joint: str = "\n") -> tuple[str, str]:
+    """Label of an axis in both units."""
+    scales = (QUANTITIES[quantity].metric, QUANTITIES[quantity].oilfield)
+    metric, oilfield = (f"{name}{joint}[{scale.shown}]" for scale in scales)
+    return metric, oilfield
+
+
+def label_axis(axis: Any, name: str, quantity: str = "", unit: str = "", joint: str = "\n") -> None:
+    """Give an axis its label, with the unit of a quantity that changes or one that does not."""
+    if quantity:
+        metric, oilfield = labels(name, quantity, joint)
+        axis.update(axis_label=metric)
+        _dressed(axis, {"axis_label": metric}, {"axis_label": oilfield})
+    else:
+        axis.update(axis_label=f"{name}{joint}[{unit}]" if unit else name)
+        _dressed(axis, None, None)
+
+
+_AXIS_COLOURS = {
+    "axis_label_text_color": "ink",
+    "major_label_text_color": "muted",
+    "axis_line_color": "line",
+    "major_tick_line_color": "line",
+    "minor_tick_line_color": "none",
+}
+
+
+def _dressed(axis: Any, metric: Mapping[str, Any] | None, oilfield: Mapping[str, Any] | None) -> None:
+    tagged(axis, _AXIS_COLOURS, metric, oilfield)
+    axis.update(axis_label_text_font_size="11px", axis_label_text_font=FONT, axis_label_text_font_style="normal")
+    axis.update(axis_label_standoff=4, major_label_text_font_size="10px", major_label_text_font=FONT)
+
+
+def new_chart(width: int | None, height: int, **options: Any) -> Any:
+    """An empty chart in the page's colours.
+
+    Parameters
+    ----------
+    width : pixels; None to fill the page's column
+    options : of `bokeh.plotting.figure`
+    """
+    sizes: dict[str, Any] = {"width": width} if width else {"sizing_mode": "stretch_width"}
+    chart = figure(height=height, output_backend="canvas", **sizes, **options)
+    tagged(
+        chart,
+        {"background_fill_color": "paper", "border_fill_color": "paper", "outline_line_color": "line"},
+    )
+    for grid in chart.grid:
+        tagged(grid, {"grid_line_color": "grid"})
+    if chart.title is not None:
+        tagged(chart.title, {"text_color": "ink"})
+        chart.title.update(text_font=FONT, text_font_size="12px")
+    return chart
+
+
+def source(columns: Mapping[str, Any], quantities: Mapping[str, str]) -> ColumnDataSource:
+    """A data source whose columns change with the units.
+
+    Parameters
+    ----------
+    quantities : of columns, by their names
+    """
+    scale = {name: QUANTITIES[quantity].per_metric for name, quantity in quantities.items() if name in columns}
+    held = ColumnDataSource(dict(columns))
+    return tagged(held, scale={name: factor for name, factor in scale.items() if factor != 1})
+
+
+def hover(rows: Sequence[tuple[str, str, str]], renderers: Sequence[Any] | str = "auto") -> HoverTool:
+    """A tool that tells values with their units.
+
+    Parameters
+    ----------
+    rows : words, the value's template such as '@weight{0.0}', and its quantity, or a unit that does not change
+    """
+    metric, oilfield = ([_tip(row, number) for row in rows] for number in (0, 1))
+    tool = HoverTool(tooltips=metric, renderers=renderers, point_policy="snap_to_data")
+    return tagged(tool, None, {"tooltips": metric}, {"tooltips": oilfield})
+
+
+def _tip(row: tuple[str, str, str], number: int) -> tuple[str, str]:
+    words, template, quantity = row
+    chosen = QUANTITIES.get(quantity)
+    unit = quantity if chosen is None else (chosen.metric, chosen.oilfield)[number].shown
+    return words, f"{template} {unit}".strip()
+
+
+def coloured(renderer: Any, **colours: str) -> Any:
+    """A renderer whose glyph has colours of the page; those of what is not selected are the same."""
+    renderer.update(nonselection_glyph=None, selection_glyph=None)
+    tagged(renderer.glyph, colours)
+    return renderer

@@ -1,0 +1,198 @@
+"""What the report reads of a well: counts, levels, comparisons, texts."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from drillid.datasets.registry import PROBLEM_COLUMNS
+from drillid.datasets.store import WellFolders
+from drillid.report.attention import interval_explanation, rise_text
+from drillid.report.content import (
+    EXPLANATIONS,
+    Comparison,
+    Estimate,
+    FlaggedInterval,
+    Identified,
+    Rise,
+    comparison,
+    covered_hours,
+    drilled,
+    joined,
+    kinds,
+    read_segments,
+    weighted_mean,
+    without_windows,
+)
+from drillid.report.quantities import QUANTITIES, number, share, size_text
+from drillid.report.sentences import data_sheet_verdict, deviations_text, estimate_text
+
+
+def test_what_was_identified_is_counted(found: Identified) -> None:
+    assert (found.windows, found.accepted, found.judged) == (10, 10, True)
+    assert found.hours == pytest.approx(10 * 600 / 3600)
+    (run,) = found.runs
+    assert (run.windows, run.used, run.collars) == (10, 8, "60 m collars, OD 165 mm")
+    assert run.spreads["inertia_td"].usual == pytest.approx(1105, rel=5e-3)
+    assert run.spreads["length"].usual == pytest.approx(0, abs=15)
+
+
+def test_an_interval_has_its_level_and_the_usual_one(found: Identified) -> None:
+    (interval,) = found.intervals
+    damping, inertia = interval.rises
+    assert abs(damping.there.value - 400) < 4 * damping.there.error
+    assert abs(damping.usual.value - 20) < 4 * damping.usual.error
+    assert abs(inertia.there.value - 120) < 4 * inertia.there.error
+    assert 10 < damping.least_ratio < 20
+    assert 1.7 < inertia.least_ratio < 2.0
+
+
+def test_the_prior_is_subtracted_from_the_estimate() -> None:
+    alone, deviation, data_sheet, tolerance = 1105.0, 20.0, 1000.0, 30.0
+    weights = 1 / deviation**2, 1 / tolerance**2
+    joint = (alone * weights[0] + data_sheet * weights[1]) / sum(weights)
+    fits = fits_of([joint] * 4, sum(weights) ** -0.5, data_sheet, tolerance)
+    result = comparison(fits, "inertia_td", np.ones(4, dtype=bool))
+    assert result.measured is not None
+    assert result.measured.value == pytest.approx(alone)
+    assert result.measured.error == pytest.approx(deviation / 2)
+    assert result.pull == pytest.approx(105 / np.hypot(10, 30))
+    assert result.verdict == "disagrees"
+
+
+def test_data_that_add_nothing_to_the_data_sheet_determine_nothing() -> None:
+    fits = fits_of([1000.0] * 4, 30.0 * (1 - 1e-4), 1000.0, 30.0)
+    assert comparison(fits, "inertia_td", np.ones(4, dtype=bool)).verdict == "not determined by the data"
+    assert comparison(fits, "inertia_td", np.zeros(4, dtype=bool)).data_sheet == Estimate(1000.0, 30.0)
+
+
+def fits_of(values: list[float], error: float, data_sheet: float, tolerance: float) -> xr.Dataset:
+    """Fits of one parameter."""
+    columns = {
+        "value": values,
+        "standard_error": [error] * 4,
+        "prior": [data_sheet] * 4,
+        "prior_error": [tolerance] * 4,
+    }
+    rows = {name: (("window", "parameter"), np.array(column)[:, None]) for name, column in columns.items()}
+    return xr.Dataset(rows, {"parameter": ["inertia_td"]})
+
+
+def test_the_usual_level_is_one_number(found: Identified) -> None:
+    (interval,), (run,) = found.intervals, found.runs
+    for rise in interval.rises:
+        assert rise.usual.value == pytest.approx(run.spreads[rise.parameter].usual)
+
+
+def test_agreement_with_the_data_sheets_is_said() -> None:
+    compared = (
+        Comparison("delay", Estimate(0.030, 0.001), Estimate(0.0405, 0.0001)),
+        Comparison("inertia_td", Estimate(1100.0, 55.0), Estimate(1105.0, 2.0)),
+        Comparison("polar_moment", Estimate(1.6e-5, 8e-7), None),
+    )
+    words = deviations_text(compared)
+    assert "rive delay (40.50 ± 0.10 ms against 30.0 ± 1.0 ms) disagrees with the data sheets" in words
+    assert words.endswith("pipe polar moment is not determined by these data.")
+    assert data_sheet_verdict(compared) == "drive delay disagrees"
+    assert data_sheet_verdict(compared[1:]) == "agrees"
+    assert data_sheet_verdict(()) == "not given"
+
+
+def test_a_rise_has_the_least_ratio_within_the_errors() -> None:
+    rise = Rise("damping_bha", Estimate(340.0, 20.0), Estimate(15.0, 5.0), 9.0)
+    assert rise.least_ratio == pytest.approx((340 - 39.2) / (15 + 9.8))
+    words = rise_text(rise).striptags()
+    assert words.startswith("BHA damping 340 N m s/rad")
+    assert "where 15 N m s/rad" in words
+    assert "at least 12 times as much" in words
+    hardly = Rise("inertia_bha", Estimate(80.0, 10.0), Estimate(75.0, 5.0), 2.1)
+    assert "times" not in rise_text(hardly)
+    assert interval_explanation(FlaggedInterval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
+
+
+def test_windows_that_overlap_count_their_time_once() -> None:
+    start = np.array(["2025-01-01T00:00", "2025-01-01T00:30", "2025-01-01T04:00"], dtype="datetime64[ns]")
+    assert covered_hours(start, start + np.timedelta64(1, "h")) == pytest.approx(2.5)
+
+
+def test_reasons_of_one_kind_count_together() -> None:
+    same = kinds(pd.Series(["gap of 37.0 s", "gap of 37.0 s", "connection"]))
+    assert same.tolist() == ["gap of 37.0 s", "gap of 37.0 s", "connection"]
+    rows = [("drilling", "too short: 20.0 s of 600.0 s", 20, 0), ("drilling", "too short: 7.5 s of 600.0 s", 7.5, 0)]
+    rows += [("drilling", "", 1200, 2), ("unknown", "gap of 600 s", 600, 0)]
+    table = without_windows(pd.DataFrame(rows, columns=["state", "reason", "duration_s", "windows"]))
+    assert table.values.tolist() == [
+        ["unknown", "gap of 600 s", 1, 10.0],
+        ["drilling", "too short: … s of … s", 2, pytest.approx(27.5 / 60)],
+    ]
+
+
+def test_equal_problems_are_joined_at_the_first_place_once_they_are_many() -> None:
+    spikes = [("W1", "records", f"log {n}", f"{n} spikes in speed", f"See log {n}") for n in range(5)]
+    gaps = [("W1", "records", f"log {n}", f"a gap of {n} s", "None") for n in range(3)]
+    other = [("W1", "windows", "log 9", "7 spikes in speed", "None")]
+    table = joined(pd.DataFrame([gaps[0], *spikes, *gaps[1:], *other], columns=list(PROBLEM_COLUMNS)))
+    assert table[["stage", "where", "what", "remedy", "rows"]].to_numpy().tolist() == [
+        ["records", "log 0", "a gap of 0 s", "None", 1],
+        ["records", "log 0", "… spikes in speed", "See log 0", 5],
+        ["records", "log 1", "a gap of 1 s", "None", 1],
+        ["records", "log 2", "a gap of 2 s", "None", 1],
+        ["windows", "log 9", "7 spikes in speed", "None", 1],
+    ]
+    same = joined(
+        pd.DataFrame([("W1", "fits", f"window {n}", "is 3 off", "None") for n in range(4)], columns=table.columns[:5])
+    )
+    assert same[["what", "rows"]].to_numpy().tolist() == [["is 3 off", 4]]
+    assert joined(pd.DataFrame(columns=list(PROBLEM_COLUMNS))).empty
+
+
+def test_a_well_without_segments_has_drilled_nothing(tmp_path: Path) -> None:
+    segments = read_segments(WellFolders(tmp_path, "lost"))
+    nothing = drilled(segments)
+    assert (nothing.hours, nothing.newest) == (0.0, None)
+    assert np.isnan(nothing.from_m)
+    assert without_windows(segments).empty
+
+
+def test_numbers_are_written_for_readers() -> None:
+    assert [number(value) for value in (1234.4, 12345, -3.2, -0.2, np.nan)] == [
+        "1234",
+        "12\u202f345",
+        "−3",
+        "0",
+        "–",
+    ]
+    assert [share(*parts) for parts in ((1, 1), (999, 1000), (1, 1000), (0, 9), (1, 0))] == [
+        "100 %",
+        "> 99 %",
+        "< 1 %",
+        "0 %",
+        "–",
+    ]
+    assert estimate_text(Estimate(0.040523, 0.000018), "delay") == "40.523 ± 0.018 ms"
+    assert estimate_text(Estimate(1100.0, 55.0), "inertia_td") == "1100 ± 55 kg m²"
+
+
+def test_quantities_are_in_both_units() -> None:
+    depths = QUANTITIES["depth"].text(2990.4, 3050.0)
+    assert str(depths) == '<span class="metric">2990–3050 m</span><span class="oilfield">9811–10\u202f007 ft</span>'
+    assert QUANTITIES["depth"].text(np.nan, 1.0) == "–"
+    assert QUANTITIES["rotation"].text(np.pi) == "30 rpm"
+    assert QUANTITIES["pressure"].per_metric == pytest.approx(14.5038, rel=1e-5)
+    assert QUANTITIES["flow"].per_metric == pytest.approx(0.264172, rel=1e-5)
+
+
+def test_sizes_are_in_units_that_one_feels() -> None:
+    assert size_text(0.0494, "s") == "49.4 ms"
+    assert size_text(4e-4, "s²") == "20 ms"
+    assert size_text(-0.05, "1") == "5 %"
+    assert size_text(1e-4, "s/s") == "6 ms in a minute"
+    assert size_text(150.0, "N s^(3/2)/m⁴") == "150 N s^(3/2)/m⁴"
+
+
+def test_a_weighted_mean_follows_the_surer_value() -> None:
+    mean = weighted_mean(np.array([1.0, 5.0]), np.array([1.0, 2.0]))
+    assert (mean.value, mean.error) == (pytest.approx(1.8), pytest.approx(np.sqrt(0.8)))
+    assert np.isnan(weighted_mean(np.array([]), np.array([])).value)
