@@ -171,7 +171,8 @@ def _gains_of_window(response: Complex, weight: Floats, s: Complex) -> tuple[Flo
     design = np.column_stack([design, late])
     lines = max(s.size / COMMAND_BANDS, 1.0)
     variance = float(np.mean((target - design @ np.linalg.lstsq(design, target)[0]) ** 2)) * lines
-    variance = max(variance, 1e-12 * float(np.mean(target**2)))
+    # however well the command fits, a gain is known to 1e-6 of its size and of 1 N m s/rad at best
+    variance = max(variance, 1e-12 * float(np.mean(target**2)), 1e-12 * float(np.mean(weight**2)))
     precision = design.T @ design / variance + np.diag([0.0, 0.0, CLOCK_ERROR**-2.0])
     covariance: Floats = np.asarray(np.linalg.inv(precision), dtype=float)
     return (covariance @ (design.T @ target) / variance)[:2], covariance[:2, :2]
