@@ -69,7 +69,7 @@ def windows_of(count: int, gap: float = 0.0) -> xr.Dataset:
 
 
 def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Dataset:
-    """Spectra that the true systems and Gaussian noise would give."""
+    """Spectra that the true systems and Gaussian noise would give, without a logged torque command."""
     count, controller = windows.sizes["window"], Controller(1500.0, 800.0)
     shape = (count, FREQUENCY.size)
     true = [
@@ -92,10 +92,10 @@ def spectra_of(windows: xr.Dataset, rig: Rig, rng: np.random.Generator) -> xr.Da
             "sweep_power": (lines, SWEEP_POWER * one),
             "speed_power": (lines, np.abs(cross) ** 2 / SWEEP_POWER + speed_noise * (AVERAGES - 1) / AVERAGES),
             "speed_noise": (lines, speed_noise),
-            "command_noise": (lines, 0 * one),
-            "cross_noise": (lines, 0 * one),
+            "command_noise": (lines, np.nan * one),
+            "cross_noise": (lines, np.nan * one),
             "cross_speed": (lines, cross),
-            "cross_command": (lines, SWEEP_POWER * one),
+            "cross_command": (lines, np.nan * one),
             "averages": (lines, AVERAGES * one),
             "degrees_of_freedom": (lines, 40 * one),
             "sweep_rounding": (lines, 0 * one),

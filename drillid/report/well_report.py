@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from drillid.arrays import Floats
 from drillid.report.content import (
     Comparison,
     Drilled,
@@ -144,20 +145,19 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame) 
     verdicts, sets = read_verdict_texts(folders)
     depth = folders.read("depth", "depth").drop_dims(["frequency", "lag"]).load()
     speed = folders.read("windows", "windows")["speed"].values
-    fits = folders.read("fits", "fits")
-    gains = (float(fits.attrs[f"controller_{name}"]) for name in ("proportional", "integral"))
+    gains = folders.read("fits", "fits")["gain_value"].values
     return WellReport(
         rig=rig.name,
         identified=identified(folders, rig),
         verdicts=verdicts,
         sets=sets,
         stick_slip=stick_slip(depth, speed),
-        control=control_advice(depth, *gains),
+        control=control_advice(depth, gains),
         **common,
     )
 
 
-def stick_slip(depth: xr.Dataset, speed: np.ndarray[tuple[int], np.dtype[np.float64]]) -> StickSlip | None:
+def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
     """Windows below their lowest stable speed; None without any."""
     lowest = depth["lowest_stable_speed"].values
     below = speed < lowest
@@ -175,16 +175,15 @@ def stick_slip(depth: xr.Dataset, speed: np.ndarray[tuple[int], np.dtype[np.floa
     )
 
 
-def control_advice(depth: xr.Dataset, proportional: float, integral: float) -> tuple[ControlAdvice, ...]:
+def control_advice(depth: xr.Dataset, present: Floats) -> tuple[ControlAdvice, ...]:
     """Settings at the depths at which they were sought.
 
     Parameters
     ----------
-    proportional, integral : present gains, SI
+    present : proportional and integral gain of each window, SI, shape (depth, 2)
     """
     rows = np.flatnonzero(np.isfinite(depth["tuned_proportional"].values))
-    names = ("depth", "tuned_proportional", "tuned_integral", "tuned_vibration")
-    values = np.stack([depth[name].values[rows] for name in names], axis=1)
-    return tuple(
-        ControlAdvice(place, proportional, integral, *settings) for place, *settings in values[np.argsort(values[:, 0])]
-    )
+    rows = rows[np.argsort(depth["depth"].values[rows], kind="stable")]
+    tuned = (depth[f"tuned_{name}"].values[rows] for name in ("proportional", "integral", "vibration"))
+    columns = (depth["depth"].values[rows], *present[rows].T, *tuned)
+    return tuple(ControlAdvice(*map(float, row)) for row in zip(*columns, strict=True))

@@ -330,7 +330,7 @@ FAULTS = (
         "drillid/report/content.py",
         "weight = 1 / error**2",
         "weight = 1 / error",
-        ("tests/unit/report/test_page.py::test_a_weighted_mean_follows_the_surer_value",),
+        ("tests/unit/report/test_content.py::test_a_weighted_mean_follows_the_surer_value",),
         "missing square: the mean follows the wrong windows",
     ),
     Fault(

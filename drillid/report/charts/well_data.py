@@ -11,7 +11,6 @@ from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.figures.data import DepthCells, WellResults
 from drillid.figures.windows import degrees
-from drillid.fits.datasheet import stored_controller
 from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
 
@@ -121,15 +120,14 @@ def coherence(results: WellResults) -> Floats:
 
 def control_columns(results: WellResults) -> dict[str, Floats]:
     """Gains with the least bit vibration and the present ones, in order of depth."""
-    depth = results.depth.isel(depth=in_order(results))
-    present = stored_controller(results.fits)
+    rows = in_order(results)
+    depth, present = results.depth.isel(depth=rows), results.fits["gain_value"].values[rows]
     columns = {
         "tuned_proportional": metric(depth["tuned_proportional"].values, "proportional"),
         "tuned_integral": metric(depth["tuned_integral"].values, "integral"),
     }
-    for gain in ("proportional", "integral"):
-        stated = float(getattr(present, gain))
-        columns[f"present_{gain}"] = metric(np.full(depth.sizes["depth"], stated), gain)
+    for gain, values in zip(("proportional", "integral"), present.T, strict=True):
+        columns[f"present_{gain}"] = metric(values, gain)
     return columns
 
 
