@@ -1,4 +1,4 @@
-"""The fleet's report, one self-contained HTML file."""
+"""The fleet's report: its page and one for each well."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""The fleet's report, one HTML file."""
+"""The fleet's report: its page and one for each well."""

@@ -1,4 +1,4 @@
-"""The fleet's report, one self-contained HTML file."""
+"""The fleet's report; the wells' pages in the folder beside it are no outputs, so that those that hold are kept."""
 
 
 rule report:
