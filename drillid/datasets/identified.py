@@ -97,6 +97,7 @@ DEPTH = DatasetSchema(
         "depth": Variable(("depth",), "float64", "m", "mean measured depth of the hole in the window"),
         **AT_FREQUENCIES,
         "lag": Variable(("lag",), "float64", "s", "time since the torque step at the bit"),
+        "key": row_key("depth"),
         "window": Variable(("depth",), "int32", "", "number of the window in its well"),
         "start": Variable(("depth",), "datetime64[ns]", "", "first sample of the window"),
         "end": Variable(("depth",), "datetime64[ns]", "", "end of the window, exclusive"),
@@ -170,7 +171,7 @@ FLEET = DatasetSchema(
         **{
             name: Variable(("row",), variable.dtype, variable.units, variable.long_name, variable.flags)
             for name, variable in DEPTH.variables.items()
-            if variable.dims == ("depth",)
+            if variable.dims == ("depth",) and name != "key"
         },
     },
     ("well", "depth", "window", "start", "end"),

@@ -52,6 +52,13 @@ def identified_models(
     return [model(row, *given) for row, given in enumerate(each)]
 
 
+RESPONSES = (
+    *("command_mobility_fitted", "bit_mobility_stiff", "bit_mobility_controlled"),
+    *("bit_step_stiff", "bit_step_controlled"),
+)
+"""Variables of the responses, along depth."""
+
+
 def identified_responses(
     models: Sequence[WindowModel | None], frequency: Floats, settings: DepthSettings
 ) -> xr.Dataset:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from drillid.arrays import Floats
 from drillid.datasets.codes import RigState
+from drillid.datasets.reuse import completed, row_keys
 from drillid.datasets.store import Problem, WellFolders
-from drillid.depth.responses import identified_models, identified_responses
+from drillid.depth.responses import RESPONSES, identified_models, identified_responses
 from drillid.depth.speed_control import speed_control
 from drillid.discrepancy.products.extended_model import identified_window_models
 from drillid.fits.datasheet import stored_controller
@@ -72,14 +73,31 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     fits, mobility = folders.read("fits", "fits").load(), folders.read("mobility", "mobility").load()
     windows = folders.read("windows", "windows").load()
     discrepancy = folders.read("discrepancy", "discrepancy").load()
+    examination, frequency = folders.read("discrepancy", "examination").load(), mobility["frequency"].values
+    extended = identified_window_models(examination)
     models = identified_models(
         well.rig,
         [stored_controller(fits.isel(window=row)) for row in range(fits.sizes["window"])],
         fits["value"].values,
         windows["bit_depth"].values,
-        identified_window_models(folders.read("discrepancy", "examination").load()),
+        extended,
     )
-    responses = identified_responses(models, mobility["frequency"].values, settings.depth)
+
+    def make(rows: list[int]) -> xr.Dataset:
+        return identified_responses([models[row] for row in rows], frequency, settings.depth)
+
+    # the models of windows in which a cause is named are those of their sets
+    of_sets = examination["key"].values
+    sets = [str(of_sets[number]) for number in examination["window_set"].values.tolist()] if of_sets.size else []
+    contents = [
+        (key, bit_depth, sets[row] if row in extended else "")
+        for row, (key, bit_depth) in enumerate(
+            zip(fits["key"].values.tolist(), windows["bit_depth"].values.tolist(), strict=True)
+        )
+    ]
+    earlier = folders.earlier("depth", "depth")
+    earlier = None if earlier is None else earlier.reset_coords()[[*RESPONSES, "key"]]
+    responses = completed(earlier, row_keys(folders.basis, contents, frequency.tolist()), "depth", make)
     accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
     controlled = speed_control(models, accepted, depths, windows["weight_on_bit"].values, settings.depth)
     copied = {
@@ -95,7 +113,11 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}
-        | {"depth": fits["hole_depth"].values, "state": [state.name.lower() for state in RigState]}
+        | {
+            "frequency": frequency,
+            "depth": fits["hole_depth"].values,
+            "state": [state.name.lower() for state in RigState],
+        }
     )
     folders.write("depth", "depth", dataset)
     folders.write_table("depth", "parameters", parameter_table(dataset, fits["reason"].values))

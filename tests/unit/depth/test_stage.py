@@ -10,6 +10,8 @@ import xarray as xr
 
 from drillid.datasets.codes import RigState
 from drillid.datasets.identified import DEPTH, FLEET
+from drillid.datasets.store import WellFolders
+from drillid.depth import stage
 from drillid.depth.fleet import write_fleet
 from drillid.depth.responses import identified_models, identified_responses
 from drillid.fits.datasheet import data_sheet, stored_controller
@@ -130,3 +132,27 @@ def test_a_fleet_without_wells_is_empty_and_can_be_opened(tmp_path: Path) -> Non
     with xr.open_zarr(tmp_path / "fleet.zarr", consolidated=False) as fleet:
         assert fleet.sizes["row"] == 0
         assert fleet.variables.keys() == FLEET.variables.keys()
+
+
+def test_responses_of_windows_that_have_not_changed_are_kept(
+    healthy: Processed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = healthy.copied(tmp_path / "results")
+    earlier = WellFolders(copy.folders.results, copy.folders.well)
+    there = earlier.aside("depth")
+    there.parent.mkdir()
+    earlier.stage("depth").rename(there)
+    asked: list[int] = []
+    respond = stage.identified_responses
+    monkeypatch.setattr(
+        stage, "identified_responses", lambda models, *rest: asked.append(len(models)) or respond(models, *rest)
+    )
+    copy.run("depth")
+    assert asked == []
+    xr.testing.assert_identical(copy.dataset("depth", "depth"), healthy.dataset("depth", "depth"))
+    fits = copy.dataset("fits", "fits")
+    fits["key"] = "window", np.array(["another", *fits["key"].values[1:]], dtype=object)
+    gains = {key: value for key, value in fits.attrs.items() if key.startswith("controller_")}
+    copy.folders.write("fits", "fits", fits, **gains)
+    copy.run("depth")
+    assert asked == [1]
