@@ -4,47 +4,28 @@ Once with one well a job, of which the figures are, and once with 25, as the pro
 """
 
 import re
-import resource
 import shutil
-import time
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from benchmarks.fleet.measurement import FOLDER, Measurement
-from benchmarks.fleet.sheets import ROOT, workflow, write_fleet
+from benchmarks.fleet.sheets import ROOT, Run, workflow, write_fleet
 from benchmarks.result import Result
 
 WELLS, LOGS = 1000, 10
 BATCHES = (1, 25)
 
 
-@dataclass(frozen=True)
-class DryRun:
-    """One dry run.
-
-    jobs : that would run
-    seconds, clock : s, of one core and of the clock, which are the same on an idle machine
-    mebibytes : largest resident memory
-    """
-
-    jobs: int
-    seconds: float
-    clock: float
-    mebibytes: float
-
-
 def measure(console: Console) -> Measurement:
     """Lay the sheets out and plan."""
     folder = FOLDER / "plan"
     lay_out(folder, WELLS, LOGS)
-    found = {size: planned(folder, size) for size in BATCHES}
+    found = {size: dry_run(folder, size) for size in BATCHES}
     shutil.rmtree(folder)
     for size, run in found.items():
         console.print(
-            f"{WELLS} wells, {size} a job: {run.jobs:,} jobs planned in {run.seconds:.1f} s, "
+            f"{WELLS} wells, {size} a job: {planned_jobs(run):,} jobs planned in {run.seconds:.1f} s, "
             f"{run.clock:.1f} s of the clock, {run.mebibytes:.0f} MiB"
         )
     singly = found[BATCHES[0]]
@@ -67,15 +48,12 @@ def lay_out(folder: Path, wells: int, logs: int) -> None:
     write_fleet(folder, sheet, {well: rigs[number % len(rigs)] for number, well in enumerate(sheet)})
 
 
-def planned(folder: Path, batch_size: int) -> DryRun:
-    """A dry run with so many wells a job, measured in a process whose only child it is."""
-    with ProcessPoolExecutor(1) as pool:
-        return pool.submit(_planned, folder, batch_size).result()
+def dry_run(folder: Path, batch_size: int) -> Run:
+    """A dry run with so many wells a job."""
+    return workflow(folder, "--dry-run", "--quiet", "rules", "--config", f"fleet={{batch_size: {batch_size}}}")
 
 
-def _planned(folder: Path, batch_size: int) -> DryRun:
-    begin = time.perf_counter()
-    done = workflow(folder, "--dry-run", "--quiet", "rules", "--config", f"fleet={{batch_size: {batch_size}}}")
-    clock, usage = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-    (jobs,) = set(re.findall(r"^total +(\d+)$", done.stdout, re.MULTILINE))
-    return DryRun(int(jobs), usage.ru_utime + usage.ru_stime, clock, usage.ru_maxrss / 1024)
+def planned_jobs(run: Run) -> int:
+    """Number of jobs that the dry run lists."""
+    (jobs,) = set(re.findall(r"^total +(\d+)$", run.output, re.MULTILINE))
+    return int(jobs)

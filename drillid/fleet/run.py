@@ -108,11 +108,8 @@ def run_stage(
         If disk or memory failed a well; all wells of the batch have been tried before.
     """
     end_with_run()
-    listings = read_sheets(settings)
-    results = Path(settings.results).absolute()
-    tasks = [Task(stage, listings[well].absolute(), settings, results, _LOADED) for well in wells]
-    outcomes: list[Outcome] = []
-    with logged(log) as logger, held(results / stage / f".{wells[0]}.lock"):
+    tasks, outcomes = tasks_of(stage, wells, settings), list[Outcome]()
+    with logged(log) as logger, held(Path(settings.results).absolute() / stage / f".{wells[0]}.lock"):
         for outcome in _counted(stage, len(tasks), _outcomes(tasks, settings)):
             message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {outcome.seconds:.1f} s"
             logger.info("%s", "\n".join(filter(None, [message, outcome.trace])))
@@ -124,6 +121,18 @@ def run_stage(
             # within the lock, as a job that outlived its run for a moment may still be at work on the batch
             write_manifest(manifest, wells)
     return outcomes
+
+
+def tasks_of(stage: str, wells: Sequence[str], settings: Settings) -> list[Task]:
+    """What `process_well` needs for each of these wells.
+
+    Raises
+    ------
+    SettingsError
+        If the sheets cannot be used.
+    """
+    listings, results = read_sheets(settings), Path(settings.results).absolute()
+    return [Task(stage, listings[well].absolute(), settings, results, _LOADED) for well in wells]
 
 
 def process_well(task: Task) -> Outcome:
