@@ -16,6 +16,7 @@ from drillid.config.folders import SAFE, Roots, as_seen, folder_of
 from drillid.config.rig import Rig
 from drillid.config.validation import KeyFault, Strict
 from drillid.errors import SettingsError
+from drillid.formats.remote import url_of
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
@@ -116,8 +117,9 @@ class Listing:
         return Rig.from_yaml(self.rig_file)
 
     def absolute(self) -> "Listing":
-        """The same with absolute paths, which hold in any working folder."""
-        return replace(self, rig_file=self.rig_file.absolute(), logs=tuple(log.absolute() for log in self.logs))
+        """The same with absolute paths, which hold in any working folder; URLs stay as they are."""
+        logs = tuple(log if url_of(log) else log.absolute() for log in self.logs)
+        return replace(self, rig_file=self.rig_file.absolute(), logs=logs)
 
 
 def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str, Listing]:

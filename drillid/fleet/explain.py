@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from collections.abc import Sequence
@@ -12,15 +13,16 @@ from drillid.errors import SettingsError
 from drillid.fleet.manifest import stored
 from drillid.fleet.provenance import source_hash
 from drillid.fleet.stages import STAGES
+from drillid.formats.description import Unusable
+from drillid.formats.remote import local_file, url_of
 
 
 def checksums(paths: Sequence[Path]) -> dict[str, str]:
-    """SHA-256 of every file that is there, by its path."""
+    """SHA-256 of every file that is there, by its path or URL."""
     found = {}
     for path in paths:
-        if path.is_file():
-            with path.open("rb") as file:
-                found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
+        with contextlib.suppress(OSError, Unusable), local_file(path) as local, local.open("rb") as file:
+            found[url_of(path) or str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
     return found
 
 

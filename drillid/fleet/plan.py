@@ -17,6 +17,7 @@ from drillid.fleet.manifest import KEY, holds
 from drillid.fleet.outcome import closing_line, failed_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import STAGES, failed_on, fingerprint
+from drillid.formats.remote import size_of, states, url_of
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _BASE_MB = 1000
@@ -169,7 +170,7 @@ class Plan:
 def _memory_of(log: Path) -> float:
     """Memory that the log needs over that of the imports, in MB; none where it is not there (yet)."""
     try:
-        size = log.stat().st_size / 1e6
+        size = log.stat().st_size if url_of(log) is None else size_of(states([log])[log])
     except OSError:
         return 0.0
-    return size * (_MB_PER_MB_OF_TEXT if log.suffix.lower() == ".csv" else _MB_PER_MB_COMPRESSED)
+    return size / 1e6 * (_MB_PER_MB_OF_TEXT if log.suffix.lower() == ".csv" else _MB_PER_MB_COMPRESSED)

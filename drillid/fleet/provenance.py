@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from drillid.config.files import read_yaml
 from drillid.datasets.reuse import digest as digest
 from drillid.errors import SettingsError
+from drillid.formats.remote import states
 
 if TYPE_CHECKING:
     from grimp import ImportGraph
@@ -23,8 +24,18 @@ _WITHOUT_EFFECT = {"drillid", "drillid.config.settings"}
 
 
 def file_manifest(paths: Iterable[Path]) -> str:
-    """Hash of names, sizes and modification times; any replacement of a file changes it, a back-dated one too."""
-    return digest([(path.name, *_size_and_time(path)) for path in paths])
+    """Hash of names, sizes and modification times; any replacement of a file changes it, a back-dated one too.
+
+    Of files elsewhere it is that of their sizes and versions.
+
+    Raises
+    ------
+    SettingsError
+        If a store elsewhere does not answer.
+    """
+    paths = list(paths)
+    elsewhere = states(paths)
+    return digest([(path.name, elsewhere[path] if path in elsewhere else _size_and_time(path)) for path in paths])
 
 
 def _size_and_time(path: Path) -> tuple[int, int]:

@@ -86,7 +86,6 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
     simulated : the logs do not exist yet when the workflow is laid out, so they are left to
         the workflow's own comparison of time stamps
     """
-    logs = "simulated" if simulated else file_manifest(listing.logs)
     # datasets and tables say the well's name, which only here may change without its folder
     name = {} if listing.name == listing.folder else {"name": listing.name}
     # a stage is handed its rig description, which the modules it imports need not show
@@ -94,5 +93,5 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
         "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),
         "settings": settings.model_dump(mode="json", include=set(stage.settings)),
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",
-        "logs": "" if stage.reads else logs,
+        "logs": "" if stage.reads else "simulated" if simulated else file_manifest(listing.logs),
     }

@@ -22,7 +22,7 @@ from drillid.formats.detection import reader_of, suffix_of
 from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
 from drillid.formats.places import Places, shortened
-from drillid.formats.remote import local_file
+from drillid.formats.remote import local_file, url_of
 from drillid.formats.stamps import Times, first_line
 from drillid.formats.time_columns import Stamps
 
@@ -203,26 +203,27 @@ def _line_of(path: Path, header: Header, row: int) -> int:
 @contextmanager
 def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
     """The reader of a log and a file that it can read; whatever goes wrong in it becomes a `LogError`."""
+    where = url_of(path) or str(path)
     try:
         with local_file(path) as local:
             reader, notes = reader_of(local)
             with unpacked_file(local, suffix_of(local), getattr(reader, "STREAMS", False)) as file:
                 yield reader, file, notes
-    except (DrillidError, MemoryError):
+    except (DrillidError, MemoryError, ConnectionError):
         raise
     except Unusable as error:
-        raise LogError(str(path), error.what, error.remedy) from error
+        raise LogError(where, error.what, error.remedy) from error
     except FileNotFoundError as error:
-        raise LogError(str(path), "does not exist", "Check the path in the logs sheet") from error
+        raise LogError(where, "does not exist", "Check the path in the logs sheet") from error
     except IsADirectoryError as error:
-        raise LogError(str(path), "is a folder, not a log file", "List the files in it in the logs sheet") from error
+        raise LogError(where, "is a folder, not a log file", "List the files in it in the logs sheet") from error
     except PermissionError as error:
-        raise LogError(str(path), "may not be read", "Ask for the permission to read it") from error
+        raise LogError(where, "may not be read", "Ask for the permission to read it") from error
     except Exception as error:
         if not isinstance(error, OSError | ValueError | EOFError) and not _of_a_library(error):
             raise
         raise LogError(
-            str(path),
+            where,
             f"cannot be read ({first_line(error)})",
             "Export the log again; the file may be cut short or damaged",
         ) from error

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import re
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from drillid.errors import SettingsError
+from drillid.formats.description import Unusable
+from drillid.formats.stamps import first_line
+
 _URL = re.compile(r"^([a-z][a-z0-9+.-]+):/+([^/].*)$")
 _KEPT_BYTES = 2**31
 """Local copies of a process take up to so much; the oldest are deleted first."""
+_KEPT_S = 60.0
+"""How long the listing of a folder is kept."""
 
 
 def url_of(path: Path) -> str | None:
@@ -68,35 +76,68 @@ def local_file(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    OSError
+    FileNotFoundError, PermissionError
         If it is not there or may not be read.
-    ValueError
-        If nothing reads such URLs.
+    Unusable
+        If nothing here reads such URLs.
+    ConnectionError
+        If the store does not answer.
     """
     url = url_of(path)
-    yield path if url is None else _COPIES.of(url)
+    yield path if url is None else _copy_of(url)
+
+
+def _copy_of(url: str) -> Path:
+    try:
+        return _COPIES.of(url)
+    except (FileNotFoundError, PermissionError):
+        raise
+    except (ImportError, ValueError) as error:
+        remedy = "Install what fsspec needs for such addresses, or copy the log to a folder"
+        raise Unusable(f"cannot be fetched ({first_line(error)})", remedy) from error
+    except Exception as error:  # each store has errors of its own
+        raise ConnectionError(f"{url} cannot be fetched: {first_line(error)}") from error
 
 
 def states(paths: Iterable[Path]) -> dict[Path, str]:
-    """Size and version of each remote file, empty of one that is not there; folders are listed once."""
-    from fsspec.core import url_to_fs
+    """Size and version of each remote file, empty of one that is not there or may not be read.
 
+    A folder is listed once a minute: a file that changes meanwhile changes at the next look.
+
+    Raises
+    ------
+    SettingsError
+        If a store does not answer.
+    """
     found: dict[Path, str] = {}
-    listed: dict[str, dict[str, Any]] = {}
     for path in paths:
         url = url_of(path)
-        if url is None:
-            continue
-        found[path] = ""
-        with contextlib.suppress(OSError, ValueError):
-            system, place = url_to_fs(url)
-            folder = url.rpartition("/")[0]
-            if folder not in listed:
-                entries = system.ls(system._parent(place), detail=True, **_fresh(system))
-                listed[folder] = {entry["name"]: entry for entry in entries}
-            entry = listed[folder].get(place)
-            found[path] = "" if entry is None else _state(entry)
+        if url is not None:
+            folder, _, name = url.rstrip("/").rpartition("/")
+            found[path] = _listing(folder, int(time.monotonic() / _KEPT_S)).get(name, "")
     return found
+
+
+def size_of(state: str) -> int:
+    """Bytes of a file by its state; 0 where they are not known."""
+    size = state.partition(" ")[0]
+    return int(size) if size.isdigit() else 0
+
+
+@functools.lru_cache(maxsize=1024)
+def _listing(folder: str, _: int) -> dict[str, str]:
+    """States of the files of a remote folder by their names."""
+    from fsspec.core import url_to_fs
+
+    try:
+        system, place = url_to_fs(folder)
+        entries = system.ls(place, detail=True, **_fresh(system))
+    except (FileNotFoundError, PermissionError, ImportError, ValueError):
+        return {}
+    except Exception as error:  # each store has errors of its own
+        remedy = "Look at the network and at the credentials, then run again"
+        raise SettingsError(folder, f"does not answer ({first_line(error)})", remedy) from error
+    return {entry["name"].rstrip("/").rpartition("/")[2]: _state(entry) for entry in entries}
 
 
 def _state(entry: dict[str, Any]) -> str:

@@ -112,7 +112,12 @@ def test_wells_go_through_the_cluster_by_the_profile_alone(checkout: Checkout, s
     dropped = ("slurm_account", "latency")
     kept = [line for line in profile.read_text().splitlines() if not line.strip().startswith(dropped)]
     # this cluster has no accounting, and its jobs take no time
-    added = ["latency-wait: 20", "seconds-between-status-checks: 2", "slurm-no-account: true"]
+    added = [
+        "latency-wait: 20",
+        "seconds-between-status-checks: 2",
+        "slurm-init-seconds-before-status-checks: 2",
+        "slurm-no-account: true",
+    ]
     profile.write_text("\n".join([*kept, *added, "slurm-status-command: squeue", ""]))
     done = subprocess.run(
         [sys.executable, "-m", "drillid", "run", "--profile", "workflow/profiles/cluster", "--jobs", "4"],
@@ -121,7 +126,7 @@ def test_wells_go_through_the_cluster_by_the_profile_alone(checkout: Checkout, s
         capture_output=True,
         text=True,
         check=False,
-        timeout=900,
+        timeout=300,
     )
     assert done.returncode == 3, done.stdout + done.stderr
     assert "1 of 3 wells failed: W3" in done.stderr

@@ -1,0 +1,37 @@
+"""A local S3 store, of moto, for tests."""
+
+import contextlib
+import logging
+from collections.abc import Iterator
+
+from moto.server import ThreadedMotoServer
+
+BUCKET = "drilling"
+
+
+@contextlib.contextmanager
+def store() -> Iterator[dict[str, str]]:
+    """Environment that leads to a store with the bucket BUCKET; it ends with the context."""
+    import boto3
+
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    address = f"http://{host}:{port}"
+    try:
+        boto3.client(
+            "s3",
+            endpoint_url=address,
+            aws_access_key_id="test",
+            aws_secret_access_key="test",
+            region_name="us-east-1",
+        ).create_bucket(Bucket=BUCKET)
+        yield {
+            "AWS_ENDPOINT_URL": address,
+            "AWS_ACCESS_KEY_ID": "test",
+            "AWS_SECRET_ACCESS_KEY": "test",
+            "AWS_DEFAULT_REGION": "us-east-1",
+        }
+    finally:
+        server.stop()

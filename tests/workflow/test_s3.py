@@ -1,0 +1,79 @@
+"""Logs on a store that speaks S3: read, done again when replaced, and rows of their wells where they are missing."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import fsspec
+import pandas as pd
+import pytest
+
+from drillid.config.settings import SimulateSettings
+from drillid.demo.wells import write_demo_log
+from tests.s3 import BUCKET, store
+from tests.workflow.toys import ROOT
+
+LOG = "D03_20250601T0600.csv.gz"
+
+
+@pytest.fixture
+def environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+    with store() as found:
+        for name, value in found.items():
+            monkeypatch.setenv(name, value)
+        yield found
+
+
+def put(path: Path) -> None:
+    """The log as an object of the bucket."""
+    fsspec.filesystem("s3", skip_instance_cache=True).put_file(str(path), f"{BUCKET}/raw/{LOG}")
+
+
+def run(folder: Path, *words: str, expect: int = 0) -> str:
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--cores", "1"]
+    command += ["--scheduler", "greedy", "--until", "records", *words]
+    done = subprocess.run(command, cwd=folder, env=os.environ, capture_output=True, text=True, check=False)
+    assert done.returncode == expect, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def test_logs_on_s3_end_to_end(environment: dict[str, str], tmp_path: Path) -> None:
+    local = tmp_path / LOG
+    write_demo_log("D03", 0, local, SimulateSettings(drilling_s=60.0, connection_s=60.0))
+    put(local)
+    shutil.copytree(ROOT / "config/demo/rigs", tmp_path / "config/rigs")
+    shutil.copy(ROOT / "config/config.yaml", tmp_path / "config")
+    (tmp_path / "config/wells.tsv").write_text("well\trig\nW1\tcharlie\nW2\tcharlie\n")
+    rows = f"W1\ts3://{BUCKET}/raw/{LOG}\nW2\ts3://{BUCKET}/raw/lost.csv\n"
+    (tmp_path / "config/logs.tsv").write_text("well\tlog\n" + rows)
+    batch = ("--config", "fleet={batch_size: 2}")
+    run(tmp_path, *batch)
+    records = tmp_path / "results/main/records"
+    key = json.loads((records / "W1/key.json").read_text())
+    assert key["status"] == "done"
+    assert re.fullmatch(r"[0-9a-f]{64}", key["inputs"][f"s3://{BUCKET}/raw/{LOG}"])
+    problem = pd.read_csv(records / "W2/problems.csv").iloc[0]
+    assert problem[["where", "what"]].tolist() == [f"s3://{BUCKET}/raw/lost.csv", "does not exist"]
+    assert re.search(r"^total +0$", run(tmp_path, *batch), re.MULTILINE)
+    write_demo_log("D03", 1, local, SimulateSettings(drilling_s=60.0, connection_s=60.0))
+    put(local)
+    run(tmp_path, *batch)
+    assert json.loads((records / "W1/key.json").read_text())["key"] != key["key"]
+
+
+def test_a_store_that_does_not_answer_stops_the_run_and_nothing_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from drillid.errors import SettingsError
+    from drillid.fleet.provenance import file_manifest
+
+    for name, value in {"ENDPOINT_URL": "http://127.0.0.1:9", "ACCESS_KEY_ID": "a", "SECRET_ACCESS_KEY": "b"}.items():
+        monkeypatch.setenv(f"AWS_{name}", value)
+    monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
+    with pytest.raises(SettingsError, match="does not answer"):
+        file_manifest([Path("s3://nobody/raw/a.csv")])
