@@ -126,7 +126,7 @@ def test_wells_go_through_the_cluster_by_the_profile_alone(checkout: Checkout, s
         capture_output=True,
         text=True,
         check=False,
-        timeout=300,
+        timeout=600,
     )
     assert done.returncode == 3, done.stdout + done.stderr
     assert "1 of 3 wells failed: W3" in done.stderr
