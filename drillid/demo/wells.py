@@ -247,8 +247,14 @@ def write_demo_log(well: str, stand: int, path: Path, settings: SimulateSettings
     """
     if well not in WELLS:
         raise SettingsError(f"well {well}", "the demo has no such well", f"Use one of {', '.join(WELLS)}")
-    truth = WELLS[well]
     generator = np.random.default_rng([settings.seed, zlib.crc32(well.encode()), stand])
+    write_stand(WELLS[well], stand, path, settings, generator)
+
+
+def write_stand(
+    truth: DemoWell, stand: int, path: Path, settings: SimulateSettings, generator: np.random.Generator
+) -> None:
+    """Simulate one stand of any well and write its raw log; see `write_demo_log`."""
     time, channels = _stand(truth, stand, settings, generator)
     truth.log_writer.write(Path(path), time, channels, settings.drilling_s, generator)
 

@@ -19,6 +19,7 @@ from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.discrepancy.rules import CLEAR_DETECTION
+from drillid.physics.limits import rate_limited
 from drillid.records.quality import quantisation_step
 
 _BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
@@ -67,7 +68,7 @@ class TorqueRateLimitDetector(Detector):
         """Speed response to the torque missing under each of a range of rate limits."""
         residual, rate = inspection.residual, inspection.residual.record.rate
         limits = np.quantile(np.abs(np.gradient(residual.command) * rate), 1 - _BEYOND)
-        missing = rate_limited(residual.command, limits / rate) - residual.command
+        missing = rate_limited(np.ascontiguousarray(residual.command), limits / rate) - residual.command
         columns = _response_to_missing(residual, missing, memory=True)
         return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True, at_unit_amplitude=True)
 
@@ -120,16 +121,6 @@ def _clearest(*scores: Score | None) -> Score | None:
 
 def _known_sizes(limits: Floats, residual: ResidualRecord) -> Floats:
     return limits if residual.record.has_command else np.full(limits.size, np.nan)
-
-
-def rate_limited(series: Floats, steps: Floats) -> Floats:
-    """A series (samples,) limited to each of several largest changes a sample (steps,); shape (steps, samples)."""
-    limited = np.empty((series.size, steps.size))
-    current = np.full(steps.size, series[0])
-    for sample, target in enumerate(series.tolist()):
-        current = np.minimum(np.maximum(target, current - steps), current + steps)
-        limited[sample] = current
-    return np.ascontiguousarray(limited.T)
 
 
 def _response_to_missing(residual: ResidualRecord, missing: Floats, *, memory: bool) -> Floats:

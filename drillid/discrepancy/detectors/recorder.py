@@ -36,14 +36,15 @@ class RevolutionDetector(Detector):
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
         """Both quadratures of the error."""
-        return Candidate(name, _rotating_error(inspection.residual, 0), together=True)
+        return Candidate(name, inspection.cached(RotatingErrors).columns(0), together=True)
 
     @classmethod
     def reviewed(
         cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
     ) -> dict[str, Score]:
         """Scores relative to errors of slightly higher or lower frequency."""
-        return scores | {name: relative_to_neighbours(inspection.residual, scores[name]) for name in detectors}
+        errors = inspection.cached(RotatingErrors)
+        return scores | {name: relative_to_neighbours(errors, scores[name]) for name in detectors}
 
 
 class QuantisationDetector(Detector):
@@ -87,23 +88,40 @@ class ControlTrendDetector(Detector):
         return score(trends, control_record.error, inspection.residual)
 
 
-def _rotating_error(residual: ResidualRecord, further: int) -> Floats:
-    """Recorded speed (2, samples) due to both quadratures of an error once per revolution.
+class RotatingErrors:
+    """Recorded speed due to errors once per revolution, or of slightly higher or lower frequency."""
 
-    Parameters
-    ----------
-    further : revolutions in a period of the sweep by which it turns more often than the shaft
-    """
-    speed, rate = residual.speed, residual.record.rate
-    period = residual.record.period or residual.samples / rate / _UNREPEATED
-    angle = np.cumsum(speed) / rate + 2 * np.pi * further * residual.time / period
-    controller = residual.system.top_drive.controller
-    sensitivity = 1 - residual.mobility * control(controller, residual.s)
-    waves = np.stack([speed * np.cos(angle), speed * np.sin(angle)])
-    return residual.filtered(sensitivity, waves - waves.mean(axis=1)[:, None])
+    def __init__(self, residual: ResidualRecord) -> None:
+        speed, rate = residual.speed, residual.record.rate
+        period = residual.record.period or residual.samples / rate / _UNREPEATED
+        self.residual = residual
+        self.error: Complex = speed * np.exp(1j * np.cumsum(speed) / rate)
+        """(samples,) rad/s, both quadratures of an error once per revolution."""
+        self.turn: Complex = np.exp(2j * np.pi * residual.time / period)
+        """(samples,) one more revolution in a period of the sweep."""
+        controller = residual.system.top_drive.controller
+        self.sensitivity: Complex = 1 - residual.mobility * control(controller, residual.s)
+
+    def columns(self, further: int) -> Floats:
+        """Recorded speed (2, samples) due to both quadratures, rad/s.
+
+        Parameters
+        ----------
+        further : revolutions in a period of the sweep by which the error turns more often than the shaft
+        """
+        error = self.error * self.turn**further
+        waves = np.stack([error.real, error.imag])
+        return self.residual.filtered(self.sensitivity, waves - waves.mean(axis=1)[:, None])
+
+    def power(self, further: int) -> float:
+        """Power of the residual record explained by both quadratures; its lines are those of the whitened columns."""
+        residual = self.residual
+        lines = residual.whitened_lines(self.columns(further))
+        products = (lines @ np.conj(residual.error_lines)).real
+        return float(products @ np.linalg.solve((lines @ np.conj(lines.T)).real, products)) * 2 / residual.samples
 
 
-def relative_to_neighbours(residual: ResidualRecord, score_alone: Score) -> Score:
+def relative_to_neighbours(errors: RotatingErrors, score_alone: Score) -> Score:
     """The score of an error once per revolution, tested against errors of slightly higher or lower frequency.
 
     Revolutions often coincide with a harmonic of the sweep, as with any integer speed in rpm and a sweep of two
@@ -111,18 +129,11 @@ def relative_to_neighbours(residual: ResidualRecord, score_alone: Score) -> Scor
     mean of ν neighbours follows F(2, 2ν).
     """
     steps = [side * step for step in range(1, _NEIGHBOURS + 1) for side in (-1, 1)]
-    powers = [_power(residual, _rotating_error(residual, step)) for step in (0, *steps)]
+    powers = [errors.power(step) for step in (0, *steps)]
     ratio = powers[0] / max(float(np.mean(powers[1:])), np.finfo(float).tiny)
     normal = normal_of_p_value(float(np.exp(-len(steps) * np.log1p(ratio / len(steps)))))
     log_ratio = min(score_alone.log_ratio, 0.5 * max(normal, 0.0) ** 2)
     return replace(score_alone, normal=min(score_alone.normal, normal), log_ratio=log_ratio)
-
-
-def _power(residual: ResidualRecord, pair: Floats) -> float:
-    """Power of the residual record explained by a pair of columns."""
-    columns = residual.whitened(pair)
-    products = columns @ residual.error
-    return float(products @ np.linalg.solve(columns @ columns.T, products))
 
 
 def quantisation_score(residual: ResidualRecord) -> Score | None:

@@ -160,10 +160,20 @@ class ResidualRecord:
         series = series - series.mean(axis=-1, keepdims=True) - np.multiply.outer(slope, centred)
         if not self.periods:
             return np.asarray(series, dtype=float)
-        lines = rfft(series * self.period_weight)
-        lines[..., ~self.harmonics] = 0
-        repeated = irfft(lines, self.samples) * (self.periods / (self.periods - 1))
-        return np.asarray(series - repeated, dtype=float)
+        return np.asarray(series - self._repeated(series * self.period_weight), dtype=float)
+
+    def _repeated(self, weighted: Floats) -> Floats:
+        """Mean over periods, repeated, in the sweep's band; of a weighted series (..., samples)."""
+        length, odd = divmod(self.samples, self.periods)
+        if odd:
+            lines = rfft(weighted)
+            lines[..., ~self.harmonics] = 0
+            return np.asarray(irfft(lines, self.samples) * (self.periods / (self.periods - 1)), dtype=float)
+        # the harmonics are the lines of one period
+        lines = rfft(weighted.reshape(*weighted.shape[:-1], self.periods, length).sum(axis=-2))
+        lines[..., ~self.harmonics[:: self.periods]] = 0
+        once = irfft(lines, length) / (self.periods - 1)
+        return np.tile(once, self.periods)
 
     @cached_property
     def harmonics(self) -> Booleans:
@@ -247,6 +257,18 @@ class ResidualRecord:
     def error(self) -> Floats:
         """The whitened residual record, (samples,)."""
         return self.weighted(self.speed_residual)
+
+    def whitened_lines(self, series: Floats) -> Complex:
+        """Lines (..., line) of the band of a whitened series (..., samples).
+
+        The sum of products of two whitened series is 2/samples times the real part of that of their lines (Parseval).
+        """
+        return np.asarray(rfft(self.without_sweep(series) * self.taper)[..., self.inside] * self._weight[self.inside])
+
+    @cached_property
+    def error_lines(self) -> Complex:
+        """Lines of the band of the whitened residual record."""
+        return np.asarray(rfft(self.error)[self.inside], dtype=complex)
 
     @cached_property
     def inflation(self) -> float:

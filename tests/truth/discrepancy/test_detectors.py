@@ -15,12 +15,14 @@ from drillid.discrepancy.detectors.change import ChangeDetector
 from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.detector import Inspection
-from drillid.discrepancy.detectors.drive import ceiling_score, rate_limited
+from drillid.discrepancy.detectors.drive import ceiling_score
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
+from drillid.discrepancy.detectors.recorder import RotatingErrors
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.discrepancy.detectors.score import score, whitened
 from drillid.errors import EstimationError
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
+from drillid.physics.limits import rate_limited
 from drillid.physics.nonlinear import Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, Weakening
 from drillid.physics.parameters import DAMPING_BHA
 from drillid.simulation.recorder import Recorder, Tone
@@ -363,6 +365,28 @@ def test_rate_limit_of_a_step() -> None:
     slow, fast = rate_limited(series, np.array([0.4, 2.0]))
     assert slow == pytest.approx([0.0, 0.4, 0.8, 1.0, 0.6])
     assert fast == pytest.approx(series)
+
+
+@pytest.mark.parametrize("cut", [0.0, 0.01])
+def test_what_repeats_has_no_line_at_the_sweeps_harmonics(null_records: list[WindowRecord], cut: float) -> None:
+    """Whether or not a period is a whole number of samples."""
+    residual = ResidualRecord(replace(null_records[0], period=SWEEP_PERIOD - cut))
+    noise = np.random.default_rng(0).standard_normal((2, residual.samples))
+    left = residual.without_sweep(noise)
+    removed = np.fft.rfft(noise - noise.mean(axis=1)[:, None] - left)
+    of_band = np.flatnonzero(residual.harmonics)
+    trend = np.abs(np.fft.rfft(residual.time - residual.time.mean()))
+    others = np.setdiff1d(np.arange(removed.shape[1]), of_band)
+    assert np.abs(removed[:, of_band]).mean() > 10
+    assert (np.abs(removed[:, others]) <= 1e-3 * trend[others] + 1e-6).all()
+
+
+def test_power_by_lines_is_that_of_the_whitened_columns(null_records: list[WindowRecord]) -> None:
+    residual = ResidualRecord(null_records[0])
+    errors = RotatingErrors(residual)
+    columns = residual.whitened(errors.columns(3))
+    products = columns @ residual.error
+    assert errors.power(3) == pytest.approx(products @ np.linalg.solve(columns @ columns.T, products), rel=1e-9)
 
 
 def test_channels_of_different_length_are_refused(null_records: list[WindowRecord]) -> None:
