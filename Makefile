@@ -96,6 +96,7 @@ lint: $(READY)
 	$(BIN)/mypy --strict drillid
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/vulture
+	$(BIN)/oxlint --deny-warnings drillid/report/templates
 	$(BIN)/snakemake --lint --configfile config/demo/config.yaml
 
 format: $(READY)

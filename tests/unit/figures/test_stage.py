@@ -120,7 +120,7 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
     depth = many.depth.assign({key: many.depth[key] * np.nan for key in fitted})
     depth = depth.assign(accepted=xr.zeros_like(depth["accepted"]))
     discrepancy = many.discrepancy.copy()
-    for key in set(discrepancy.data_vars) - {"flagged", "verdict"}:
+    for key in set(discrepancy.data_vars) - {"flagged", "verdict", "key"}:
         discrepancy[key] = discrepancy[key] * np.nan
     empty = many.intervals.iloc[:0]
     stackless = {"stacks": many.stacks.isel(stack=[]), "stack_fits": many.stack_fits.isel(stack=[])}
