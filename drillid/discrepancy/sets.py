@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drillid.arrays import Indices
+from drillid.datasets.tables import read_table
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gather import gather_well
@@ -150,12 +152,14 @@ def all_verdicts(sets: Sequence[VerdictsOnSet], changes: Sequence[Verdict]) -> l
     return [*(verdict for verdict in verdicts if not is_contradicted(verdict)), *changes]
 
 
-def read_verdicts(folders: WellFolders) -> pd.DataFrame:
-    """The well's table as it was written; empty texts stay texts."""
+def read_verdicts(source: WellFolders | Path) -> pd.DataFrame:
+    """The table of a well, or that of a fleet by its path, as it was written; empty texts stay texts."""
     texts = ("well", "verdict", "family", "class", "cause", "unit", "what_would_separate", "evidence")
     empty = {name: [""] for name in COLUMNS if name not in texts}
-    types = dict.fromkeys(texts, str)
-    return folders.read_table("discrepancy", "verdicts", dtype=types, keep_default_na=False, na_values=empty)
+    options: dict[str, Any] = {"dtype": dict.fromkeys(texts, str), "keep_default_na": False, "na_values": empty}
+    if isinstance(source, Path):
+        return read_table(source, **options)
+    return source.read_table("discrepancy", "verdicts", **options)
 
 
 def window_verdicts(
