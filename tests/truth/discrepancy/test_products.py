@@ -11,7 +11,6 @@ import pytest
 from drillid.arrays import Complex, Floats
 from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
-from drillid.datasets.store import write_store
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
 from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
@@ -306,7 +305,8 @@ def test_a_well_without_any_fit_gets_no_verdict(lagging: Processed, tmp_path: Pa
     fits = well.dataset("fits", "fits")
     fits["value"].values[:] = np.nan
     fits["accepted"].values[:] = False
-    write_store(fits, well.folders.stage("fits") / "fits.zarr")
+    control = {key: value for key, value in fits.attrs.items() if str(key).startswith("controller_")}
+    well.folders.write("fits", "fits", fits, **control)
     well.run("discrepancy")
     well.run("depth")
     assert well.dataset("discrepancy", "discrepancy")["verdict"].values.tolist() == ["", ""]

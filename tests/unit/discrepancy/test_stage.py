@@ -11,7 +11,6 @@ import xarray as xr
 
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import DISCREPANCIES
-from drillid.datasets.store import write_store
 from drillid.discrepancy import Verdict, intervals, runs
 from drillid.discrepancy.sets import COLUMNS, ExaminedSet, window_sets, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, probability
@@ -133,7 +132,8 @@ def test_a_damping_that_leaves_its_run_is_an_interval(
                 place = twelve["parameter"].values.tolist().index(name_of_track)
                 twelve["value"].values[:, place] = values
                 twelve["standard_error"].values[:, place] = 20.0
-        write_store(twelve.assign_coords(window=np.arange(12)), well.folders.stage(stage) / f"{name}.zarr")
+        control = {key: value for key, value in four.attrs.items() if str(key).startswith("controller_")}
+        well.folders.write(stage, name, twelve.assign_coords(window=np.arange(12)), **control)
     well.run("discrepancy")
     flagged = well.dataset("discrepancy", "discrepancy")["flagged"].values
     assert np.flatnonzero(flagged).tolist() == [7]
