@@ -16,6 +16,7 @@ SHARED = (
     "config",
     "datasets",
     "fleet",
+    "formats",
     "__main__.py",
     "units",
     "arrays.py",
@@ -182,9 +183,10 @@ def write_library(folder: Path) -> None:
         "depth/fleet.py": FLEET,
         "depth/changes.py": CHANGES,
         "report/page.py": REPORT,
+        "report/templates/report.html.j2": "",
     }
     for name, text in texts.items():
-        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     for room in (folder, *(path for path in folder.iterdir() if path.is_dir())):
         (room / "__init__.py").touch()
