@@ -77,7 +77,8 @@ def test_the_archived_report_sorts_figures_tables_and_the_report(finished: Check
     shown = {name: json.loads(text) for name, (text,) in texts.items()}
     results = "results/main"
     figures = {well: [f"{results}/figures/{well}/figure_6.png"] for well in WELLS}
-    tables, pages = [f"{results}/problems.csv", f"{results}/verdicts.csv"], [f"{results}/report.html"]
+    tables = [f"{results}/{name}.csv" for name in ("changes", "problems", "verdicts")]
+    pages = [f"{results}/report.html"]
     assert shown["categories"] == {"Figures": figures, "Tables": {"Other": tables}, "Report": {"Other": pages}}
     labels = [shown["results"][path]["labels"] for path in (*figures["W1"], *tables, *pages)]
     assert labels == [{"figure": "figure_6"}, {"table": "problems"}, {"table": "verdicts"}, {"report": "fleet"}]
