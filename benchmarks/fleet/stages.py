@@ -5,13 +5,12 @@ Run by `benchmarks.fleet.cost` in the folder of a fleet: `python -m benchmarks.f
 
 import json
 import multiprocessing
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
-import yaml
+import typer
 
 
 def costs(configuration: Path) -> dict[str, dict[str, float]]:
@@ -33,7 +32,7 @@ def _cost(stage: str, configuration: Path) -> dict[str, float]:
     from drillid.fleet.provenance import package_hash
     from drillid.fleet.run import Task, process_well
 
-    settings = Settings.checked(_merged(configuration), "configuration")
+    settings = Settings.from_yaml(configuration)
     results = Path(settings.results).absolute()
     ends = []
     for listing in read_sheets(settings).values():
@@ -45,13 +44,10 @@ def _cost(stage: str, configuration: Path) -> dict[str, float]:
     return {"loading": ends[0] - work, "work": work}
 
 
-def _merged(configuration: Path) -> dict[str, Any]:
-    """Defaults with the sections and keys of a configuration."""
-    defaults = yaml.safe_load((configuration.parent / "config/config.yaml").read_text())
-    for name, value in yaml.safe_load(configuration.read_text()).items():
-        defaults[name] = {**defaults[name], **value} if isinstance(value, dict) and name in defaults else value
-    return dict(defaults)
+def main(configuration: Annotated[Path, typer.Argument(help="Configuration of a fleet of two wells.")]) -> None:
+    """Print the costs of all stages as one line of JSON."""
+    print(json.dumps(costs(configuration.absolute())))
 
 
 if __name__ == "__main__":
-    print(json.dumps(costs(Path(sys.argv[1]).absolute())))
+    typer.run(main)

@@ -15,7 +15,7 @@ from drillid.arrays import Complex, Floats, Indices
 from drillid.physics.bottom_end import cutting_admittance
 from drillid.physics.damping import ConstantLossFactor, RootDrag
 from drillid.physics.dual_numbers import Dual, primal
-from drillid.physics.equipment import Bit, DrillingSystem, Motor, Section, StribeckCutting
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, Motor, Section, StribeckCutting, TopDrive
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
 from drillid.physics.system_kernel import Data, Slopes, Structure, whitened
@@ -86,6 +86,8 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     ----------
     course : N m s/rad, deviation of the damping at the bit in successive, equally long parts of the window
     """
+    if not _has_known_parts(system, recording):
+        return None
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
@@ -117,6 +119,20 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
         *(quantity for section in system.string for quantity in (section.length, section.polar_moment)),
     ]
     return CompiledSystem(quantities, constants, structure)
+
+
+def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:
+    """Whether every part is of the very class that the compiled code was written for, as a subclass may add to it."""
+    parts = {
+        DrillingSystem: [system],
+        Recording: [recording],
+        TopDrive: [system.top_drive],
+        Controller: [system.top_drive.controller],
+        Motor: [system.motor] if system.motor else [],
+        Bit: [system.bit],
+        Section: system.string,
+    }
+    return all(type(part) is kind for kind, found in parts.items() for part in found)
 
 
 @dataclass(frozen=True, eq=False)

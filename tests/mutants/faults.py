@@ -134,8 +134,8 @@ FAULTS = (
     Fault(
         "fleet",
         "drillid/fleet/plan.py",
-        "return size * (_MB_PER_MB_OF_TEXT if",
-        "return size * (_MB_PER_MB_COMPRESSED if",
+        "return size / 1e6 * (_MB_PER_MB_OF_TEXT if",
+        "return size / 1e6 * (_MB_PER_MB_COMPRESSED if",
         ("tests/unit/fleet/test_plan.py",),
         "the memory of a job is that of the wrong format",
     ),

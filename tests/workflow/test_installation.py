@@ -65,16 +65,16 @@ def test_the_command_explains_itself(installed: Path, tmp_path: Path) -> None:
         assert f" {command} " in done.stdout
 
 
-def test_the_template_is_rendered(installed: Path, tmp_path: Path) -> None:
+def test_the_templates_are_found(installed: Path, tmp_path: Path) -> None:
     code = (
-        "import drillid; from drillid.config.settings import Settings; from drillid.report.page import render;"
-        "print(drillid.__file__); print(render(Settings(), []))"
+        "import drillid; from drillid.report.rendering import _environment as environment; print(drillid.__file__);"
+        "print(*(environment().get_template(name).name for name in ('fleet.html.j2', 'well.html.j2')))"
     )
     done = run(installed / "bin/python", "-c", code, folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    place, _, page = done.stdout.partition("\n")
+    place, _, names = done.stdout.partition("\n")
     assert Path(place).is_relative_to(installed)
-    assert "<h1>Identification while drilling</h1>" in page
+    assert names.split() == ["fleet.html.j2", "well.html.j2"]
 
 
 def test_a_configuration_is_laid_out_and_the_workflow_runs_from_there(installed: Path, tmp_path: Path) -> None:
