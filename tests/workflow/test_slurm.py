@@ -1,4 +1,4 @@
-"""The workflow on a real Slurm of one node, this machine, from Debian's packages; minutes long, so only where asked for."""
+"""The workflow on a real Slurm of one node, this machine, from Debian's packages; only where asked for."""
 
 import os
 import shutil
@@ -21,7 +21,8 @@ SLURM = Path("/etc/slurm/slurm.conf")
 
 pytestmark = pytest.mark.skipif(
     "DRILLID_TEST_SLURM" not in os.environ or bool(MISSING) or os.geteuid() != 0 or SLURM.exists(),
-    reason="needs DRILLID_TEST_SLURM in the environment, root, the packages slurmctld, slurmd, slurm-client and munge, and a machine of no other cluster",
+    reason="needs DRILLID_TEST_SLURM in the environment, as it takes minutes, root, "
+    "the packages slurmctld, slurmd, slurm-client and munge, and a machine of no other cluster",
 )
 
 CONFIGURATION = """
