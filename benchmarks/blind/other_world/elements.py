@@ -1,0 +1,168 @@
+"""Finite elements of a string in torsion, its modes with their damping, and exact propagators of the modes.
+
+Two-node elements whose mass is half lumped, half consistent, with little dispersion (Hughes 1987, The Finite Element
+Method, section 7.3); the error of a response is of second order in the element's length. All damping is that of modes:
+viscous and Kelvin-Voigt damping as full matrices between them, structural damping and drag of a boundary layer with
+their values at the modes' own frequencies. The damped system in modal coordinates is diagonalised by its complex modes,
+each of which is advanced by its exponential, so that a step is exact for torques that are constant within it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from benchmarks.blind.other_world.rig import Piece
+from drillid.arrays import Complex, Floats
+
+ELEMENT = 25.0
+"""m, greatest length of an element."""
+HIGHEST = 30.0
+"""Hz; modes above it are left out."""
+_RIGID = 1e-3
+"""rad/s, below which a mode is rotation of the whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Nodes from top drive to bit, and the matrices between them, each (nodes, nodes)."""
+
+    place: Floats
+    """(nodes,) m from the top."""
+    inertia: Floats
+    stiffness: Floats
+    viscous: Floats
+    """Damping of wall and lumps."""
+    steel: Floats
+    """Damping within the steel."""
+    structural: Floats
+    """Stiffness times loss factor."""
+    root: Floats
+    """Coefficients of the drag that grows as √frequency."""
+
+
+def mesh(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT) -> Mesh:
+    """Elements of a string with a lump of inertia (kg m²) at its top, none longer than `element` (m)."""
+    counts = [int(np.ceil(piece.length / element)) for piece in string]
+    nodes = sum(counts) + 1
+    matrices = {name: np.zeros((nodes, nodes)) for name in list(Mesh.__annotations__)[1:]}
+    place = np.zeros(nodes)
+    first = 0
+    averaged = np.array([[5.0, 1.0], [1.0, 5.0]]) / 12
+    spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    for piece, count in zip(string, counts, strict=True):
+        width = piece.length / count
+        area, stiff = piece.moment * width * averaged, piece.moment / width * spring
+        terms = {
+            "inertia": piece.density * area,
+            "viscous": piece.wall_damping * area,
+            "root": piece.root_drag * area,
+            "stiffness": piece.shear_modulus * stiff,
+            "steel": piece.steel_damping * stiff,
+            "structural": piece.loss_factor * piece.shear_modulus * stiff,
+        }
+        for number in range(first, first + count):
+            span = slice(number, number + 2)
+            for name, term in terms.items():
+                matrices[name][span, span] += term
+            place[number + 1] = place[number] + width
+        first += count
+        matrices["inertia"][first, first] += piece.inertia_below
+        matrices["viscous"][first, first] += piece.damping_below
+    matrices["inertia"][0, 0] += top_inertia
+    return Mesh(place, **matrices)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """A string in the coordinates of its undamped modes: speeds (N,), and elastic coordinates times frequency (E,)."""
+
+    mesh: Mesh
+    shapes: Floats
+    """(nodes, N), of unit modal inertia."""
+    frequency: Floats
+    """(N,) rad/s; 0 of the rotation of the whole, which comes first."""
+    system: Floats
+    """(N + E, N + E), derivative of the state."""
+    response: Floats
+    """(N + E, N), derivative of the state per modal torque."""
+
+    @property
+    def elastic(self) -> Floats:
+        """Frequencies of the elastic modes, (E,) rad/s."""
+        return self.frequency[1:]
+
+    def ports(self, places: Floats) -> Floats:
+        """Shapes at places along the string (m), by linear interpolation within elements, (places, N)."""
+        return np.stack([np.interp(places, self.mesh.place, shape) for shape in self.shapes.T], axis=1)
+
+    def state(self, speed: Floats, torque: Floats) -> Floats:
+        """State of given speeds at the nodes (nodes,) under given torques on them (nodes,), elastic torques at rest."""
+        modal = self.shapes.T @ (self.mesh.inertia @ speed)
+        return np.concatenate([modal, (self.shapes.T @ torque)[1:] / self.elastic])
+
+
+def modes(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT, highest: float = HIGHEST) -> Modes:
+    """Modes up to a frequency (Hz) and the damped system in their coordinates."""
+    grid = mesh(string, top_inertia, element)
+    squared, shapes = eigh(grid.stiffness, grid.inertia, subset_by_value=(-np.inf, (2 * np.pi * highest) ** 2))
+    frequency = np.sqrt(np.maximum(squared, 0.0))
+    frequency[0] = 0.0
+    elastic = np.maximum(frequency, _RIGID)
+    damping = shapes.T @ (grid.viscous + grid.steel) @ shapes
+    between = np.sqrt(np.outer(elastic, elastic))
+    structural = shapes.T @ grid.structural @ shapes / between
+    # √(jω) = √(ω/2) (1 + j): as much reactance as resistance
+    drag = shapes.T @ grid.root @ shapes * np.sqrt(between / 2)
+    added = drag / between
+    for matrix in (structural, added):
+        matrix[0], matrix[:, 0] = 0.0, 0.0
+    count, springs = frequency.size, frequency.size - 1
+    inverse = np.linalg.inv(np.eye(count) + added)
+    pull = np.zeros((count, springs))
+    pull[1:] = np.diag(frequency[1:])
+    system = np.zeros((count + springs, count + springs))
+    system[:count, :count] = -inverse @ (damping + structural + drag)
+    system[:count, count:] = -inverse @ pull
+    system[count:, :count] = pull.T
+    return Modes(grid, shapes, frequency, system, np.concatenate([inverse, np.zeros((springs, count))]))
+
+
+@dataclass(frozen=True, eq=False)
+class Propagator:
+    """One time step of a damped string in the coordinates of its complex modes, one of each conjugate pair."""
+
+    poles: Complex
+    """(Q,) 1/s."""
+    advance: Complex
+    """(Q,) factor of the state in one step."""
+    drive: Complex
+    """(Q, ports) change of the state by a torque that is constant during the step."""
+    observe: Complex
+    """(ports, Q) the ports' speeds are the real part of this times the state."""
+    to_modal: Complex
+    """(N + E, Q) the modal state is the real part of this times the state."""
+    from_modal: Complex
+    """(Q, N + E)."""
+
+    @property
+    def compliance(self) -> Floats:
+        """(ports, ports) change of speed at the end of a step by a torque during it, rad/s per N m."""
+        return np.asarray((self.observe @ self.drive).real, dtype=float)
+
+
+def propagator(string: Modes, places: Floats, time_step: float) -> Propagator:
+    """Exact step of a string with ports at places along it (m)."""
+    values, vectors = np.linalg.eig(string.system)
+    inverse = np.linalg.inv(vectors)
+    kept = values.imag >= 0
+    values, vectors, inverse = values[kept], vectors[:, kept], inverse[kept]
+    # a pole off the real axis stands for itself and its conjugate
+    doubled = vectors * np.where(values.imag > 0, 2.0, 1.0)
+    shapes = string.ports(places)
+    count = string.frequency.size
+    advance = np.exp(values * time_step)
+    slow = np.abs(values) * time_step < 1e-12
+    held = np.where(slow, time_step, (advance - 1) / np.where(slow, 1.0, values))
+    drive = held[:, None] * (inverse @ string.response @ shapes.T)
+    return Propagator(values, advance, drive, shapes @ doubled[:count], doubled, inverse)

@@ -1,0 +1,147 @@
+"""Closed-form responses of a window of the second world: a chain of transmission lines under its speed control."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.blind.other_world.rig import Piece, Window
+from drillid.arrays import Complex, Floats
+
+_EXACT_SWITCH = 1e-9
+
+
+def laplace(frequency: Floats) -> Complex:
+    """The Laplace variable at frequencies in Hz."""
+    return np.asarray(2j * np.pi * np.asarray(frequency, dtype=float), dtype=complex)
+
+
+def string_response(string: tuple[Piece, ...], s: Complex, load: Complex | float = 0.0) -> tuple[Complex, Complex]:
+    """Torque per speed at the top, and speed at the bottom per speed at the top, of a string with its lumps.
+
+    Parameters
+    ----------
+    load : torque per speed at the lower end beside that of the lumps, N m s/rad
+    """
+    load, ratio = load + np.zeros_like(s), np.ones_like(s)
+    for piece in reversed(string):
+        load = load + piece.inertia_below * s + piece.damping_below
+        shunt = piece.moment * (piece.density * s + piece.wall_damping + piece.root_drag * np.sqrt(s))
+        lossy = 1 + 1j * np.sign(s.imag) * piece.loss_factor
+        series = piece.moment * (piece.shear_modulus * lossy / s + piece.steel_damping)
+        own, through = np.sqrt(shunt * series), np.sqrt(shunt / series) * piece.length
+        # with the decaying wave exp(−γL) there is no overflow
+        decay = np.exp(-through)
+        tanh = (1 - decay**2) / (1 + decay**2)
+        ratio = ratio * (2 * decay / (1 + decay**2)) * own / (own + load * tanh)
+        load = own * (load + own * tanh) / (own + load * tanh)
+    return load, ratio
+
+
+def held(s: Complex, interval: float) -> Complex:
+    """Response of samples that are held for an interval, (1 − exp(−s h))/(s h)."""
+    if interval < _EXACT_SWITCH:
+        return np.ones_like(s)
+    return np.asarray((1 - np.exp(-s * interval)) / (s * interval), dtype=complex)
+
+
+def control_response(window: Window, s: Complex) -> Complex:
+    """Torque of the speed control per speed that it opposes, before the hold, N m s/rad.
+
+    The integral is a sum of the errors up to now, which leads that of continuous control by half an interval.
+    """
+    control = window.control
+    step = 1 - np.exp(-s * control.interval)
+    response = control.proportional + control.integral * control.interval / step
+    response = response / (1 + s * control.speed_filter) * _trapezoidal(s, control.interval, control.torque_filter)
+    if control.notch > 0:
+        response = response * notch(s, control.interval, control.notch)
+    return np.asarray(response, dtype=complex)
+
+
+def _trapezoidal(s: Complex, interval: float, time_constant: float) -> Complex:
+    """A low pass by the trapezoidal rule at an interval."""
+    later = np.exp(-s * interval)
+    rate = 2 * time_constant * (1 - later) / interval
+    return np.asarray((1 + later) / (rate + 1 + later), dtype=complex)
+
+
+NOTCH_WIDTH = 0.5
+"""Damping ratio of the notch's poles; its zeros have a tenth of it."""
+
+
+def notch(s: Complex, interval: float, frequency: float) -> Complex:
+    """A notch by the trapezoidal rule at an interval."""
+    later = np.exp(-s * interval)
+    warped = 2 / interval * (1 - later) / (1 + later)
+    centre = 2 * np.pi * frequency
+    squared = warped**2 + centre**2
+    spread = 2 * NOTCH_WIDTH * centre * warped
+    return np.asarray((squared + 0.1 * spread) / (squared + spread), dtype=complex)
+
+
+RESONANCE_DAMPING = 0.25
+"""Damping ratio of a resonant torque loop."""
+
+
+def drive_response(window: Window, s: Complex) -> Complex:
+    """Mean torque of the drive per command, the command's hold included."""
+    drive = window.drive
+    response = drive.gain * held(s, window.control.interval) * np.exp(-s * drive.delay) / (1 + s * drive.lag)
+    # the delay of each command differs: the mean of its phase factor
+    response = response * np.exp((s * drive.jitter) ** 2 / 2)
+    if drive.resonance > 0:
+        centre = 2 * np.pi * drive.resonance
+        response = response * centre**2 / (s**2 + 2 * RESONANCE_DAMPING * centre * s + centre**2)
+    return np.asarray(response, dtype=complex)
+
+
+def recorded(window: Window, s: Complex, share: float = 0.5, seconds: float = 600.0) -> Complex:
+    """Recorded speed per speed, relative to how the other channels are recorded."""
+    recording = window.recording
+    offset = recording.offset + recording.drift * seconds * (share - 0.5)
+    response = recording.scale * np.exp(-s * offset)
+    if recording.filter_order == 1:
+        response = response / (1 + s * recording.filter_time)
+    else:
+        scaled = s * recording.filter_time
+        response = response / (1 + np.sqrt(2) * scaled + scaled**2)
+    if recording.held > 0:
+        response = response * held(s, recording.held)
+    return np.asarray(response, dtype=complex)
+
+
+def linear_string(window: Window, share: float = 0.5) -> tuple[Piece, ...]:
+    """The string for small vibrations about steady rotation, at an elapsed share of the window; blades apart."""
+    string, course = window.grown(share), window.damping_course
+    added = course[min(int(share * len(course)), len(course) - 1)] if course else 0.0
+    if window.bit_friction is not None:
+        added -= window.bit_friction.steepness(window.speed)
+    slope = sum(contact.friction.steepness(window.speed) for contact in window.contacts)
+    slope /= sum(piece.moment * piece.length for piece in string)
+    weaker = [replace(piece, wall_damping=piece.wall_damping - slope) for piece in string]
+    *above, last = weaker
+    return (*above, replace(last, damping_below=last.damping_below + added))
+
+
+def loads(window: Window, s: Complex, share: float = 0.5) -> tuple[Complex, Complex]:
+    """Admittance of the string at its top, and speed at the bit per speed at the top."""
+    cut: Complex | float = 0.0
+    if window.blades is not None:
+        # the depth of cut is the rate of penetration times the time since the blade ahead was here
+        between = 2 * np.pi / window.speed / window.blades.count
+        cut = -window.blades.torque / window.speed * held(s, between)
+    return string_response(linear_string(window, share), s, cut)
+
+
+def command_mobility(window: Window, s: Complex, share: float = 0.5) -> Complex:
+    """Speed of the top drive per torque added to the command, rad/(N m s)."""
+    drive = drive_response(window, s)
+    load = window.drive.inertia * s + loads(window, s, share)[0]
+    return np.asarray(drive / (load + drive * control_response(window, s)), dtype=complex)
+
+
+def noise_response(window: Window, s: Complex, share: float = 0.5) -> Complex:
+    """Speed of the top drive per torque at the bit, which by reciprocity is that at the bit per torque at the top."""
+    load, ratio = loads(window, s, share)
+    load = window.drive.inertia * s + load
+    return np.asarray(ratio / (load + drive_response(window, s) * control_response(window, s)), dtype=complex)
