@@ -17,7 +17,7 @@ from drillid.arrays import Complex, Floats
 
 ELEMENT = 25.0
 """m, greatest length of an element."""
-HIGHEST = 30.0
+HIGHEST = 20.0
 """Hz; modes above it are left out."""
 _RIGID = 1e-3
 """rad/s, below which a mode is rotation of the whole."""

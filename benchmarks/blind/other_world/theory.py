@@ -8,6 +8,8 @@ from benchmarks.blind.other_world.rig import Piece, Window
 from drillid.arrays import Complex, Floats
 
 _EXACT_SWITCH = 1e-9
+_IMAGES = 4
+"""Multiples of the control's rate, on either side, whose folding is counted."""
 
 
 def laplace(frequency: Floats) -> Complex:
@@ -134,10 +136,19 @@ def loads(window: Window, s: Complex, share: float = 0.5) -> tuple[Complex, Comp
 
 
 def command_mobility(window: Window, s: Complex, share: float = 0.5) -> Complex:
-    """Speed of the top drive per torque added to the command, rad/(N m s)."""
-    drive = drive_response(window, s)
-    load = window.drive.inertia * s + loads(window, s, share)[0]
-    return np.asarray(drive / (load + drive * control_response(window, s)), dtype=complex)
+    """Speed per torque added to the command, both at the control's readings, rad/(N m s).
+
+    The readings fold what the steps of the held command add at multiples of their rate; there the top drive and the
+    pipe's characteristic admittance are the load.
+    """
+    torque = drive_response(window, s)
+    plant = torque / (window.drive.inertia * s + loads(window, s, share)[0])
+    around = 2j * np.pi / max(window.control.interval, _EXACT_SWITCH)
+    for image in (order * sign for order in range(1, _IMAGES + 1) for sign in (1, -1)):
+        folded = s + image * around
+        load = window.drive.inertia * folded + window.string[0].admittance
+        plant = plant + drive_response(window, folded) / load
+    return np.asarray(plant / (1 + plant * control_response(window, s)), dtype=complex)
 
 
 def noise_response(window: Window, s: Complex, share: float = 0.5) -> Complex:
