@@ -24,7 +24,7 @@ help:
 	@echo "make field   start of rotation of a real well, beside its measurement in ../shared/data/field"
 	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
 	@echo "make bench-fleet    what a fleet costs and survives: planning, overhead, speed-up, nights, faults; PARTS=plan for some"
-	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; CASES=40 for a quick look"
+	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; WORLD=other FIRST=60000 CASES=40 for a look"
 	@echo "make discoveries    what the simulations get wrong on wells, motor bench and field start, and why"
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
 	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
@@ -70,7 +70,7 @@ bench-fleet: setup
 # hours from nothing; what is done already is kept in results/blind
 blind: export OPENBLAS_NUM_THREADS := 1
 blind: $(READY)
-	$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES)) --document
+	$(BIN)/python -m benchmarks.blind $(if $(REGISTER),register,prove) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES))
 
 # the wells' verdicts first, as far as they are missing or out of date
 discoveries: export OPENBLAS_NUM_THREADS := 1

@@ -53,7 +53,7 @@ def main(
     cases: Annotated[int, typer.Option(help="Number of cases; about half of them have no hidden cause.")] = 300,
 ) -> None:
     """Run the engine on sealed cases, and print the lines that calibrate its probabilities."""
-    table, _ = run(cases, FIRST)
+    table = run(cases, FIRST)["engine"]
     verdicts, console = claims(table), Console()
     for kind, line in calibration_lines(verdicts).items():
         count = int((verdicts["kind"] == kind).sum())

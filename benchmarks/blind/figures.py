@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
-from benchmarks.blind.scores import calibration, confusion
-from drillid.discrepancy.verdicts.verdict import NONE
+from benchmarks.blind.scores import calibration, claims, confusion
+from benchmarks.blind.vocabulary import NONE
 
 _EDGES = np.geomspace(0.5, 40.0, 10)
 _LEAST = 3
@@ -41,7 +41,7 @@ def efficiency(table: pd.DataFrame, path: Path) -> None:
 
 def calibration_plot(table: pd.DataFrame, path: Path) -> None:
     """Share of true verdicts against the probability stated."""
-    bins = calibration(table)
+    bins = calibration(claims(table))
     figure, axes = plt.subplots(figsize=(5, 4.5), layout="constrained")
     count = bins["verdicts"]
     error = np.sqrt(np.maximum(bins["right"] * (1 - bins["right"]), 0.25 / count) / count)

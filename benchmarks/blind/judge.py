@@ -1,4 +1,4 @@
-"""Judgement of an answer against the hidden causes of its case."""
+"""Judgement of an answer against the hidden causes of its case; nothing of the engine takes part in it."""
 
 import json
 from collections.abc import Callable
@@ -7,27 +7,25 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.engines import ERROR_RATE, Answer
-from benchmarks.blind.generator.cases import EFFECTS, FOLDER, Case, Hidden
-from benchmarks.blind.generator.draw import in_turn
-from benchmarks.blind.generator.effects_string import zone_middle
+from benchmarks.blind.answer import Answer, Claim
+from benchmarks.blind.draw import in_turn
+from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.alike import INDISTINGUISHABLE, imitated, same, stands_in
 from benchmarks.blind.ideal.ideal import Ideal, threshold
-from drillid.discrepancy import CATALOGUE, Verdict
-from drillid.discrepancy.rules import DISTINCT, RESPONSES_SHARE
-from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, kind
+from benchmarks.blind.ideal.of_case import ideal_of
+from benchmarks.blind.vocabulary import CAUSES, CLOSURE_P_VALUE, DISTINCT, NONE, UNKNOWN
+from benchmarks.blind.world import FOLDER, AnyCase, depths, place, present, world_of
 from drillid.fleet.provenance import digest, source_hash
 
-_OF_IDEALS = (
-    *("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.trace"),
-    *("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation.torques"),
-)
-_CODE_OF_IDEALS = source_hash(*_OF_IDEALS)
-"""Modules that compute the ideal test; those that they import are hashed with them."""
+_CODE_OF_IDEALS = source_hash("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.of_case")
+"""Modules that compute the ideal test; those of their package that they import are hashed with them."""
+_PHYSICS = source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation.torques")
 _UNSIZED = ("stuck_slip_regimes",)
-"""Causes whose size has another definition in the simulator than in the catalogue."""
+"""Causes whose size has another definition in the simulators than in the catalogue."""
 _TOGETHER = frozenset({"actuator_gain", "controller_gain", "speed_scale"})
 """Each of these is exactly equivalent to the other two together: speed times g, gains over g and torque times g."""
+_SURE = 0.9
+"""Probability above which a name of a wrong family counts as confident."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +76,8 @@ class Judgement:
     contains: bool
     """Whether every hidden cause is a member of a verdict."""
     family_right: bool
-    claims: tuple[tuple[str, float, bool], ...]
-    """For every verdict its kind, its probability and whether it is true."""
+    claims: tuple[tuple[str, str, float, bool], ...]
+    """For every verdict its kind, its family, its probability and whether it is true."""
     sure_of_wrong_family: bool
     still_there: bool
     """Whether the catalogue has a stand-in for a removed cause: one that cannot be distinguished from it, or two."""
@@ -93,51 +91,34 @@ class Judgement:
     """Number of effectively distinct candidates of the ideal test."""
     failure: str
     """Why the engine gave no verdict."""
+    seconds: float
+    """Processor time of the examination."""
+    score: float
+    """Evidence of an engine that leaves its threshold to the proof."""
 
 
-def kept_ideals(case: Case, named: frozenset[str] = frozenset()) -> Ideals:
-    """The ideal test of a case, cached in a file named after a hash of its code and the case.
-
-    Parameters
-    ----------
-    named : causes that an answer names, which are tested thoroughly against the hidden ones
-    """
-    kept = _kept([str(case)], lambda: asdict(ideals(case)))
-    alike = tuple(
-        (
-            *same,
-            *(name for name in sorted(named - {*same}) if _kept_stands_in(case, hidden, name, DISTINCT)),
-        )
-        for same, hidden in zip(kept["same"], case.hidden, strict=True)
-    )
-    if case.removed and not kept["imitated"]:
-        kept["imitated"] = any(
-            _kept_stands_in(case, hidden, name, INDISTINGUISHABLE)
-            for same, hidden in zip(alike, case.hidden, strict=True)
-            for name in sorted(named - {*same})
-        )
-    return Ideals(**{**kept, "same": alike})
-
-
-def _kept_stands_in(case: Case, hidden: Hidden, name: str, near: float) -> bool:
-    stands: bool = _kept(
-        [str(case), str(hidden), name, f"{near:.6f}"],
-        lambda: stands_in(Ideal(case), hidden, name, near, _others(case, hidden)),
-    )
-    return stands
+def kept_ideals(case: AnyCase) -> Ideals:
+    """The ideal test of a case, cached in a file named after a hash of its code and the case."""
+    return Ideals(**_kept([str(case)], lambda: asdict(ideals(case))))
 
 
 def _kept(key: list[str], make: Callable[[], Any]) -> Any:
-    path = FOLDER.parent / "ideals" / f"{digest([_CODE_OF_IDEALS, *key])}.json"
+    path = FOLDER / "ideals" / f"{digest([_CODE_OF_IDEALS, _PHYSICS, *key])}.json"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(make()))
     return json.loads(path.read_text())
 
 
-def ideals(case: Case) -> Ideals:
-    """The ideal test of a case."""
-    ideal = Ideal(case)
+def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:
+    """The ideal test of a case.
+
+    Parameters
+    ----------
+    thorough : whether each rival is fitted from all its shapes and sizes, beside those that linear theory shows to be
+        near
+    """
+    ideal = ideal_of(case)
     noncentrality, tones = ideal.noncentrality(case.hidden), ideal.tones(case.hidden)
     halves = [
         ideal.noncentrality((replace(hidden, size=hidden.size / 2),), _others(case, hidden)) for hidden in case.hidden
@@ -149,9 +130,31 @@ def ideals(case: Case) -> Ideals:
         ideal.power(noncentrality, family=True, tones=tones),
         float(np.min(powers)) if powers else 0.0,
         ideal.candidates,
-        tuple(tuple(sorted(same(ideal, hidden, _others(case, hidden)))) for hidden in case.hidden),
-        case.removed and any(imitated(ideal, hidden) for hidden in case.hidden),
+        tuple(tuple(sorted(_twins(ideal, hidden, _others(case, hidden), thorough))) for hidden in case.hidden),
+        case.removed and any(_has_stand_in(ideal, hidden, _others(case, hidden), thorough) for hidden in case.hidden),
     )
+
+
+def _twins(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], thorough: bool) -> frozenset[str]:
+    """Causes that cannot be distinguished from a hidden one; every rival is searched for alike, whoever names it."""
+    near = same(ideal, hidden, beside)
+    if not thorough:
+        return near
+    return near | {name for name in _rivals(ideal, near) if stands_in(ideal, hidden, name, DISTINCT, beside)}
+
+
+def _has_stand_in(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], thorough: bool) -> bool:
+    """Whether one rival or two explain what is removed from the catalogue."""
+    near = imitated(ideal, hidden)
+    if near or not thorough:
+        return near
+    rivals = _rivals(ideal, frozenset({hidden.name}))
+    return any(stands_in(ideal, hidden, name, INDISTINGUISHABLE, beside) for name in rivals)
+
+
+def _rivals(ideal: Ideal, without: frozenset[str]) -> list[str]:
+    effects = ideal.effects.items()
+    return [name for name, effect in effects if effect.linear and effect.in_catalogue and name not in without]
 
 
 def _half_power(ideal: Ideal, hidden: Hidden, noncentrality: float) -> float:
@@ -164,11 +167,13 @@ def _half_power(ideal: Ideal, hidden: Hidden, noncentrality: float) -> float:
     return ideal.power(noncentrality, family=True, tones=tones)
 
 
-def _others(case: Case, hidden: Hidden) -> tuple[Hidden, ...]:
+def _others(case: AnyCase, hidden: Hidden) -> tuple[Hidden, ...]:
     return tuple(other for other in case.hidden if other is not hidden)
 
 
-def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, trace: float = float("nan")) -> Judgement:
+def judge(
+    case: AnyCase, answer: Answer, ideal: Ideals, *, stands: bool = False, trace: float = float("nan")
+) -> Judgement:
     """Judge an answer.
 
     Parameters
@@ -181,9 +186,15 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, alike)
     # a size may have less effect than its half, such as a shift of the modes by a whole spacing
     large = bool(min(ideal.half_power, ideal.family_power) >= 0.5)
-    verdicts = [verdict for verdict in answer.verdicts if verdict.verdict != NONE]
-    right = [_named(alike, verdicts) for alike in ideal.same]
-    families = {CATALOGUE[cause.name].family for cause in case.hidden}
+    # what is there by the rig's own nature is no alarm and no second cause
+    beside = present(case) - case.hidden_names
+    verdicts = [
+        verdict
+        for verdict in answer.verdicts
+        if verdict.verdict != NONE and not (verdict.members and set(verdict.members) <= beside)
+    ]
+    world, right = world_of(case), [_named(alike, verdicts) for alike in ideal.same]
+    families = {CAUSES[cause.name].family for cause in case.hidden if cause.name in CAUSES}
     single = case.hidden[0] if len(case.hidden) == 1 and not case.removed else None
     true = next((verdict for verdict in verdicts if single and verdict.cause == single.name), None)
     return Judgement(
@@ -191,8 +202,8 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         windows=len(case.segments),
         hidden="+".join(cause.name for cause in case.hidden) or NONE,
         removed=case.removed,
-        in_turn=not case.hidden or in_turn(case.seed) in case.hidden_names,
-        linear=not stands and all(EFFECTS[cause.name].linear for cause in case.hidden),
+        in_turn=not case.hidden or in_turn(case.seed, world) in case.hidden_names,
+        linear=not stands and all(world.effects[cause.name].linear for cause in case.hidden),
         detectability=ideal.detectability,
         power=ideal.power,
         family_power=ideal.family_power,
@@ -205,10 +216,10 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         contains=all(any(cause.name in verdict.members for verdict in verdicts) for cause in case.hidden),
         family_right={verdict.family for verdict in verdicts} == families,
         claims=tuple(
-            (kind(verdict), verdict.probability, is_true(case, verdict, ideal.same)) for verdict in answer.verdicts
+            (claim.kind, claim.family, claim.probability, is_true(case, claim, ideal.same)) for claim in answer.verdicts
         ),
         sure_of_wrong_family=any(
-            verdict.verdict != UNKNOWN and verdict.family not in families and verdict.probability > 0.9
+            verdict.verdict != UNKNOWN and verdict.family not in families and verdict.probability > _SURE
             for verdict in verdicts
         ),
         still_there=any(len(alike) > 1 for alike in ideal.same)
@@ -220,13 +231,17 @@ def judge(case: Case, answer: Answer, ideal: Ideals, *, stands: bool = False, tr
         second_none=_second_none(answer, true),
         candidates=ideal.candidates,
         failure=answer.failure,
+        seconds=answer.seconds,
+        score=answer.score,
     )
 
 
-def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> bool:
+def is_true(case: AnyCase, verdict: Claim, same: tuple[tuple[str, ...], ...]) -> bool:
     """Whether a verdict is true: one of its members is present, or nothing is wrong, or an unknown cause is present."""
     if verdict.verdict == NONE:
         return not case.hidden
+    if verdict.members and set(verdict.members) <= present(case):
+        return True
     if verdict.verdict == UNKNOWN:
         return case.removed
     members = set(verdict.members)
@@ -235,34 +250,33 @@ def is_true(case: Case, verdict: Verdict, same: tuple[tuple[str, ...], ...]) -> 
     return any(cause.name in members or members <= set(alike) for cause, alike in zip(case.hidden, same, strict=True))
 
 
-def _is_right(case: Case, verdicts: list[Verdict], named: list[bool]) -> bool:
+def _is_right(case: AnyCase, verdicts: list[Claim], named: list[bool]) -> bool:
     if case.removed:
         return [verdict.verdict for verdict in verdicts] == [UNKNOWN]
     return all(named) and len(verdicts) == len(case.hidden)
 
 
-def _named(same: tuple[str, ...], verdicts: list[Verdict]) -> bool:
+def _named(same: tuple[str, ...], verdicts: list[Claim]) -> bool:
     """Whether a verdict names only the cause or causes that cannot be distinguished from it."""
     return any(verdict.members and set(verdict.members) <= set(same) for verdict in verdicts)
 
 
-def _second_none(answer: Answer, verdict: Verdict | None) -> bool | None:
+def _second_none(answer: Answer, verdict: Claim | None) -> bool | None:
     if verdict is None or np.isnan(answer.second_pass):
         return None
-    return bool(answer.second_pass >= ERROR_RATE * RESPONSES_SHARE)
+    return bool(answer.second_pass >= CLOSURE_P_VALUE)
 
 
-def _covered(hidden: Hidden | None, verdict: Verdict | None) -> bool | None:
+def _covered(hidden: Hidden | None, verdict: Claim | None) -> bool | None:
     if hidden is None or verdict is None or hidden.name in _UNSIZED or not np.isfinite(verdict.size_low):
         return None
     return bool(verdict.size_low <= hidden.size <= verdict.size_high)
 
 
-def _location_error(case: Case, hidden: Hidden | None, verdict: Verdict | None) -> float | None:
+def _location_error(case: AnyCase, hidden: Hidden | None, verdict: Claim | None) -> float | None:
     if hidden is None or verdict is None or hidden.name != "local_damping_zone" or np.isnan(verdict.location_m):
         return None
-    length = case.segments[0].pipe_length + float(case.equipment.collars.length)
-    return abs(verdict.location_m - zone_middle(case.context(hidden))) / length
+    return float(abs(verdict.location_m - place(case, hidden)) / depths(case)[1][0])
 
 
 def as_row(judgement: Judgement) -> dict[str, object]:

@@ -17,10 +17,8 @@ from benchmarks.blind.generator.rigs import (
     draw_segments,
 )
 from benchmarks.blind.generator.world import World, base_world
+from benchmarks.blind.hidden import Hidden
 from drillid.arrays import Floats
-from drillid.config.settings import Settings
-from drillid.discrepancy.evidence import Evidence, OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.fits.datasheet import DataSheet
 from drillid.fleet.provenance import digest, source_hash
@@ -39,7 +37,6 @@ _FINE = 0.01
 WINDOW_S = 600.0
 LEAD_IN_S = SWEEP_PERIOD
 RATE = 1 / SAMPLE_INTERVAL
-SETTINGS = Settings()
 _LEVEL_MEMORY = 100.0
 """s, correlation time of the level of the bit's noise."""
 _STANDING = 0.05
@@ -48,17 +45,6 @@ _STANDS = 0.01
 """Share of the time from which a bit counts as standing."""
 _SEAL = 20260
 """First element of the seeds of all cases."""
-
-
-@dataclass(frozen=True)
-class Hidden:
-    """A hidden cause."""
-
-    name: str
-    size: float
-    """In the catalogue's unit."""
-    shape: float
-    """0 to 1, selects one of the cause's shapes."""
 
 
 @dataclass(frozen=True)
@@ -199,18 +185,3 @@ def bit_noise(generator: np.random.Generator, steps: int, equipment: Equipment, 
         return noise
     wander = coloured_noise(generator, steps, TIME_STEP, equipment.noise_swing, 1 / (2 * np.pi * _LEVEL_MEMORY))
     return np.asarray(noise * np.exp(wander - equipment.noise_swing**2), dtype=float)
-
-
-def evidence_of(case: Case) -> Evidence:
-    """Input of the engine: logs of a case, operating points from the logs, and the data sheet."""
-    records = simulate_case(case)
-    windows = [Series(*channels) for channels in zip(records.sweep, records.speed, records.command, strict=True)]
-    segments = case.segments
-    operating_points = OperatingPoints(
-        hole_depth=np.array([segment.hole_depth for segment in segments]),
-        bit_depth=np.array([segment.pipe_length for segment in segments]) + float(case.equipment.collars.length),
-        speed=records.speed.mean(axis=1),
-        torque=records.command.mean(axis=1),
-        weight_on_bit=np.full(len(segments), case.equipment.weight_on_bit),
-    )
-    return gather(windows, RATE, operating_points, case.data_sheet, SETTINGS)

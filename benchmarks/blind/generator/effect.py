@@ -35,6 +35,7 @@ class Effect:
     """Sizes of either sign."""
     linear: bool = True
     """Whether the rig is linear for small vibrations, so that the ideal test can be computed."""
+    in_catalogue: bool = True
 
     def range(self, world: World, context: Context) -> Range:
         """Least and largest size in this window."""

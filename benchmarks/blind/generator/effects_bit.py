@@ -6,10 +6,10 @@ import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
-from drillid.discrepancy.catalogue.bit import RegenerativeCut
 from drillid.physics.equipment import Motor
 from drillid.physics.nonlinear import Cutting, NonlinearRig, RegenerativeBit, Weakening
 
+_BLADES = (4, 6, 8)
 _MOTOR_LOSS = 0.02
 """Damping of a motor, as a share of √(stiffness × inertia of the bit)."""
 _SWING_SPEED = 6.5
@@ -33,8 +33,7 @@ def _motor_compliance(world: World, size: float, context: Context) -> World:
 
 def blades(shape: float) -> int:
     """Blades of the bit."""
-    shapes = RegenerativeCut.shapes
-    return int(shapes[min(int(shape * len(shapes)), len(shapes) - 1)])
+    return _BLADES[min(int(shape * len(_BLADES)), len(_BLADES) - 1)]
 
 
 def _regenerative_cutting(world: World, size: float, context: Context) -> World:

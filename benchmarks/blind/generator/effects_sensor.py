@@ -6,27 +6,12 @@ import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
-from drillid.discrepancy.catalogue.sensor import SignOrUnit
+from benchmarks.blind.vocabulary import tone_frequency, wrong_factor
 from drillid.simulation.recorder import Tone
-
-_RECORDED_RATE = 50.0
-_ALIAS = (0.4, 8.0)
-"""Hz, where the tone shows."""
 
 
 def _speed_scale(world: World, size: float, context: Context) -> World:
     return world.with_recorder(scale=1 + size)
-
-
-def nearest_factor(scale: float) -> float:
-    """The factor of a wrong unit that is nearest to a scale."""
-    return min((shape for shape in SignOrUnit.shapes if shape > 0), key=lambda factor: abs(np.log(scale / factor)))
-
-
-def wrong_factor(shape: float) -> float:
-    """One of the factors by which a channel's sign or unit is mistaken."""
-    factors = SignOrUnit.shapes
-    return factors[min(int(shape * len(factors)), len(factors) - 1)]
 
 
 def _sign_or_unit(world: World, size: float, context: Context) -> World:
@@ -52,11 +37,6 @@ def _recorder_filter(world: World, size: float, context: Context) -> World:
 
 def _quantisation(world: World, size: float, context: Context) -> World:
     return world.with_recorder(resolution=size)
-
-
-def tone_frequency(shape: float) -> float:
-    """Frequency of a tone that the recorder's rate folds into the band, Hz."""
-    return float(_RECORDED_RATE + _ALIAS[0] * (_ALIAS[1] / _ALIAS[0]) ** shape)
 
 
 def _aliased_tone(world: World, size: float, context: Context) -> World:

@@ -6,12 +6,13 @@ import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
-from drillid.discrepancy.catalogue.string import ExtraSection
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 from drillid.physics.nonlinear import WallContact, Weakening
 
 ZONE_SHARE = 0.05
 """Length of a zone of local damping, as a share of the first window's pipe."""
+_HEAVIER = (1.6, 2.5, 5.0)
+"""Polar moments of an extra section per pipe's."""
 LEAST_SECTION = 20.0
 """m; a wave travels 16 m of steel in a time step of 5 ms."""
 _DRY_SHARE = 0.2
@@ -20,8 +21,7 @@ _DRY_SHARE = 0.2
 
 def heavier(shape: float) -> float:
     """Polar moment of an extra section per pipe's."""
-    shapes = ExtraSection.shapes
-    return shapes[min(int(shape * len(shapes)), len(shapes) - 1)]
+    return _HEAVIER[min(int(shape * len(_HEAVIER)), len(_HEAVIER) - 1)]
 
 
 def _extra_section(world: World, size: float, context: Context) -> World:

@@ -17,21 +17,6 @@ from drillid.simulation.simulate import SAMPLE_INTERVAL
 Change = Callable[[NonlinearRig, float], NonlinearRig]
 """A rig and the elapsed share of the window, 0 to 1 → the rig at that time."""
 
-NUISANCES = {
-    "kappa": "100 N s/m⁴",
-    "delta": "logarithm",
-    "length": "relative",
-    "polar_moment": "relative",
-    "delay": "10 ms",
-    "inertia_td": "relative",
-    "damping_bha": "50 N m s/rad",
-    "inertia_bit": "50 kg m²",
-    "P": "relative",
-    "I": "relative",
-    "clock": "ms",
-}
-"""Nuisance parameters, unknown to every test, and the unit of the offset of each."""
-
 
 @dataclass(frozen=True)
 class World:
@@ -92,8 +77,11 @@ class World:
 
 
 def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats | None = None) -> World:
-    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth."""
-    offset = np.zeros(len(NUISANCES)) if nuisances is None else nuisances
+    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth.
+
+    Their units are those of `benchmarks.blind.ideal.responses.NUISANCES`.
+    """
+    offset = np.zeros(11) if nuisances is None else nuisances
     kappa, delta = segment.kappa + 100.0 * offset[0], segment.delta * np.exp(offset[1])
     moment = equipment.pipe.polar_moment * (1 + offset[3])
     slow = 1 + equipment.slowness

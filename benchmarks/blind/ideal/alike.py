@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from benchmarks.blind.generator.cases import EFFECTS, Hidden
-from benchmarks.blind.generator.effects_sensor import nearest_factor, wrong_factor
+from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.ideal import CONTINUOUS, IN_TIME, Ideal
+from benchmarks.blind.vocabulary import CAUSES, DISTINCT, DISTINGUISHED_SHARE, nearest_factor, wrong_factor
 from drillid.arrays import Floats
-from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.rules import DISTINCT, DISTINGUISHED_SHARE
 
 INDISTINGUISHABLE = Ideal.distance_unaware(DISTINGUISHED_SHARE)
 """Standard deviations below which a cause that is not in the catalogue counts as imitated by others."""
@@ -37,9 +35,9 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     Those that are near in the linear approximation are fitted in size, and in shape where that is continuous, while
     causes hidden beside it may take any size.
     """
-    if not EFFECTS[hidden.name].linear:
+    if not ideal.effects[hidden.name].linear:
         return frozenset({hidden.name})
-    beside = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
+    beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
     if hidden.name == "sign_or_unit":
         starts = [Hidden("speed_scale", wrong_factor(hidden.shape) - 1, 0.5)]
     else:
@@ -63,9 +61,9 @@ def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tupl
     The linear approximation misses some, such as slower waves for a heavier bit; for a cause that an answer names, all
     starts are tried.
     """
-    if not EFFECTS[hidden.name].linear or not EFFECTS[name].linear or "sign_or_unit" in (name, hidden.name):
+    if not ideal.effects[hidden.name].linear or not ideal.effects[name].linear or "sign_or_unit" in (name, hidden.name):
         return False
-    beside = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
+    beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
     whole: tuple[Hidden, ...] = (hidden, *beside)
     best: tuple[float, tuple[Hidden, ...]] = (np.inf, ())
     for small in ideal.small(name in IN_TIME):
@@ -80,7 +78,7 @@ def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tupl
 
 def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     """Whether another cause, or two together, come so close that a test unaware of the hidden one has no power."""
-    if not EFFECTS[hidden.name].linear or hidden.name == "sign_or_unit":
+    if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
     linearised = _Linearised.of(ideal, hidden, ())
     alone = ideal.noncentrality((hidden,))
@@ -199,7 +197,7 @@ class _Linearised:
 
 def _sizes(small: Hidden) -> list[Hidden]:
     """A cause at sizes from small to the largest, of either sign where it may have both."""
-    limits = CATALOGUE[small.name].size
+    limits = CAUSES[small.name]
     up = np.geomspace(small.size, limits.high, _SIZES)
     down = -np.geomspace(small.size, -limits.low, _SIZES) if limits.low < 0 else np.empty(0)
     return [replace(small, size=float(size)) for size in (*up, *down)]

@@ -6,17 +6,12 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtri, chndtr, chndtrinc, ndtr, ndtri
 
-from benchmarks.blind.generator.cases import EFFECTS, WINDOW_S, Case, Hidden
-from benchmarks.blind.generator.effects_sensor import tone_frequency
-from benchmarks.blind.generator.world import NUISANCES
-from benchmarks.blind.ideal.theory import LOCAL, Priors, Theory, compressed, noise_density, priors
+from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.ideal.responses import LOCAL, NUISANCES, WINDOW_S, Responses, Sealed
+from benchmarks.blind.ideal.theory import Theory, compressed
+from benchmarks.blind.vocabulary import CAUSES, ERROR_RATE, PORTS, SMOOTH_FREEDOMS, tone_frequency
 from drillid.arrays import Floats
-from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.inference.unknown import FUNCTIONS, PORTS
-from drillid.physics.responses import command_mobility, laplace
-from drillid.physics.top_drive import control
 
-FALSE_ALARM = 0.05
 IN_TIME = ("length_growth", "parameter_drift", "regime_change", "clock_drift")
 """Causes that change within a window."""
 ADDITIVE = ("aliased_tone", "once_per_revolution")
@@ -30,8 +25,7 @@ _ALIKE = 1e-6
 """Relative singular value below which columns count as collinear."""
 _LOWEST = np.array([-0.9 if unit == "relative" else -np.inf for unit in NUISANCES.values()])
 """Lower bounds of the nuisances, so that no length or moment becomes negative."""
-_FREEDOMS = 2 * FUNCTIONS
-_UNEXPECTED = float(chdtri(_FREEDOMS, 1 - (1 - FALSE_ALARM) ** (1 / len(PORTS))))
+_UNEXPECTED = float(chdtri(SMOOTH_FREEDOMS, 1 - (1 - ERROR_RATE) ** (1 / PORTS)))
 """χ² threshold, at the rate of false alarms, of a smooth disturbance of unknown shape at any port."""
 _SHRINKS = (1.0, 0.3, 0.1)
 _GROWTH = (0.25, 0.5, 0.75, 1.0)
@@ -52,19 +46,19 @@ CONTINUOUS = ("tapered_string", "local_damping_zone", "regime_change")
 class Ideal:
     """The ideal test of a case's windows."""
 
-    def __init__(self, case: Case) -> None:
-        self.case = case
-        self.priors: Priors = priors(case)
+    def __init__(self, case: Sealed, responses: Responses) -> None:
+        self.case, self.responses = case, responses
+        self.effects, self.priors = responses.effects, responses.priors
 
     @cached_property
     def steady(self) -> Theory:
         """Theory of whole windows."""
-        return Theory(self.case)
+        return Theory(self.case, self.responses)
 
     @cached_property
     def in_time(self) -> Theory:
         """Theory of windows divided into parts."""
-        return Theory(self.case, _PARTS)
+        return Theory(self.case, self.responses, _PARTS)
 
     def theory(self, names: frozenset[str]) -> Theory:
         """The theory that shows causes of these names."""
@@ -79,11 +73,11 @@ class Ideal:
         ----------
         beside : other hidden causes; linear ones are present in the rig without the cause as well, at any size
         """
-        if any(not EFFECTS[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
+        if any(not self.effects[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
             return float("nan")
         tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
         rest = tuple(cause for cause in hidden if cause.name not in ADDITIVE)
-        linear = tuple(cause for cause in beside if EFFECTS[cause.name].linear)
+        linear = tuple(cause for cause in beside if self.effects[cause.name].linear)
         if not rest or not linear:
             return tones + (self.least_distance(rest) if rest else 0.0)
         # the others start at their sizes, or are continued with the causes
@@ -93,18 +87,11 @@ class Ideal:
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
         total = 0.0
-        for number, segment in enumerate(self.case.segments):
-            world = self.case.world(number, hidden=())
-            folded = (
-                tone_frequency(hidden.shape) - 50.0 if hidden.name == "aliased_tone" else segment.speed / (2 * np.pi)
-            )
-            s = laplace(np.array([folded]))
-            amplitude = hidden.size
-            if hidden.name == "once_per_revolution":
-                system = world.linear(0.5)
-                sensitivity = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
-                amplitude = hidden.size * segment.speed * float(np.abs(sensitivity[0]))
-            total += amplitude**2 * WINDOW_S / float(noise_density(self.case, world, number, s)[0])
+        for number in range(self.responses.windows):
+            frequency, amplitude = self.responses.tone(number, hidden)
+            s = np.array([2j * np.pi * frequency])
+            density = float(self.responses.noise_density(number, (), s)[0])
+            total += amplitude**2 * WINDOW_S / density
         return total
 
     def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
@@ -175,7 +162,7 @@ class Ideal:
 
     def bounded(self, rival: Hidden) -> Hidden:
         """A rival with its size clipped to the catalogue's bounds, which are wider than the sizes that are hidden."""
-        limits = CATALOGUE[rival.name].size
+        limits = CAUSES[rival.name]
         low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
         return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
@@ -237,11 +224,10 @@ class Ideal:
     def small(self, in_time: bool) -> list[Hidden]:
         """Linear causes at a small size, in every shape: those that change within a window, or the others."""
         small = []
-        for name, effect in EFFECTS.items():
-            if effect.linear and (name in IN_TIME) == in_time:
+        for name, effect in self.effects.items():
+            if effect.linear and effect.in_catalogue and (name in IN_TIME) == in_time:
                 for shape in _SHAPES.get(name, (0.5,)):
-                    probe = Hidden(name, 0.0, shape)
-                    low, _ = effect.range(self.case.world(0, hidden=()), self.case.context(probe))
+                    low, _ = self.responses.size_range(Hidden(name, 0.0, shape))
                     small.append(Hidden(name, low, shape))
         return small
 
@@ -273,7 +259,9 @@ class Ideal:
         unit = added[:, size > 0] / size[size > 0]
         values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
         linear = float(np.sum((values >= 1) + values - np.floor(values)))
-        return linear + sum(not effect.linear or effect.name in IN_TIME for effect in EFFECTS.values())
+        return linear + sum(
+            not effect.linear or name in IN_TIME for name, effect in self.effects.items() if effect.in_catalogue
+        )
 
     def threshold(self, *, family: bool) -> float:
         """One-sided normal threshold of the ideal test, for one known cause or for the whole family."""
@@ -295,12 +283,12 @@ class Ideal:
     @staticmethod
     def power_unaware(noncentrality: float) -> float:
         """Power of a test that knows of a cause only that it is smooth and at one of the ports."""
-        return float(1 - chndtr(_UNEXPECTED, _FREEDOMS, noncentrality))
+        return float(1 - chndtr(_UNEXPECTED, SMOOTH_FREEDOMS, noncentrality))
 
     @staticmethod
     def distance_unaware(power: float) -> float:
         """Standard deviations at which such a test has a power."""
-        return float(np.sqrt(chndtrinc(_UNEXPECTED, _FREEDOMS, 1 - power)))
+        return float(np.sqrt(chndtrinc(_UNEXPECTED, SMOOTH_FREEDOMS, 1 - power)))
 
     @staticmethod
     def tones(hidden: tuple[Hidden, ...]) -> float:
@@ -311,9 +299,9 @@ class Ideal:
         return (high - low) * WINDOW_S if hidden[0].name == "aliased_tone" else 1.0
 
 
-def threshold(candidates: float) -> float:
+def threshold(candidates: float, error_rate: float = ERROR_RATE) -> float:
     """Threshold of the largest of several effectively distinct normal scores, at the rate of false alarms."""
-    return float(ndtri((1 - FALSE_ALARM) ** (1 / candidates)))
+    return float(ndtri((1 - error_rate) ** (1 / candidates)))
 
 
 def _shared(design: Floats, target: Floats) -> Floats:

@@ -45,7 +45,7 @@ class Case:
 
     def context(self, hidden: Hidden, window: int = 0) -> Context:
         """Context for the effect of a hidden cause in a window."""
-        return Context(self.rig, self.segments[window], self.segments[0], hidden.shape)
+        return Context(self.rig, self.segments[window], self.segments[0], hidden.shape, self.seed)
 
     def window(self, number: int, hidden: tuple[Hidden, ...] | None = None, nuisances: Floats | None = None) -> Window:
         """One window with the hidden causes, or with other ones."""

@@ -21,11 +21,13 @@ class Context:
     first: Segment
     """First window of the set."""
     shape: float
-    """0 to 1, from which all that the size leaves open is drawn for the whole set."""
+    """0 to 1, selects one of the cause's shapes, drawn for the whole set."""
+    seed: int
+    """Of the case."""
 
     def generator(self) -> np.random.Generator:
-        """Draws that depend on the shape alone."""
-        return np.random.default_rng(int(self.shape * 2**40))
+        """Draws of what size and shape leave open, the same for all windows of a case."""
+        return np.random.default_rng([27182, self.seed])
 
     @property
     def depth(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.blind.other_world.effect import Context, Effect, Range
 from benchmarks.blind.other_world.pieces import changed, cut, shortened
 from benchmarks.blind.other_world.rig import FALLS, Blades, Contact, Friction, Piece, Window, coupling
-from benchmarks.blind.other_world.rigs import lower_end, log_uniform
+from benchmarks.blind.other_world.rigs import log_uniform, lower_end
 
 _STEPS = 8
 """Pieces of either end of a zone."""
@@ -31,7 +31,7 @@ def _pipe_changed(window: Window, begin: float, end: float, **factors: float) ->
 
 def _extra_section(window: Window, size: float, context: Context) -> Window:
     """Heavy-weight pipe or collars of any size above the collars."""
-    ratio = log_uniform(context.generator(), 1.3, 6.0)
+    ratio = 1.3 * (6.0 / 1.3) ** context.shape
     return _pipe_changed(window, context.depth - size, context.depth, moment=ratio)
 
 
@@ -103,9 +103,7 @@ def _wave_speed(window: Window, size: float, context: Context) -> Window:
 def _distributed_bha(window: Window, size: float, context: Context) -> Window:
     pipe, collars = cut(window.string, context.depth)
     top = collars[0]
-    return replace(
-        window, string=(*shortened(pipe, size), replace(top, length=size, inertia_below=0.0), *collars)
-    )
+    return replace(window, string=(*shortened(pipe, size), replace(top, length=size, inertia_below=0.0), *collars))
 
 
 def _motor_compliance(window: Window, size: float, context: Context) -> Window:
@@ -156,7 +154,9 @@ def _stribeck_range(window: Window, context: Context) -> Range:
 def _stuck_slip_regimes(window: Window, size: float, context: Context) -> Window:
     """Slow rotation on rock whose torque falls by `size` times the pipe's characteristic admittance per speed."""
     slow = replace(window, speed=min(window.speed, _SWING_SPEED))
-    return _rock_falls(slow, size * window.string[0].admittance + window.string[-1].damping_below, slow.speed / 2, context)
+    return _rock_falls(
+        slow, size * window.string[0].admittance + window.string[-1].damping_below, slow.speed / 2, context
+    )
 
 
 def _parameter_drift(window: Window, size: float, context: Context) -> Window:

@@ -6,29 +6,12 @@ import numpy as np
 
 from benchmarks.blind.other_world.effect import Context, Effect, Range
 from benchmarks.blind.other_world.rig import Window
-
-FACTORS = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
-"""Wrong sign and units of torque and speed: ft-lbf, in-lbf, kgf m, rpm, rev/s, either way."""
-_ALIAS = (0.4, 8.0)
-"""Hz, where a tone shows."""
-_RECORDED_RATE = 50.0
-
-
-def wrong_factor(shape: float) -> float:
-    """One of the factors by which a channel's sign or unit is mistaken."""
-    return FACTORS[min(int(shape * len(FACTORS)), len(FACTORS) - 1)]
-
-
-def tone_frequency(shape: float) -> float:
-    """Frequency of a tone that the recorder's rate folds into the band, Hz."""
-    return float(_RECORDED_RATE + _ALIAS[0] * (_ALIAS[1] / _ALIAS[0]) ** shape)
+from benchmarks.blind.vocabulary import tone_frequency, wrong_factor
 
 
 def _controller_gain(window: Window, size: float, context: Context) -> Window:
     control = window.control
-    return window.with_control(
-        proportional=control.proportional * (1 + size), integral=control.integral * (1 + size)
-    )
+    return window.with_control(proportional=control.proportional * (1 + size), integral=control.integral * (1 + size))
 
 
 def _jitter_range(window: Window, context: Context) -> Range:
@@ -38,9 +21,7 @@ def _jitter_range(window: Window, context: Context) -> Range:
 
 def mean_load(window: Window) -> float:
     """Torque of steady drilling at the top, N m."""
-    viscous = sum(
-        piece.wall_damping * piece.moment * piece.length + piece.damping_below for piece in window.string
-    )
+    viscous = sum(piece.wall_damping * piece.moment * piece.length + piece.damping_below for piece in window.string)
     rubbing = sum(contact.friction.level(window.speed) for contact in window.contacts)
     return window.rock.mean + rubbing + viscous * window.speed
 

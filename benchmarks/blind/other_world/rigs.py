@@ -37,7 +37,7 @@ _JOINT_LENGTH, _PIPE_LENGTH = 0.45, 9.5
 """m, of a tool joint, and from one to the next."""
 WRONG_SHEETS = 0.05
 """Share of data sheets with a value that is wrong outright."""
-_LOCAL = np.array([0.15, 0.10, 0.15])
+LOCAL_SPREAD = np.array([0.15, 0.10, 0.15])
 """Relative standard deviation of a window's κ, δ and damping at the bit from the set's."""
 _MEMORY = 0.7
 _LARGEST_PHASE = 0.5
@@ -94,7 +94,7 @@ class Rig:
 
     @property
     def collar_length(self) -> float:
-        """m."""
+        """M."""
         return sum(piece.length for piece in self.collars)
 
     @property
@@ -183,7 +183,9 @@ def _with_joints(generator: np.random.Generator, moment: float, relative: float)
     heavier, softer = 1 + share * (ratio - 1), 1 - share * (1 - 1 / ratio)
     slow = 1 + relative * float(heavy_tailed(generator))
     # the documents give the moment as waves see it, and length with the joints' delay
-    return Piece(1.0, moment * float(np.sqrt(heavier / softer)), density=DENSITY * slow, shear_modulus=SHEAR_MODULUS / slow)
+    return Piece(
+        1.0, moment * float(np.sqrt(heavier / softer)), density=DENSITY * slow, shear_modulus=SHEAR_MODULUS / slow
+    )
 
 
 def _collars(generator: np.random.Generator, pipe: Piece, outer: float) -> tuple[Piece, ...]:
@@ -233,7 +235,9 @@ def _wall(generator: np.random.Generator, torque: float) -> tuple[Contact, ...]:
     law, count = LAWS[generator.integers(len(LAWS))], int(generator.integers(3, 9))
     share = generator.dirichlet(np.full(count, 2.0))
     places = np.sort(generator.uniform(0.05, 0.95, count))
-    return tuple(Contact(float(at), Friction(law, torque * float(part))) for at, part in zip(places, share, strict=True))
+    return tuple(
+        Contact(float(at), Friction(law, torque * float(part))) for at, part in zip(places, share, strict=True)
+    )
 
 
 def _recording(generator: np.random.Generator, interval: float) -> Recording:
@@ -258,7 +262,7 @@ def draw_segments(generator: np.random.Generator, rig: Rig, count: int | None = 
     segments = []
     for number in range(count):
         deviation = _MEMORY * deviation + np.sqrt(1 - _MEMORY**2) * heavy_tailed(generator, 3)
-        wall, steel, damping = (float(value) for value in base * np.exp(np.clip(_LOCAL * deviation, -1.0, 1.0)))
+        wall, steel, damping = (float(value) for value in base * np.exp(np.clip(LOCAL_SPREAD * deviation, -1.0, 1.0)))
         length = rig.pipe.length + STAND * (number // 2)
         depth = length + rig.collar_length + STAND / 2 * (number % 2)
         rotation = speed * float(generator.uniform(0.8, 1.2))
@@ -297,16 +301,14 @@ def draw_sheet(generator: np.random.Generator, rig: Rig) -> Sheet:
     return replace(sheet, wrong=wrong, **{wrong: getattr(sheet, wrong) * factor})
 
 
-NUISANCES = (
-    *("kappa", "delta", "length", "polar_moment", "delay", "inertia_td"),
-    *("damping_bha", "inertia_bit", "P", "I", "clock"),
-)
-"""Nuisance parameters, in the units of the first world's ideal test."""
-
-
 def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> Window:
-    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth."""
-    off = np.zeros(len(NUISANCES)) if nuisances is None else nuisances
+    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth.
+
+    They are those of the ideal test: κ (100 N s/m⁴), δ (logarithm), relative length and polar moment, delay (10 ms),
+    relative inertia of the top drive, damping (50 N m s/rad) and inertia (50 kg m²) at the bit, relative gains P and I,
+    clock (ms).
+    """
+    off = np.zeros(11) if nuisances is None else nuisances
     wall, steel = segment.wall_damping + 100.0 * off[0], segment.steel_damping * np.exp(off[1])
     pipe = replace(
         rig.pipe,
@@ -359,4 +361,8 @@ def lower_end(
     if compliance == 0:
         return (*above, replace(last, inertia_below=inertia, damping_below=damping))
     housing = replace(last, inertia_below=share * inertia)
-    return (*above, housing, replace(coupling(1 / compliance), inertia_below=(1 - share) * inertia, damping_below=damping))
+    return (
+        *above,
+        housing,
+        replace(coupling(1 / compliance), inertia_below=(1 - share) * inertia, damping_below=damping),
+    )

@@ -13,15 +13,18 @@ import numpy as np
 import pytest
 from scipy.special import logit
 
+from benchmarks.blind import engines
 from benchmarks.blind.calibrate import uncalibrated
-from benchmarks.blind.engines import ERROR_RATE, Answer
+from benchmarks.blind.draw import obvious
+from benchmarks.blind.engines import Answer, Claim, discovery, evidence_of
 from benchmarks.blind.generator import cases
-from benchmarks.blind.generator.cases import Case, Hidden, evidence_of, plain_case
-from benchmarks.blind.generator.draw import obvious
+from benchmarks.blind.generator.cases import Case, plain_case
 from benchmarks.blind.generator.effects_string import upper_share
+from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.trace import trace
 from benchmarks.blind.judge import Ideals, ideals, judge
-from drillid.discrepancy import CATALOGUE, Verdict
+from benchmarks.blind.vocabulary import ERROR_RATE
+from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.inference import screen
 from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.set_model import SetModel
@@ -49,7 +52,9 @@ _SEEDS = {name: 2000 + list(cases.EFFECTS).index(name) for name in HIDDEN}
 @pytest.fixture(scope="module", autouse=True)
 def _own_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cases, "FOLDER", Path(tmp_path_factory.mktemp("sealed")))
+        folder = Path(tmp_path_factory.mktemp("sealed"))
+        patch.setattr(cases, "FOLDER", folder)
+        patch.setattr(engines, "FOLDER", folder)
         yield
 
 
@@ -60,17 +65,15 @@ def hidden_case(name: str) -> Case:
 
 @cache
 def known(name: str) -> Ideals:
-    return ideals(hidden_case(name))
+    return ideals(hidden_case(name), thorough=False)
 
 
 def asked(case: Case) -> Answer:
-    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
-    return Answer(found.verdicts, found.after.p_value)
+    return discovery(case)
 
 
 def always(name: str) -> Answer:
-    family = CATALOGUE[name].family if name in CATALOGUE else ""
-    return Answer((Verdict(name, family, 1.0, 0.0, 1.0, cause=name),), float("nan"))
+    return Answer((Claim(name, 1.0, cause=name),))
 
 
 @pytest.mark.parametrize("name", HIDDEN)
@@ -105,7 +108,7 @@ def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.Mo
 def test_nothing_is_found_where_nothing_is_wrong(seed: int) -> None:
     case, _ = plain_case(seed, NULLS[seed])
     answer = asked(case)
-    assert not judge(case, answer, ideals(case)).detected, [(one.verdict, one.evidence) for one in answer.verdicts]
+    assert not judge(case, answer, ideals(case)).detected, answer.verdicts
 
 
 def test_an_engine_that_always_answers_the_same_fails_nearly_all() -> None:

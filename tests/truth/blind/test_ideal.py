@@ -7,17 +7,20 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from benchmarks.blind.draw import draw, sized
+from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.generator import cases
-from benchmarks.blind.generator.cases import EFFECTS, Case, Hidden, evidence_of, plain_case
-from benchmarks.blind.generator.draw import draw, sized
-from benchmarks.blind.generator.effects_sensor import wrong_factor
+from benchmarks.blind.generator.cases import EFFECTS, Case, plain_case
+from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.alike import imitated, same, stands_in
 from benchmarks.blind.ideal.ideal import Ideal
-from benchmarks.blind.ideal.theory import Theory, noise_density
+from benchmarks.blind.ideal.of_case import ideal_of
+from benchmarks.blind.ideal.own import OwnResponses
+from benchmarks.blind.ideal.theory import Theory
 from benchmarks.blind.judge import ideals
-from benchmarks.blind.scores import upper_limit
+from benchmarks.blind.limits import lower_limit, upper_limit
+from benchmarks.blind.vocabulary import DISTINCT, wrong_factor
 from drillid.discrepancy import CATALOGUE
-from drillid.discrepancy.rules import DISTINCT
 from drillid.physics.responses import command_mobility, laplace
 
 
@@ -28,7 +31,7 @@ def case() -> Case:
 
 @pytest.fixture(scope="module")
 def ideal(case: Case) -> Ideal:
-    return Ideal(case)
+    return ideal_of(case)
 
 
 def test_every_cause_of_the_catalogue_is_hidden() -> None:
@@ -47,7 +50,7 @@ def test_response_and_noise_are_those_of_the_simulator(
     expected = command_mobility(world.linear(0.5), s) * world.recording(0.5, 600.0).transfer(s)
     square = np.abs(evidence.mobility[0] - expected)[used] ** 2 / evidence.variance[0, used]
     assert 0.85 < square.mean() < 1.25
-    theory = Theory(loaded)
+    theory = Theory(loaded, OwnResponses(loaded))
     frequency = np.abs(theory.s) / (2 * np.pi)
     variance = 4 / theory.weights[0][0] ** 2
     ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / variance
@@ -90,13 +93,13 @@ def test_of_two_causes_each_is_weighed_beside_the_other(ideal: Ideal, case: Case
     twin, stranger = replace(filtered, name="speed_filter"), sized(case, "actuator_gain", generator, (6.0, 6.0))
     assert ideal.noncentrality((filtered,), (twin,)) < 0.1 * ideal.noncentrality((filtered,))
     assert ideal.noncentrality((filtered,), (stranger,)) > 20.0
-    both, alone = (ideals(replace(case, hidden=hidden)) for hidden in ((filtered, twin), (filtered,)))
+    both, alone = (ideals(replace(case, hidden=hidden), thorough=False) for hidden in ((filtered, twin), (filtered,)))
     assert both.half_power < alone.half_power / 2
 
 
 def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() -> None:
     heavier = draw(70200)
-    ideal, (hidden,) = Ideal(heavier), heavier.hidden
+    ideal, (hidden,) = ideal_of(heavier), heavier.hidden
     assert "wave_speed" not in same(ideal, hidden)
     assert stands_in(ideal, hidden, "wave_speed", DISTINCT)
     assert not stands_in(ideal, hidden, "mud_drag", DISTINCT)
@@ -105,7 +108,7 @@ def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() ->
 def test_noise_is_recorded_as_the_speed_is(case: Case) -> None:
     wrong = Hidden("sign_or_unit", 1.0, 0.6)
     s = laplace(np.array([0.5, 2.0]))
-    plain, scaled = (noise_density(case, case.world(0, hidden=hidden), 0, s) for hidden in ((), (wrong,)))
+    plain, scaled = (OwnResponses(case).noise_density(0, hidden, s) for hidden in ((), (wrong,)))
     np.testing.assert_allclose(scaled, wrong_factor(wrong.shape) ** 2 * plain)
 
 
@@ -133,7 +136,7 @@ def test_nuisances_take_up_what_they_can(case: Case, ideal: Ideal, deviations: f
 
 def test_a_tone_of_unknown_frequency_is_harder_to_see_than_a_line() -> None:
     """Of a line, the power over the noise is exponential where there is no tone."""
-    ideal, hidden = Ideal(plain_case(7, 1)[0]), (Hidden("aliased_tone", 1e-3, 0.5),)
+    ideal, hidden = ideal_of(plain_case(7, 1)[0]), (Hidden("aliased_tone", 1e-3, 0.5),)
     assert ideal.tones(hidden) == pytest.approx(4560.0)
     assert ideal.tones((Hidden("drive_lag", 0.01, 0.5),)) == 0.0
     p_value = 1 - 0.95 ** (1 / ideal.candidates)
@@ -150,7 +153,9 @@ def test_a_test_that_does_not_know_the_cause_needs_more_of_it(ideal: Ideal) -> N
         assert ideal.power_unaware(squared) == pytest.approx(power)
         assert ideal.power(squared, family=True) > power + 0.04
     hidden = (sized(ideal.case, "controller_gain", np.random.default_rng(0), (7.5, 7.5)),)
-    known, gone = (ideals(replace(ideal.case, hidden=hidden, removed=removed)) for removed in (False, True))
+    known, gone = (
+        ideals(replace(ideal.case, hidden=hidden, removed=removed), thorough=False) for removed in (False, True)
+    )
     assert gone.half_power < 0.5 < known.half_power
 
 
@@ -173,3 +178,5 @@ def test_the_limit_of_a_share_is_clopper_and_pearsons() -> None:
     assert upper_limit(0, 300) == pytest.approx(1 - 0.05 ** (1 / 300))
     assert binom.cdf(15, 300, upper_limit(15, 300)) == pytest.approx(0.05)
     assert upper_limit(3, 3) == 1.0
+    assert binom.sf(284, 300, lower_limit(285, 300)) == pytest.approx(0.05)
+    assert lower_limit(0, 3) == 0.0

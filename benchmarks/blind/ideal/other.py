@@ -1,0 +1,82 @@
+"""Responses of the second world in closed form."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Kind, Priors
+from benchmarks.blind.other_world.cases import EFFECTS, Case
+from benchmarks.blind.other_world.disturbances import rock_density
+from benchmarks.blind.other_world.rig import Window
+from benchmarks.blind.other_world.rigs import LOCAL_SPREAD
+from benchmarks.blind.other_world.theory import command_mobility, control_response, laplace, noise_response, recorded
+from benchmarks.blind.vocabulary import tone_frequency
+from drillid.arrays import Complex, Floats
+
+
+class OtherResponses:
+    """A case of the second world for the ideal test."""
+
+    effects: Mapping[str, Kind] = EFFECTS
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.windows, self.sweep = len(case.segments), case.rig.sweep
+        self.priors = _priors(case)
+
+    def size_range(self, hidden: Hidden) -> tuple[float, float]:
+        """Least and largest size that is drawn, in the first window."""
+        return EFFECTS[hidden.name].range(self.case.window(0, ()), self.case.context(hidden))
+
+    def expected(
+        self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]
+    ) -> list[tuple[Complex, Complex]]:
+        """Recorded command mobility and response of the control at elapsed shares of a window, with causes."""
+        rig = self.case.window(window, hidden, nuisances)
+        control = control_response(rig, s)
+        found = []
+        for share in shares:
+            through = recorded(rig, s, share, WINDOW_S)
+            found.append((command_mobility(rig, s, share) * through, control / through))
+        return found
+
+    def noise_density(self, window: int, hidden: tuple[Hidden, ...], s: Complex, share: float = 0.5) -> Floats:
+        """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""
+        rig = self.case.window(window, hidden)
+        through = noise_response(rig, s, share) * recorded(rig, s, share, WINDOW_S)
+        rock = rock_density(rig.rock, np.abs(s) / (2 * np.pi))
+        # the control answers to the sensor's noise, which its readings fold into the band
+        loop = np.abs(1 - command_mobility(rig, s, share) * control_response(rig, s)) ** 2
+        return np.asarray(np.abs(through) ** 2 * rock + loop * _sensor_density(rig), dtype=float)
+
+    def sensor_density(self, window: int, hidden: tuple[Hidden, ...]) -> float:
+        """Of the part that the control does not see: the recorder's rounding; its readings it sees itself."""
+        step = self.case.window(window, hidden).recording.resolution
+        return step**2 / 12 * 2 / RATE
+
+    def tone(self, window: int, hidden: Hidden) -> tuple[float, float]:
+        """Frequency (Hz) and amplitude (rad/s) of a tone in the record."""
+        if hidden.name == "aliased_tone":
+            return tone_frequency(hidden.shape) - RATE, hidden.size
+        rig = self.case.window(window, ())
+        s = laplace(np.array([rig.speed / (2 * np.pi)]))
+        sensitivity = 1 - command_mobility(rig, s) * control_response(rig, s)
+        return rig.speed / (2 * np.pi), hidden.size * rig.speed * float(np.abs(sensitivity[0]))
+
+
+def _sensor_density(rig: Window) -> float:
+    """One-sided power density of the readings' noise, (rad/s)²/Hz."""
+    return 2 * (rig.recording.scale * rig.recording.noise) ** 2 * rig.control.interval
+
+
+def _priors(case: Case) -> Priors:
+    """From the documents' tolerances and the distribution that windows are drawn from."""
+    sheet, first = case.sheet, case.segments[0]
+    collars = sum(piece.inertia for piece in case.rig.collars)
+    lump = np.hypot(1.0, collars * sheet.collar_relative / 50.0)
+    shared = [1.5, np.log(3.0), sheet.length_relative, sheet.polar_moment_error / sheet.polar_moment]
+    shared += [sheet.delay_error / 0.01, sheet.inertia_td_error / sheet.inertia_td, 2.0, lump]
+    shared += [sheet.controller_relative, sheet.controller_relative, 1e3 * sheet.clock_error]
+    units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
+    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3))

@@ -1,0 +1,84 @@
+"""Responses of the first world by linear theory of the simulated rig."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from benchmarks.blind.generator.cases import EFFECTS, Case
+from benchmarks.blind.generator.rigs import LOCAL_STEPS
+from benchmarks.blind.generator.world import World
+from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Kind, Priors
+from benchmarks.blind.vocabulary import tone_frequency
+from drillid.arrays import Complex, Floats
+from drillid.excitation.torques import coloured_noise_density
+from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace, string_admittance
+from drillid.physics.top_drive import control, top_admittance
+
+
+class OwnResponses:
+    """A case of the first world for the ideal test."""
+
+    effects: Mapping[str, Kind] = EFFECTS
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.windows, self.sweep = len(case.segments), case.equipment.sweep_amplitude
+        self.priors = _priors(case)
+
+    def size_range(self, hidden: Hidden) -> tuple[float, float]:
+        """Least and largest size that is drawn, in the first window."""
+        return EFFECTS[hidden.name].range(self.case.world(0, hidden=()), self.case.context(hidden))
+
+    def expected(
+        self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]
+    ) -> list[tuple[Complex, Complex]]:
+        """Recorded command mobility and response of the control at elapsed shares of a window, with causes."""
+        world = self.case.world(window, nuisances, hidden)
+        found = []
+        for share in shares:
+            system, recorded = world.linear(share), world.recording(share, WINDOW_S).transfer(s)
+            found.append((command_mobility(system, s) * recorded, control(system.top_drive.controller, s) / recorded))
+        return found
+
+    def noise_density(self, window: int, hidden: tuple[Hidden, ...], s: Complex, share: float = 0.5) -> Floats:
+        """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""
+        world = self.case.world(window, hidden=hidden)
+        system = world.linear(share)
+        loaded = top_admittance(system.top_drive, s) + string_admittance(system, s)
+        # by reciprocity, the response of the top to a torque at the bit is that of the bit to one at the top
+        transfer = bit_speed_ratio(system, s) / loaded
+        frequency = np.abs(s) / (2 * np.pi)
+        case = self.case
+        bit = coloured_noise_density(frequency, case.segments[window].bit_noise, case.equipment.noise_bandwidth)
+        recorded = world.recording(share, WINDOW_S).transfer(s)
+        return np.asarray(np.abs(transfer * recorded) ** 2 * bit + _sensor_density(world), dtype=float)
+
+    def sensor_density(self, window: int, hidden: tuple[Hidden, ...]) -> float:
+        """One-sided power density of the recorder's noise, in the recorded speed, (rad/s)²/Hz."""
+        return _sensor_density(self.case.world(window, hidden=hidden))
+
+    def tone(self, window: int, hidden: Hidden) -> tuple[float, float]:
+        """Frequency (Hz) and amplitude (rad/s) of a tone in the record."""
+        if hidden.name == "aliased_tone":
+            return tone_frequency(hidden.shape) - RATE, hidden.size
+        speed = self.case.segments[window].speed
+        s = laplace(np.array([speed / (2 * np.pi)]))
+        system = self.case.world(window, hidden=()).linear(0.5)
+        sensitivity = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
+        return speed / (2 * np.pi), hidden.size * speed * float(np.abs(sensitivity[0]))
+
+
+def _sensor_density(world: World) -> float:
+    return 2 * (world.recorder.scale * world.recorder.noise) ** 2 / RATE
+
+
+def _priors(case: Case) -> Priors:
+    """From the data sheet's tolerances and the distribution that windows are drawn from."""
+    known, first = case.data_sheet, case.segments[0]
+    lump = np.hypot(1.0, case.equipment.collars.inertia * known.collar_relative / 50.0)
+    shared = [1.5, np.log(3.0), known.length_relative, known.polar_moment_error / known.polar_moment]
+    shared += [known.delay_error / 0.01, known.inertia_td_error / known.inertia_td, 2.0, lump]
+    shared += [known.controller_relative, known.controller_relative, 1e3 * known.clock_error]
+    units = np.array([first.kappa / 100.0, 1.0, first.damping_bha / 50.0])
+    return Priors(np.array(shared), np.maximum(LOCAL_STEPS * units, 1e-3))

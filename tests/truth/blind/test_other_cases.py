@@ -1,0 +1,108 @@
+"""Cases of the second world: what is hidden in them, and that its ideal test sees what is simulated."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.blind import engines, world
+from benchmarks.blind.draw import STRATIFIED, draw
+from benchmarks.blind.engines import data_sheet, evidence_of
+from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.ideal.of_case import ideal_of
+from benchmarks.blind.other_world.cases import EFFECTS, Case, plain_case
+from benchmarks.blind.other_world.effects_string import zone
+from benchmarks.blind.other_world.theory import command_mobility, laplace, recorded
+from benchmarks.blind.vocabulary import CAUSES
+from benchmarks.blind.world import WORLDS, place
+
+OTHER = WORLDS["other"]
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    """Two windows with fast control and stationary noise, so that neither its samples nor bursts show."""
+    plain = plain_case(7, 2)[0]
+    control = replace(plain.rig.control, interval=0.005)
+    rock = replace(plain.rig.rock, tail=np.inf, bursts=0.0, swing=0.0, lines=(), wander=0.0)
+    return replace(plain, rig=replace(plain.rig, control=control, rock=rock), command_logged=True)
+
+
+def test_every_cause_of_the_vocabulary_is_hidden_and_some_effects_beside() -> None:
+    assert set(OTHER.named) == set(CAUSES)
+    assert len(OTHER.nameless) == 4
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_changes_its_window_more_the_larger_it_is(case: Case, name: str) -> None:
+    ideal, effect = ideal_of(case), EFFECTS[name]
+    low, high = ideal.responses.size_range(Hidden(name, 0.0, 0.4))
+    assert str(case.window(1, (Hidden(name, high, 0.4),))) != str(case.window(1))
+    if effect.linear and low < high:
+        small, large = (ideal.noncentrality((Hidden(name, size, 0.4),)) for size in (low, high))
+        # the frequency of a notch, or of a drive's resonance, is no strength
+        assert 0 <= small < large or not effect.in_catalogue
+
+
+@pytest.mark.parametrize("name", ["local_damping_zone", "drive_lag"])
+def test_response_and_noise_are_those_of_the_simulator(
+    case: Case, name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(world, "FOLDER", tmp_path)
+    monkeypatch.setattr(engines, "FOLDER", tmp_path)
+    low, high = ideal_of(case).responses.size_range(Hidden(name, 0.0, 0.5))
+    loaded = replace(case, hidden=(Hidden(name, float(np.sqrt(low * high)), 0.5),), segments=case.segments[:1])
+    evidence = evidence_of(loaded)
+    window, used, s = loaded.window(0), evidence.used[0], laplace(evidence.frequency)
+    expected = command_mobility(window, s) * recorded(window, s)
+    square = np.abs(evidence.mobility[0] - expected)[used] ** 2 / evidence.variance[0, used]
+    assert 0.85 < square.mean() < 1.25
+    theory = ideal_of(loaded).steady
+    frequency = np.abs(theory.s) / (2 * np.pi)
+    ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / (4 / theory.weights[0][0] ** 2)
+    assert 0.85 < np.median(ratio) < 1.15
+
+
+def test_documents_are_in_error_by_heavy_tails_and_one_in_twenty_is_wrong_outright() -> None:
+    sheets = [(drawn.rig, drawn.sheet) for drawn in (plain_case(seed, 1)[0] for seed in range(400))]
+    pulls = np.array(
+        [(sheet.inertia_td - rig.drive.inertia) / sheet.inertia_td_error for rig, sheet in sheets if not sheet.wrong]
+    )
+    assert 0.55 < np.mean(np.abs(pulls) < 1) < 0.75
+    assert np.mean(np.abs(pulls) > 3) > 0.02
+    assert 10 <= sum(sheet.wrong != "" for _, sheet in sheets) <= 32
+    assert data_sheet(plain_case(0, 1)[0]).controller.proportional > 0
+
+
+def test_zones_take_one_to_thirty_percent_and_stay_in_the_hole() -> None:
+    widths = []
+    for seed in range(200):
+        drawn = plain_case(seed, 4)[0]
+        hidden = Hidden("local_damping_zone", 100.0, float(np.random.default_rng(seed).random()))
+        middle, width, end = zone(drawn.context(hidden))
+        widths.append(width / drawn.segments[0].pipe_length)
+        assert (width + end) / 2 <= middle <= drawn.segments[0].pipe_length - (width + end) / 2
+        assert place(drawn, hidden) == middle == zone(drawn.context(hidden, 3))[0]
+    assert min(widths) < 0.015
+    assert 0.25 < max(widths) <= 0.3
+    (zoned, plain) = (drawn.window(3, hidden) for hidden in ((hidden,), ()))
+    added = [
+        sum(piece.wall_damping * piece.moment * piece.length for piece in window.string) for window in (zoned, plain)
+    ]
+    assert added[0] - added[1] == pytest.approx(100.0, rel=0.02)
+
+
+def test_the_same_seed_gives_the_same_case_and_what_no_catalogue_holds_is_unknown() -> None:
+    assert str(draw(38, 1, OTHER)) == str(draw(38, 1, OTHER))
+    drawn = [draw(seed, 1, OTHER) for seed in range(30)]
+    assert 8 < sum(not case.hidden for case in drawn) < 22
+    assert all(case.removed for case in drawn if case.hidden_names & set(OTHER.nameless))
+    assert any(case.hidden_names & set(OTHER.nameless) for case in drawn)
+
+
+def test_two_in_five_single_causes_are_drawn_large() -> None:
+    seeds = range(STRATIFIED, STRATIFIED + 12)
+    single = [drawn for drawn in (draw(seed, 1, OTHER) for seed in seeds) if len(drawn.hidden) == 1]
+    sizes = [ideal_of(drawn).noncentrality(drawn.hidden) for drawn in single if not drawn.removed]
+    assert np.sum(np.array(sizes) > 80.0) >= 0.3 * np.count_nonzero(np.isfinite(sizes))
