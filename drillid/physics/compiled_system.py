@@ -123,7 +123,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:
     """Whether every part is of the very class that the compiled code was written for, as a subclass may add to it."""
-    parts = {
+    parts: dict[type, Sequence[Any]] = {
         DrillingSystem: [system],
         Recording: [recording],
         TopDrive: [system.top_drive],
