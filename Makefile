@@ -70,7 +70,7 @@ bench-fleet: setup
 # hours from nothing; what is done already is kept in results/blind
 blind: export OPENBLAS_NUM_THREADS := 1
 blind: $(READY)
-	$(BIN)/python -m benchmarks.blind $(if $(REGISTER),register,prove) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES))
+	$(BIN)/python -m benchmarks.blind$(if $(REGISTER),.register) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES))
 
 # the wells' verdicts first, as far as they are missing or out of date
 discoveries: export OPENBLAS_NUM_THREADS := 1

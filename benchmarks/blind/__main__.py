@@ -1,4 +1,4 @@
-"""The proof on sealed cases: `python -m benchmarks.blind prove`; simulations and answers are cached between runs."""
+"""The proof on sealed cases: `python -m benchmarks.blind`; simulations and answers are cached between runs."""
 
 import json
 import os
@@ -22,7 +22,6 @@ FIRST = 60_000
 """Seed of the first case of a quick look; these seeds serve development."""
 PREFIX = {"own": "", "other": "other_"}
 """Of a world's scores in RESULT."""
-app = typer.Typer()
 World = Annotated[str, typer.Option(help=f"World of the cases: {' or '.join(WORLDS)}.")]
 First = Annotated[int, typer.Option(help="Seed of the first case.")]
 
@@ -38,26 +37,7 @@ def score_table(reached: dict[str, float], guessed: dict[str, float]) -> Table:
     return table
 
 
-@app.command()
-def register(
-    first: Annotated[int, typer.Option(help="Seed of the first case, never used before.")],
-    world: World = "own",
-    cases: Annotated[int, typer.Option(help="Number of cases; 0 for what the power calculation gives.")] = 0,
-) -> None:
-    """Name engine, judge, seeds and size of a block before it is run."""
-    enough, needed = blocks.size()
-    console = Console()
-    for name, count in needed.items():
-        console.print(f"{name} needs {count} cases", highlight=False)
-    block = blocks.register(world, first, cases or enough)
-    console.print(
-        f"registered {block.cases} cases from seed {block.first} of the {world} world: commit {block.commit}, "
-    )
-    console.print(f"engine {block.engine}, judge {block.judge}; commit benchmarks/blind/blocks.json before the run")
-
-
-@app.command()
-def prove(
+def main(
     world: World = "own",
     first: First = FIRST,
     cases: Annotated[int, typer.Option(help="Number of cases; about half of them have no hidden cause.")] = 40,
@@ -113,4 +93,4 @@ def _of_world(name: str) -> str:
 
 
 if __name__ == "__main__":
-    app()
+    typer.run(main)

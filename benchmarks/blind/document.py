@@ -78,7 +78,7 @@ false alarms as the engine.
 
 ## Blocks
 
-A proof is registered before its first case is drawn (`python -m benchmarks.blind register`): commit and hashes of
+A proof is registered before its first case is drawn (`make blind REGISTER=1`): commit and hashes of
 engine and judge, seeds, and a size from a power calculation (`benchmarks/blind/blocks.py`), at which all limits hold
 with a chance of 90 % each if the true rates are as assumed. Blocks before seed {first_free} were frozen by hand or not
 at all, and were held to point values.
@@ -153,14 +153,14 @@ def write_part(
         causes="\n".join(f"| {name} | {row.cases:.0f} | {row.share:.2f} |" for name, row in causes.iterrows()),
         confusion=_markdown(confusion(table)),
     )
-    (parts / f"{world}.md").write_text(text)
+    (parts / f"{world}.txt").write_text(text)
 
 
 def write_page(folder: Path) -> None:
     """Write discovery.md from its text, the list of blocks and the parts of the worlds that have one."""
     from benchmarks.blind.draw import STRATIFIED
 
-    parts = [folder / "discovery" / f"{world}.md" for world in _TITLES]
+    parts = [folder / "discovery" / f"{world}.txt" for world in _TITLES]
     page = _TEXT.format(stratified=STRATIFIED, first_free=blocks.FIRST_FREE, blocks=blocks.markdown())
     (folder / "discovery.md").write_text("\n".join([page, *(part.read_text() for part in parts if part.is_file())]))
 

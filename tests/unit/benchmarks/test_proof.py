@@ -70,7 +70,7 @@ def test_a_checkout_with_changes_registers_nothing(listed: Path, monkeypatch: py
 
 def test_the_page_lists_all_blocks(tmp_path: Path) -> None:
     (tmp_path / "discovery").mkdir()
-    for part in (ROOT / "docs" / "discovery").glob("*.md"):
+    for part in (ROOT / "docs" / "discovery").glob("*.txt"):
         (tmp_path / "discovery" / part.name).write_text(part.read_text())
     write_page(tmp_path)
     assert markdown() in (ROOT / "docs" / "discovery.md").read_text()
