@@ -57,7 +57,8 @@ detect half of it.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard
-deviations. Every rival is searched for alike, from all its shapes and sizes, whoever names it. Of two causes each is
+deviations. Every rival that explains half of it to first order is searched for from all its shapes and sizes, whoever
+names it. Of two causes each is
 tested given the other, whose size is free in the ideal test.
 Where the bit stands for some of the time, for whatever reason, stick-slip is a right answer.
 

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.blind.answer import Answer, Claim
 from benchmarks.blind.draw import in_turn
 from benchmarks.blind.hidden import Hidden
-from benchmarks.blind.ideal.alike import INDISTINGUISHABLE, imitated, same, stands_in
+from benchmarks.blind.ideal.alike import INDISTINGUISHABLE, imitated, likely, same, stands_in
 from benchmarks.blind.ideal.ideal import Ideal, threshold
 from benchmarks.blind.ideal.of_case import ideal_of
 from benchmarks.blind.vocabulary import CAUSES, CLOSURE_P_VALUE, DISTINCT, NONE, UNKNOWN
@@ -138,23 +138,16 @@ def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:
 def _twins(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], thorough: bool) -> frozenset[str]:
     """Causes that cannot be distinguished from a hidden one; every rival is searched for alike, whoever names it."""
     near = same(ideal, hidden, beside)
-    if not thorough:
-        return near
-    return near | {name for name in _rivals(ideal, near) if stands_in(ideal, hidden, name, DISTINCT, beside)}
+    further = [name for name in likely(ideal, hidden, beside) if name not in near] if thorough else []
+    return near | {name for name in further if stands_in(ideal, hidden, name, DISTINCT, beside)}
 
 
 def _has_stand_in(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...], thorough: bool) -> bool:
     """Whether one rival or two explain what is removed from the catalogue."""
-    near = imitated(ideal, hidden)
-    if near or not thorough:
-        return near
-    rivals = _rivals(ideal, frozenset({hidden.name}))
-    return any(stands_in(ideal, hidden, name, INDISTINGUISHABLE, beside) for name in rivals)
-
-
-def _rivals(ideal: Ideal, without: frozenset[str]) -> list[str]:
-    effects = ideal.effects.items()
-    return [name for name, effect in effects if effect.linear and effect.in_catalogue and name not in without]
+    if imitated(ideal, hidden):
+        return True
+    further = likely(ideal, hidden, beside) if thorough else []
+    return any(stands_in(ideal, hidden, name, INDISTINGUISHABLE, beside) for name in further)
 
 
 def _half_power(ideal: Ideal, hidden: Hidden, noncentrality: float) -> float:

@@ -19,6 +19,10 @@ _FARTHEST = 5.0
 _NEAR = 0.1
 """Share of a cause that a rival must explain in the linear approximation for a non-linear fit, which may bring it
 nearer."""
+_LIKELY = 0.5
+"""The same from which a rival is fitted from all its shapes and sizes."""
+_BENT = 2.0
+"""Squared distance to first order, per squared distance, from which linear theory says nothing of what is near."""
 _STARTS, _PAIRS = 2, 12
 """Number of starts for each cause, and of pairs in all, with a non-linear fit: those that leave least in the linear
 approximation."""
@@ -55,11 +59,23 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     return frozenset(names)
 
 
+def likely(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> list[str]:
+    """Causes that may come near a hidden one: at some size and shape they explain a good part of it to first order.
+
+    Where the nuisances take up far more of the cause than they would to first order, that says nothing, and any may.
+    """
+    if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
+        return []
+    beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
+    linearised = _Linearised.of(ideal, hidden, beside)
+    bent = float(linearised.target @ linearised.target) > _BENT * ideal.noncentrality((hidden,), beside)
+    return linearised.explaining(0.0 if bent else _LIKELY)
+
+
 def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tuple[Hidden, ...] = ()) -> bool:
     """Whether a certain other cause comes nearer than some standard deviations, from any of its shapes and sizes.
 
-    The linear approximation misses some, such as slower waves for a heavier bit; for a cause that an answer names, all
-    starts are tried.
+    The linear approximation misses some, such as slower waves for a heavier bit.
     """
     if not ideal.effects[hidden.name].linear or not ideal.effects[name].linear or "sign_or_unit" in (name, hidden.name):
         return False
@@ -172,6 +188,13 @@ class _Linearised:
             if sum(rival.name == other.name for other in starts) < _STARTS:
                 starts.append(_scaled(rival, float(size[place])))
         return starts
+
+    def explaining(self, share: float) -> list[str]:
+        """Causes that explain at least a share of the hidden one at some size and shape."""
+        along, own = self.added @ self.target, np.sum(self.added**2, axis=1)
+        gain = np.divide(along**2, own, out=np.zeros_like(own), where=own > 0)
+        enough = (along > 0) & (gain >= share * float(self.target @ self.target))
+        return sorted({rival.name for rival, kept in zip(self.rivals, enough, strict=True) if kept})
 
     def pairs(self) -> list[tuple[Hidden, Hidden]]:
         """Pairs of causes at their least-squares sizes; those that explain most first."""
