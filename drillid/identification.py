@@ -174,12 +174,13 @@ class Identification:
         from drillid.control.tuning import sampled_systems, tune
         from drillid.fits.datasheet import data_sheet, stored_controller
 
-        accepted = self.fits.isel(window=self.fits["accepted"].values)
+        fits = self.fits.assign(bit_depth=("window", self.windows["bit_depth"].values))
+        accepted = fits.isel(window=fits["accepted"].values)
         if not accepted.sizes["window"]:
             remedy = "See the column reason of the fits, and the problems"
             raise EstimationError(self.well.name, "the fit of no window is accepted", remedy)
         last = accepted.isel(window=-1)
-        sheet = data_sheet(self.well.rig, stored_controller(last), float(last["hole_depth"]))
+        sheet = data_sheet(self.well.rig, stored_controller(last), float(last["bit_depth"]))
         error = last["standard_error"].values
         covariance = last["correlation"].values * np.outer(error, error)
         return tune(sampled_systems(last["value"].values, covariance, sheet.equipment), family)
@@ -197,5 +198,7 @@ def _without_windows(identification: Identification) -> EstimationError:
     reasons = "; ".join(f"{seconds:.0f} s {reason}" for reason, seconds in total.items() if reason)
     logs = ", ".join(path.name for path in identification.well.logs)
     what = f"no window of steady drilling with the sweep on was found ({reasons or 'no samples'})"
-    shortest = identification.settings.windows.length_s
-    return EstimationError(logs, what, f"A window is {shortest:.0f} s long; see the settings windows.length_s")
+    chosen = identification.settings.windows
+    shortest = chosen.shortest_share * chosen.length_s
+    remedy = f"A window is at least {shortest:.0f} s long; see the settings windows.length_s and windows.shortest_share"
+    return EstimationError(logs, what, remedy)

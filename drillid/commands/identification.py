@@ -1,4 +1,4 @@
-"""`drillid fit`: one well's logs to parameters, without the workflow."""
+"""`drillid fit` and `drillid tune`: one well's logs to parameters and control settings, without the workflow."""
 
 from __future__ import annotations
 

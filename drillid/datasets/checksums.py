@@ -28,6 +28,20 @@ def stamps(store: Path) -> dict[str, tuple[int, int]]:
     return {name: (status.st_size, status.st_mtime_ns) for name, status in files.items()}
 
 
+def compare(file: Path, content: bytes | None, expected: str | None, stage: str) -> None:
+    """Compare the content of a store's file, None where there is none, with its checksum, None where it has none.
+
+    Raises
+    ------
+    DamageError
+        If it is missing or has changed.
+    """
+    if content is None and expected is not None:
+        raise DamageError(str(file), "is missing", stage)
+    if content is not None and checksum(content) != expected:
+        raise DamageError(str(file), "has changed since it was written", stage)
+
+
 def write_checksums(store: Path, path: Path, earlier: Path | None = None, untouched: Stamps | None = None) -> None:
     """Write the checksums of a store's files.
 
@@ -76,7 +90,4 @@ def check(path: Path, stage: str) -> None:
     """
     for name, expected in read_checksums(path, stage).items():
         file = path / name
-        if not file.is_file():
-            raise DamageError(str(file), "is missing", stage)
-        if checksum(file.read_bytes()) != expected:
-            raise DamageError(str(file), "has changed since it was written", stage)
+        compare(file, file.read_bytes() if file.is_file() else None, expected, stage)
