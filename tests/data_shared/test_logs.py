@@ -35,13 +35,17 @@ def run(name: str, results: Path) -> tuple[list[Problem], xr.Dataset, pd.DataFra
     return problems, folders.read("windows", "windows").load(), table
 
 
-def test_every_stand_of_gaps_jitter_and_spikes_is_told_and_gives_a_window(tmp_path: Path) -> None:
-    """Four stands of 20 min with a gap of 37 s each, dropped rows and zero spikes, then 4 min of connection."""
+def test_every_stand_of_gaps_jitter_and_spikes_is_told_and_gives_a_window_on_either_side(tmp_path: Path) -> None:
+    """Four stands of 20 min with a gap of 37 s each, dropped rows and zero spikes, then 4 min of connection.
+
+    The gap leaves 400 s before it, which is a shorter window, and 763 s behind it.
+    """
     problems, found, table = run("W23", tmp_path)
     for fault in ("spikes in speed replaced", "gap of 37.0 s", "filled by interpolation"):
         assert sum(fault in problem.what for problem in problems) == 4, fault
     assert len(problems) == 3 * 4
-    assert found.sizes["window"] == 4
+    assert found.sizes["window"] == 8
+    assert np.unique(np.round(found["samples"].values / 50.0)).tolist() == [400, 600]
     stand = table["reason"].eq("connection").shift(fill_value=False).cumsum()
     time = table["duration_s"].groupby([stand, table["reason"].eq("connection")]).sum().unstack()
     np.testing.assert_allclose(time[False], 1200.0, atol=0.1)
