@@ -81,5 +81,6 @@ def test_the_archived_report_sorts_figures_tables_and_the_report(finished: Check
     pages = [f"{results}/report.html"]
     assert shown["categories"] == {"Figures": figures, "Tables": {"Other": tables}, "Report": {"Other": pages}}
     labels = [shown["results"][path]["labels"] for path in (*figures["W1"], *tables, *pages)]
-    assert labels == [{"figure": "figure_6"}, {"table": "problems"}, {"table": "verdicts"}, {"report": "fleet"}]
+    named = [{"table": name} for name in ("changes", "problems", "verdicts")]
+    assert labels == [{"figure": "figure_6"}, *named, {"report": "fleet"}]
     assert "logs of well W1" in shown["results"][figures["W1"][0]]["caption"]
