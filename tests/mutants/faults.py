@@ -22,8 +22,8 @@ FAULTS = (
     Fault(
         "datasets",
         "drillid/datasets/checked_store.py",
-        "if found is None and expected is not None:",
-        "if found is None and expected is None and self.stage == '':",
+        "if self.sums and (found is None or byte_range is None):",
+        "if self.sums and found is not None and byte_range is None:",
         ("tests/unit/datasets/test_checksums.py",),
         "a missing chunk is read as fill values",
     ),
