@@ -1,6 +1,6 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run field bench bench-fleet blind discoveries test mutants lint format lock docs site tutorial clean
+.PHONY: help setup demo rigs run field bench bench-fleet blind learn discoveries test mutants lint format lock docs site tutorial clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
@@ -25,6 +25,7 @@ help:
 	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
 	@echo "make bench-fleet    what a fleet costs and survives: planning, overhead, speed-up, nights, faults; PARTS=plan for some"
 	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; WORLD=other FIRST=60000 CASES=40 for a look"
+	@echo "make learn   causes that only a fleet shows, and what is learnt where no cause explains; PARTS=… for some"
 	@echo "make discoveries    what the simulations get wrong on wells, motor bench and field start, and why"
 	@echo "make test    all tests;  make lint    all checks of code and workflow"
 	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
@@ -71,6 +72,11 @@ bench-fleet: setup
 blind: export OPENBLAS_NUM_THREADS := 1
 blind: $(READY)
 	$(BIN)/python -m benchmarks.blind$(if $(REGISTER),.register) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES))
+
+# hours from nothing; what is simulated is kept in results/learn
+learn: export OPENBLAS_NUM_THREADS := 1
+learn: $(READY)
+	$(BIN)/python -m benchmarks.learn $(PARTS)
 
 # the wells' verdicts first, as far as they are missing or out of date
 discoveries: export OPENBLAS_NUM_THREADS := 1

@@ -25,9 +25,9 @@ class Measurement:
     tables: dict[str, Any] = field(default_factory=dict)
 
 
-def record(measured: Measurement) -> None:
-    """Put the measurement into the file, which is written whole; the keys of other parts are kept."""
-    kept = json.loads(FILE.read_text()) if FILE.is_file() else {}
+def record(measured: Measurement, file: Path = FILE) -> None:
+    """Put the measurement into a file, which is written whole; the keys of other parts are kept."""
+    kept = json.loads(file.read_text()) if file.is_file() else {}
     content = kept | {result.key: result.value for result in measured.results} | measured.tables
-    FILE.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(FILE, json.dumps(content, indent=2) + "\n")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, json.dumps(content, indent=2) + "\n")
