@@ -7,12 +7,10 @@ stage works twice on a well in one process: the first time it loads what it need
 import datetime
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -35,7 +33,7 @@ WINDOWS_PER_STAND = 2
 SIZES = (6, 24, 200)
 BATCH = 4
 """Wells of a batch."""
-LONGEST = datetime.datetime(2025, 6, 1, 6)
+FIRST_START = datetime.datetime(2025, 6, 1, 6)
 
 
 @dataclass(frozen=True)
@@ -86,17 +84,9 @@ def _batch(name: str, truth: DemoWell) -> float:
     """Seconds of one core per well of 24 windows that the whole workflow takes for a batch."""
     folder = (FOLDER / "cost" / f"{name}-batch").absolute()
     _lay_out(folder, truth, 24, BATCH)
-    with ProcessPoolExecutor(1) as pool:
-        seconds = pool.submit(_run, folder).result()
+    seconds = workflow(folder).seconds
     shutil.rmtree(folder / "results")
     return seconds / BATCH
-
-
-def _run(folder: Path) -> float:
-    """Seconds of one core of a run, measured in a process whose only child it is."""
-    workflow(folder)
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def _lay_out(folder: Path, truth: DemoWell, windows: int, wells: int) -> None:
@@ -117,7 +107,7 @@ def simulated(truth: DemoWell, stands: int) -> Sequence[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for stand in range(stands):
-        start = LONGEST + datetime.timedelta(minutes=30 * stand)
+        start = FIRST_START + datetime.timedelta(minutes=30 * stand)
         path = folder / f"W_{start:%Y%m%dT%H%M}.parquet"
         if not path.is_file():
             unfinished = folder / f"part_{start:%Y%m%dT%H%M}.parquet"

@@ -18,7 +18,8 @@ from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Motor, Section, StribeckCutting, TopDrive
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
-from drillid.physics.system_kernel import Data, Slopes, Structure, whitened
+from drillid.physics.system_kernel import Structure
+from drillid.physics.system_products import Data, Slopes, products, whitened
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,18 +40,41 @@ class CompiledSystem:
         coordinates : number of those that the quantities are Duals of
         """
         windows, rows = data.weight.shape[0], data.frequencies + data.control_weight.shape[1]
+        residual = np.empty((windows, rows), dtype=complex)
+        jacobian = np.zeros((windows, coordinates, rows), dtype=complex)
+        values, constants, pairs, active = self._numbers(windows)
+        whitened(values, constants, self.structure, data, pairs, active, residual, jacobian)
+        return residual, jacobian
+
+    def products(self, data: Data, coordinates: int, windows: Indices) -> tuple[Floats, Floats]:
+        """Products of the derivatives and of the residuals, which come last, summed over rows.
+
+        Parameters
+        ----------
+        windows : rows of the windows that are computed; the others are zero
+
+        Returns
+        -------
+        of_mobilities, of_all : (W, coordinates + 1, coordinates + 1)
+        """
+        count = data.weight.shape[0]
+        sums = np.zeros((2, count, coordinates + 1, coordinates + 1))
+        values, constants, pairs, active = self._numbers(count)
+        products(values, constants, self.structure, data, pairs, active, windows, sums[0], sums[1])
+        lower = np.tril(sums)
+        full = lower + np.swapaxes(np.tril(sums, -1), -1, -2)
+        return full[0], full[1]
+
+    def _numbers(self, windows: int) -> tuple[Floats, Floats, Slopes, Indices]:
+        """Quantities and constants (W, K), their derivatives to coordinates, and which quantities have any."""
         duals = [(place, own) for place, own in enumerate(self.quantities) if isinstance(own, Dual)]
         pairs = Slopes(
             np.array([place for place, own in duals for _ in own.indices], dtype=np.int64),
             np.array([index for _, own in duals for index in own.indices], dtype=np.int64),
             _columns([slope for _, own in duals for slope in own.tangents], windows),
         )
-        residual = np.empty((windows, rows), dtype=complex)
-        jacobian = np.zeros((windows, coordinates, rows), dtype=complex)
-        values, constants = _columns(self.quantities, windows), _columns(self.constants, windows)
         active = np.array([place for place, _ in duals], dtype=np.int64)
-        whitened(values, constants, self.structure, data, pairs, active, residual, jacobian)
-        return residual, jacobian
+        return _columns(self.quantities, windows), _columns(self.constants, windows), pairs, active
 
 
 def _columns(quantities: Sequence[Any], windows: int) -> Floats:
@@ -76,7 +100,8 @@ def data_of(
     places = np.full(omega.size, -1, dtype=np.int64)
     places[control_rows] = np.arange(len(control_rows))
     measured = np.where(weight > 0, mobility, 0.0), np.where(control_weight > 0, control, 0.0)
-    return Data(padded, omega.size, measured[0], weight, places, measured[1], control_weight)
+    weights = np.ascontiguousarray(weight), np.ascontiguousarray(control_weight)
+    return Data(padded, omega.size, measured[0], weights[0], places, measured[1], weights[1])
 
 
 def compiled_system(system: DrillingSystem, recording: Recording, course: Sequence[Any]) -> CompiledSystem | None:

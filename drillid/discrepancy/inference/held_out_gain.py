@@ -66,7 +66,7 @@ def trained_without(model: SetModel, held: Booleans, start: Point, extensions: t
         return trained
     # windows are similar: the fit of a held-out one starts from the median of the others
     local = np.where(unseen[:, None], np.median(trained.local[~unseen], axis=0), trained.local)
-    return fit_local(model, replace(trained, local=local), extensions)
+    return fit_local(model, replace(trained, local=local), extensions, np.flatnonzero(unseen))
 
 
 def _residuals(model: SetModel, held: Booleans, start: Point, extensions: tuple[Extension, ...]) -> Complex:

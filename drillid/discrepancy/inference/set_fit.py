@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drillid.arrays import Complex, Floats
+from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
     HIGHEST,
@@ -15,6 +15,7 @@ from drillid.discrepancy.inference.set_model import (
     Extension,
     Point,
     SetModel,
+    real_rows,
 )
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
@@ -27,8 +28,10 @@ _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 class Normal:
     """Normal equations of a set about a point, for its shared coordinates and n sizes; P = 11 + n."""
 
-    each: Floats
-    """(W, P, P) of each window's rows."""
+    total: Floats
+    """(P, P) of all windows' rows."""
+    border: Floats
+    """(W, 4, P) of each window's rows, between its deviations and everything."""
     own: Floats
     """(W, P) right sides."""
     prior: Floats
@@ -44,7 +47,7 @@ class Normal:
     def corner(self) -> Floats:
         """(W, 4, 4) of the windows' deviations, with their prior."""
         places = list(LOCAL)
-        own: Floats = self.each[:, places][:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
+        own: Floats = self.border[:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
         return own
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
@@ -57,10 +60,10 @@ class Normal:
         """
         places = list(LOCAL)
         corner = self.corner * (1 + damping * np.eye(len(places)))
-        border = self.each[:, places]
+        border = self.border
         right = self.own[:, places] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
-        matrix = self.each.sum(0) + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
+        matrix = self.total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
         vector = self.own.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
         return matrix, vector, solved[..., -1], solved[..., :-1]
 
@@ -111,27 +114,35 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], off_data_sheet)
 
 
-def fit_local(model: SetModel, point: Point, extensions: tuple[Extension, ...] = ()) -> Point:
-    """Fit the deviations of each window separately, with shared coordinates and sizes held fixed."""
-    windows, places = model.evidence.windows, list(LOCAL)
-    local, damping, least = point.local, np.full(windows, DEVIATIONS.first), np.full(windows, np.inf)
-    best, each, own = local, np.zeros((windows, 4, 4)), np.zeros((windows, 4))
+def fit_local(
+    model: SetModel, point: Point, extensions: tuple[Extension, ...] = (), windows: Indices | None = None
+) -> Point:
+    """Fit the deviations of each window separately, with shared coordinates and sizes held fixed.
+
+    Parameters
+    ----------
+    windows : rows of the windows that are fitted, all where not given
+    """
+    count, places = model.evidence.windows, list(LOCAL)
+    local, damping, least = point.local, np.full(count, DEVIATIONS.first), np.full(count, np.inf)
+    best, each, own = local, np.zeros((count, 4, 4)), np.zeros((count, 4))
+    open_rows = np.isin(np.arange(count), np.arange(count) if windows is None else windows)
     for _ in range(SET_END.trials):
         trial = Point(point.shared, local, point.sizes)
-        linear, precision = model.linearised(trial, extensions), _precision(model, trial)
-        cost = _window_costs(model, trial, linear.residual)
-        better = cost < least
-        jacobian, residual = linear.jacobian[better][:, places], linear.residual[better]
-        each[better], own[better] = _products(jacobian, residual)
-        each[better] += precision[better][:, :, None] * np.eye(4)
-        own[better] -= precision[better] * local[better]
+        sums, precision = model.products(trial, extensions, np.flatnonzero(open_rows)), _precision(model, trial)
+        cost = _window_costs(model, trial, sums.squares)
+        better = open_rows & (cost < least)
+        each[better] = sums.each[better][:, places][:, :, places] + precision[better][:, :, None] * np.eye(4)
+        own[better] = sums.own[better][:, places] - precision[better] * local[better]
         fallen = np.where(better, least - cost, 0.0)
         best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
         damping = damping * np.where(better, DEVIATIONS.reduction, DEVIATIONS.growth)
-        if np.all((better & (fallen < SET_END.fall)) | (damping > DEVIATIONS.largest)):
+        open_rows = open_rows & ~((better & (fallen < SET_END.fall)) | (damping > DEVIATIONS.largest))
+        if not open_rows.any():
             break
-        damped = each * (1 + damping[:, None, None] * np.eye(4))
-        local = best + np.linalg.solve(damped, own[..., None])[..., 0]
+        damped = each[open_rows] * (1 + damping[open_rows][:, None, None] * np.eye(4))
+        local = best.copy()
+        local[open_rows] += np.linalg.solve(damped, own[open_rows][..., None])[..., 0]
     return Point(point.shared, best, point.sizes)
 
 
@@ -142,7 +153,10 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
     for _ in range(_ROUNDS):
         point = fit.point
         near = fit_local(model, Point(point.shared, np.zeros_like(point.local), point.sizes), extensions)
-        costs = (_window_costs(model, trial, model.residual(trial, extensions)) for trial in (near, point))
+        costs = (
+            _window_costs(model, trial, np.sum(np.abs(model.residual(trial, extensions)) ** 2, axis=1))
+            for trial in (near, point)
+        )
         better = np.less(*costs)
         local = np.where(better[:, None], near.local, point.local)
         again = fit_set(model, Point(point.shared, local, point.sizes), extensions)
@@ -154,10 +168,10 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
     return fit
 
 
-def _window_costs(model: SetModel, point: Point, residual: Complex) -> Floats:
-    """Cost of each window's residuals and of its deviations by Student's t, (W,)."""
+def _window_costs(model: SetModel, point: Point, squares: Floats) -> Floats:
+    """Cost of each window's squared residuals (W,) and of its deviations by Student's t, (W,)."""
     pulls = (STUDENT_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / STUDENT_TAIL), axis=1)
-    return np.asarray(0.5 * (np.sum(np.abs(residual) ** 2, axis=1) + pulls), dtype=float)
+    return np.asarray(0.5 * (squares + pulls), dtype=float)
 
 
 def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
@@ -189,20 +203,20 @@ def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension,
     """Normal equations about a point with further columns (W, K, rows), without priors of their own."""
     linear = model.linearised(point, extensions)
     prior, pull = _priors(model, point, extensions)
+    known, windows = prior.size, model.evidence.windows
+    count = known + further.shape[1]
+    total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
+    # window by window, as there may be hundreds of columns
+    columns = np.empty((count, further.shape[2]), dtype=complex)
+    rows = real_rows(columns)
+    for window in range(windows):
+        columns[:known], columns[known:] = linear.jacobian[window], further[window]
+        total += rows @ rows.T
+        border[window] = rows[list(LOCAL)] @ rows.T
+        own[window] = rows @ real_rows(linear.residual[window])
     more = np.zeros(further.shape[1])
-    each, own = _products(np.concatenate([linear.jacobian, further], axis=1), linear.residual)
-    return Normal(each, own, np.append(prior, more), np.append(pull, more), _precision(model, point), point.local)
-
-
-def _products(jacobian: Complex, residual: Complex) -> tuple[Floats, Floats]:
-    """Products (W, P, P) of rows with one another and (W, P) with the residuals, real and imaginary parts alike."""
-    rows, own = _real(jacobian), _real(residual)
-    return rows @ np.swapaxes(rows, -1, -2), (rows @ own[..., None])[..., 0]
-
-
-def _real(values: Complex) -> Floats:
-    """Real and imaginary parts of rows (..., R) as one row (..., 2 R)."""
-    return np.ascontiguousarray(values).view(float)
+    precision = _precision(model, point)
+    return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
@@ -230,11 +244,13 @@ class _Expansion:
 
 def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> _Expansion:
     """The model linearised about a point, with its cost there."""
-    linear = model.linearised(point, extensions)
+    sums = model.products(point, extensions)
     prior, pull = _priors(model, point, extensions)
-    cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, linear.residual)))
-    normal = Normal(*_products(linear.jacobian, linear.residual), prior, pull, _precision(model, point), point.local)
-    return _Expansion(point, cost, linear.mobility_chi2(model.s.size), normal)
+    cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, sums.squares)))
+    normal = Normal(
+        sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
+    )
+    return _Expansion(point, cost, sums.mobility_chi2, normal)
 
 
 def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Point:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from drillid.arrays import Complex, Floats
+from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.fits.datasheet import COMMAND_BANDS
@@ -23,7 +23,7 @@ from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
-from drillid.physics.system_kernel import Data
+from drillid.physics.system_products import Data
 from drillid.physics.top_drive import control
 from drillid.statistics import expected_ratio
 
@@ -105,6 +105,20 @@ class Linearised:
     def mobility_chi2(self, frequencies: int) -> float:
         """Sum of squared residuals of the mobilities, which come first among the rows."""
         return float(np.sum(np.abs(self.residual[:, :frequencies]) ** 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Sums over the rows of each window about a point, for coordinates and sizes; P = 11 + extensions."""
+
+    each: Floats
+    """(W, P, P) products of the derivatives."""
+    own: Floats
+    """(W, P) products of derivatives and residuals."""
+    squares: Floats
+    """(W,) squared residuals."""
+    mobility_chi2: float
+    """Sum of squared residuals of the mobilities."""
 
 
 class SetModel:
@@ -238,12 +252,27 @@ class SetModel:
 
     def linearised(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Linearised:
         """Residuals and exact derivatives with respect to the coordinates and the sizes."""
+        return self._whitened(self._differentiated(point, extensions), SHARED + len(extensions))
+
+    def products(self, point: Point, extensions: tuple[Extension, ...], windows: Indices | None = None) -> Products:
+        """Sums over the rows of residuals and derivatives; of some windows alone where these are given."""
         count = SHARED + len(extensions)
-        directions = np.eye(count)
+        window_model = self._differentiated(point, extensions)
+        compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
+        if compiled is None:
+            return _products(self._whitened(window_model, count), self.s.size)
+        chosen = self._with_data if windows is None else windows
+        of_mobilities, of_all = compiled.products(self._used_data, count, chosen)
+        return Products(
+            of_all[:, :-1, :-1], of_all[:, :-1, -1], of_all[:, -1, -1], float(of_mobilities[:, -1, -1].sum())
+        )
+
+    def _differentiated(self, point: Point, extensions: tuple[Extension, ...]) -> WindowModel:
+        """The model of all windows with its derivatives to coordinates and sizes."""
         values = [*self.coordinates(point), *(np.full((1, 1), size) for size in point.sizes)]
+        directions = np.eye(SHARED + len(extensions))
         duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
-        window_model = self.extended(self.window_model(duals[:SHARED]), duals[SHARED:], extensions)
-        return self._whitened(window_model, count)
+        return self.extended(self.window_model(duals[:SHARED]), duals[SHARED:], extensions)
 
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Derivative (W, rows) of the whitened responses with respect to the size of a further cause, at zero."""
@@ -285,16 +314,34 @@ class SetModel:
         return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))
 
     @cached_property
+    def _with_data(self) -> Indices:
+        """Rows of the windows that have any weight; those held out have none."""
+        weight = self._data.weight.any(axis=1) | self._data.control_weight.any(axis=1)
+        return np.flatnonzero(weight)
+
+    @cached_property
     def _data(self) -> Data:
         """Mobilities and responses of the control with their weights, for the compiled model."""
+        return self._data_at(np.arange(self.s.size))
+
+    @cached_property
+    def _used_data(self) -> Data:
+        """The same at the frequencies that are used in any window."""
+        used = self.weight.any(axis=0)
+        if self.control_weight is not None:
+            used = used | self.control_weight.any(axis=0)
+        return self._data_at(np.flatnonzero(used))
+
+    def _data_at(self, lines: Indices) -> Data:
         evidence, weight = self.evidence, self.control_weight
+        mobilities = evidence.frequency[lines], evidence.mobility[:, lines], self.weight[:, lines]
         if weight is None or evidence.control is None:
-            rows, weight = np.empty(0, dtype=np.intp), np.empty((evidence.windows, 0))
-            control = np.empty((evidence.windows, 0), dtype=complex)
+            rows = np.empty(0, dtype=np.intp)
+            control, weight = np.empty((evidence.windows, 0), dtype=complex), np.empty((evidence.windows, 0))
         else:
-            rows = np.flatnonzero(weight.any(axis=0))
-            weight, control = np.ascontiguousarray(weight[:, rows]), evidence.control[:, rows]
-        return data_of(evidence.frequency, evidence.mobility, self.weight, rows, control, weight)
+            rows = np.flatnonzero(weight[:, lines].any(axis=0))
+            control, weight = evidence.control[:, lines[rows]], weight[:, lines[rows]]
+        return data_of(*mobilities, rows, control, weight)
 
 
 def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
@@ -305,6 +352,18 @@ def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tu
     if isinstance(response, Dual):
         slopes[response.indices] = response.tangents * weight
     return residual, np.moveaxis(slopes, 0, 1)
+
+
+def real_rows(values: Complex) -> Floats:
+    """Real and imaginary parts of rows (..., R) as one row (..., 2 R), of the same memory."""
+    return values.view(float)
+
+
+def _products(linear: Linearised, frequencies: int) -> Products:
+    rows, residual = real_rows(linear.jacobian), real_rows(linear.residual)
+    own = (rows @ residual[..., None])[..., 0]
+    squares = np.sum(residual**2, axis=1)
+    return Products(rows @ np.swapaxes(rows, -1, -2), own, squares, linear.mobility_chi2(frequencies))
 
 
 def _smooth(relative: Floats) -> Floats:

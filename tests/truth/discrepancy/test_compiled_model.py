@@ -115,6 +115,23 @@ def test_without_coordinates_there_are_residuals_alone() -> None:
     assert slopes.shape == (WINDOWS, 0, FREQUENCY.size + ROWS.size)
 
 
+def test_products_are_those_of_the_rows_and_of_the_windows_asked_for() -> None:
+    model = window_model(coordinates(SHARED))
+    mobility, control = measured()
+    weights = np.full(mobility.shape, 1e5), np.full(control.shape, 1e-2)
+    data = data_of(FREQUENCY, mobility, weights[0], ROWS, control, weights[1])
+    compiled = compiled_system(model.system, model.recording, model.course)
+    assert compiled is not None
+    residual, jacobian = compiled.whitened(data, SHARED)
+    rows = np.concatenate([jacobian, residual[:, None]], axis=1)
+    of_mobilities, of_all = compiled.products(data, SHARED, np.array([1]))
+    for sums, part in ((of_all, rows[1]), (of_mobilities, rows[1, :, : FREQUENCY.size])):
+        scale = np.sqrt(np.sum(np.abs(part) ** 2, axis=1))
+        expected = (part @ np.conj(part.T)).real / np.outer(scale, scale)
+        np.testing.assert_allclose(sums[1] / np.outer(scale, scale), expected, rtol=0, atol=1e-12)
+        assert not sums[0].any()
+
+
 class UnknownLaw(DampingLaw):
     """One that a user has added."""
 
