@@ -123,7 +123,7 @@ tutorial: $(READY)
 # uv.lock names hosts, so only its export is kept
 lock: $(READY)
 	$(BIN)/uv lock --upgrade
-	$(BIN)/uv export --frozen --no-emit-project --no-header --no-annotate --no-emit-index-url --output-file requirements.lock
+	$(BIN)/uv export --frozen --all-extras --no-emit-project --no-header --no-annotate --no-emit-index-url --output-file requirements.lock
 	$(BIN)/python -m scripts.write_documents
 
 clean:

@@ -143,7 +143,7 @@ def config_readme() -> str:
     for name, field in Settings.model_fields.items():
         model = _model(field.annotation)
         if model is not None:
-            lines += ["", f"### {name}", "", str(model.__doc__), "", *_table(model)]
+            lines += _sections(name, model)
     for title, sheet in (("wells.tsv", WellRow), ("logs.tsv", LogRow)):
         lines += ["", f"## {title}", "", "Columns are separated by tabs; lines that begin with '#' are left out.", ""]
         lines += _table(sheet)
@@ -171,6 +171,15 @@ def config_readme() -> str:
     for shape, keys in examples.SHAPES.items():
         lines += ["", f"{shape}:", "", "```yaml", *keys.splitlines(), "```"]
     return "\n".join(lines) + "\n"
+
+
+def _sections(name: str, model: type[BaseModel]) -> Iterator[str]:
+    """A settings model and those inside it."""
+    yield from ("", f"### {name}", "", str(model.__doc__), "", *_table(model))
+    for key, field in model.model_fields.items():
+        inner = _model(field.annotation)
+        if inner is not None:
+            yield from _sections(f"{name}.{key}", inner)
 
 
 def _model(annotation: Any) -> type[BaseModel] | None:

@@ -1,8 +1,8 @@
 """Settings of the workflow: only choices that change results, one model per stage."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from drillid.config.validation import KeyFault, Strict
 
@@ -166,13 +166,76 @@ class SimulateSettings(Strict):
     """Seed of all noise."""
 
 
+class SlurmWorkers(Strict):
+    """Workers that dask submits to Slurm as jobs, for as long as a job of the workflow needs them (dask-jobqueue)."""
+
+    jobs: int = Field(ge=1, le=10000)
+    """Jobs of Slurm at most; no more are submitted than there are wells for."""
+    processes: int = Field(default=1, ge=1, le=1024)
+    """Worker processes of each job, one core each."""
+    memory_mb: int = Field(default=4000, ge=100, le=10_000_000)
+    """Memory of each job, in MB."""
+    runtime: int = Field(default=120, ge=1, le=100_000)
+    """Longest time of each job, in minutes."""
+    partition: str | None = None
+    """Partition; Slurm's default where it is not given."""
+    account: str | None = None
+    """Account; Slurm's default where it is not given."""
+    directives: tuple[str, ...] = ()
+    """Further options of sbatch, such as --qos=long."""
+    interface: str | None = None
+    """Network interface by which scheduler and workers reach each other, such as ib0."""
+
+
+class KubernetesWorkers(Strict):
+    """Workers that dask's operator for Kubernetes starts as pods, for as long as a job needs them (dask-kubernetes)."""
+
+    workers: int = Field(ge=1, le=10000)
+    """Pods at most, one core each; no more are started than there are wells."""
+    image: str = "drillid"
+    """Container image, that of the Dockerfile."""
+    namespace: str | None = None
+    """Namespace; that of the present context where it is not given."""
+    memory_mb: int = Field(default=2000, ge=100, le=10_000_000)
+    """Memory of each pod, in MB."""
+    volumes: dict[str, str] = Field(default_factory=dict)
+    """Persistent volume claims with the paths where all pods mount them; logs and results lie there."""
+
+
+class SchedulerSettings(Strict):
+    """A running dask scheduler, by its address, or a cluster to start workers on: one of these keys."""
+
+    model_config = ConfigDict(json_schema_extra={"type": ["object", "string"]})
+
+    address: str | None = None
+    """Address of a running dask scheduler, such as tcp://host:8786."""
+    slurm: SlurmWorkers | None = None
+    """Workers that are jobs of Slurm."""
+    kubernetes: KubernetesWorkers | None = None
+    """Workers that are pods of Kubernetes."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_an_address(cls, value: Any) -> Any:
+        return {"address": value} if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _is_one_thing(self) -> Self:
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            what = f"gives {' and '.join(given) or 'nothing'}"
+            raise KeyFault("", what, "Give the address of a scheduler, or one of the keys 'slurm' and 'kubernetes'")
+        return self
+
+
 class FleetSettings(Strict):
     """How wells are spread over processes; set by the workflow's profile, without effect on results."""
 
     batch_size: int = Field(default=1, ge=1, le=100000)
     """Wells per job; 1 for small fleets, about 25 for a thousand wells."""
-    scheduler: str | None = None
-    """Address of a running dask scheduler, such as tcp://host:8786; without it, processes of the machine are used."""
+    scheduler: SchedulerSettings | None = None
+    """Address of a running dask scheduler, such as tcp://host:8786, or a cluster to start workers on; without it,
+    processes of the machine are used."""
     processes: int = Field(default=1, ge=1, le=1024)
     """Processes of a job where no scheduler is given."""
 

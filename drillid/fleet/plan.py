@@ -17,9 +17,9 @@ from drillid.fleet.manifest import KEY, holds
 from drillid.fleet.outcome import closing_line, failed_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import STAGES, failed_on, fingerprint
+from drillid.fleet.workers import THREAD_VARIABLES
 from drillid.formats.remote import size_of, states, url_of
 
-_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
 """Memory for the largest log; measured are 6 for CSV and 37 for gzipped CSV and Parquet, over 250 MB of imports."""
@@ -31,7 +31,7 @@ def prepare_environment(root: str | Path) -> None:
     Snakemake reads the rules again on each node of a cluster, so that this holds there too.
     """
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
-    for variable in _THREAD_VARIABLES:
+    for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
 
 

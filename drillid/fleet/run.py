@@ -1,4 +1,4 @@
-"""One stage over a batch of wells: the only place that knows dask."""
+"""One stage over a batch of wells."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -37,9 +37,7 @@ from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
-
-if TYPE_CHECKING:
-    from distributed import Client
+from drillid.fleet.workers import client_of
 
 _PROBLEMS = "problems.csv"
 _PRINT_EVERY_S = 2.0
@@ -275,7 +273,7 @@ def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
         for task, future in mapped_apart(process_well, tasks):
             yield _result(task, future)
         return
-    with _client(settings, len(tasks)) as client:
+    with client_of(fleet, len(tasks)) as client:
         from distributed import as_completed
 
         futures = {client.submit(process_well, task, pure=False): task for task in tasks}
@@ -312,31 +310,6 @@ def _is_death(error: BaseException | None) -> bool:
     distributed = sys.modules.get("distributed")
     deaths = (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
     return isinstance(error, deaths)
-
-
-@contextlib.contextmanager
-def _client(settings: Settings, tasks: int) -> Iterator[Client]:
-    from distributed import Client, LocalCluster
-
-    if settings.fleet.scheduler is not None:
-        try:
-            client = Client(settings.fleet.scheduler)
-        except (OSError, TimeoutError, ValueError) as error:
-            address = settings.fleet.scheduler
-            raise SettingsError(
-                "fleet.scheduler",
-                f"no dask scheduler answers at {address} ({error})",
-                "Start it, or correct the address",
-            ) from error
-        with client:
-            yield client
-        return
-    processes = min(settings.fleet.processes, tasks)
-    with (
-        LocalCluster(n_workers=processes, threads_per_worker=1, memory_limit=0, dashboard_address=None) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
 
 
 def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
