@@ -16,6 +16,7 @@ from drillid.control.tuning import Family, Tuning, controlled_by, first_sample, 
 from drillid.excitation.design import lines_within
 from drillid.excitation.torques import exponential_sweeps
 from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
+from drillid.figures.layout import save
 from drillid.physics.equipment import Controller
 from drillid.physics.nonlinear import Cutting, Weakening
 
@@ -23,6 +24,7 @@ STIFF = Controller(20000.0, 20000.0)
 CUTTING = Cutting(0.06, 0.03, Weakening(6.0))
 WEIGHTS = np.linspace(2e4, 2e5, 37)
 SIMULATED_WEIGHT = 1e5
+_DPI = 150
 FAMILIES: dict[str, Family] = {
     "soft torque": "proportional integral",
     "soft torque, inertia compensated": "inertia compensation",
@@ -54,9 +56,9 @@ def main(
         print(f"{name:34}{_row(tuned.get(name), predicted, lowest)}")
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        draw_stick_slip_map(stability, folder / "stick_slip_map.png", simulated)
+        save(draw_stick_slip_map(stability, simulated), folder / "stick_slip_map.png", _DPI)
         systems = {name: controlled_by(samples, controller) for name, controller in controllers.items()}
-        draw_bit_mobility(systems, folder / "bit_mobility_controlled.png")
+        save(draw_bit_mobility(systems), folder / "bit_mobility_controlled.png", _DPI)
 
 
 def _row(tuning: Tuning | None, predicted: float, simulated: float) -> str:

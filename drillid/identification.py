@@ -152,16 +152,9 @@ class Identification:
         SettingsError
             If there is no such figure.
         """
-        import matplotlib
+        from drillid.figures.stage import draw
 
-        from drillid.figures.stage import drawings
-        from drillid.figures.style import STYLE
-
-        functions = drawings()
-        if figure not in functions:
-            raise SettingsError(figure, "is no figure", f"Choose one of {', '.join(functions)}")
-        with matplotlib.rc_context(STYLE):
-            return functions[figure](self.results)
+        return draw(self.results, figure)
 
     def tuned(self, family: Family = "proportional integral") -> Tuning:
         """Speed control tuned to the last accepted window and to how well its parameters are known.

@@ -5,6 +5,7 @@ import typer
 from drillid.commands.identification import add_identification_commands
 from drillid.commands.inspection import add_inspection_commands
 from drillid.commands.proof import add_proof_commands
+from drillid.commands.results import add_result_commands
 from drillid.commands.simulation import simulations
 from drillid.commands.workflow import add_workflow_commands
 
@@ -13,6 +14,7 @@ app.add_typer(simulations, name="simulate")
 add_workflow_commands(app)
 add_inspection_commands(app)
 add_identification_commands(app)
+add_result_commands(app)
 add_proof_commands(app)
 
 

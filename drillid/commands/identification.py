@@ -49,7 +49,9 @@ def fit_logs(
         identification = _identified(logs, rig, configuration)
         found = identification.verdicts if verdicts else None
         if plot is not None:
-            identification.draw("command_mobility_fitted").savefig(plot, dpi=identification.settings.figures.dpi)
+            from drillid.figures.layout import save
+
+            save(identification.draw("command_mobility_fitted"), plot, identification.settings.figures.dpi)
     if table is not None:
         identification.parameters.to_csv(table, index=False)
     if as_json:

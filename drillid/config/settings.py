@@ -143,7 +143,9 @@ class FiguresSettings(Strict):
     """The paper's figures for every well."""
 
     dpi: int = Field(default=110, ge=50, le=600)
-    """Resolution of the PNG files."""
+    """Resolution of PNG files, and of the images in the others."""
+    formats: tuple[Literal["png", "svg", "pdf"], ...] = ("png",)
+    """Files that are written of each figure: png, svg, pdf. The report links those in PNG."""
 
 
 class ReportSettings(Strict):

@@ -83,7 +83,7 @@ FIGURES = {
         "Evidence for every cause",
         "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port, or "
         "data sheets that do not fit; for every set of windows. Above zero the data favour it, and 5 is strong; "
-        "beyond 10 the axis is logarithmic. Bars end at −10.",
+        "beyond 10 the axis is logarithmic. Bars end at −10. What a channel cannot show was not tested by it.",
     ),
     "distinguishability": FigureText(
         "Which causes these data distinguish",

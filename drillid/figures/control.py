@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,13 +18,12 @@ if TYPE_CHECKING:
     from drillid.physics.equipment import DrillingSystem
 
 
-_COLOURS = (INK, FLAGGED, "#4f8f6b", DATA_SHEET, MUTED)
+_LOOKS = ((INK, "-"), (FLAGGED, "--"), ("#4f8f6b", "-."), (DATA_SHEET, ":"), (MUTED, (0, (5, 1, 1, 1, 1, 1))))
+"""Colours and dashes of the controllers' lines, which a grey print distinguishes too."""
 _RPM = 30 / np.pi
 
 
-def draw_stick_slip_map(
-    stability: StickSlipMap, path: Path, simulated: Mapping[str, tuple[float, float]] | None = None, dpi: int = 150
-) -> None:
+def draw_stick_slip_map(stability: StickSlipMap, simulated: Mapping[str, tuple[float, float]] | None = None) -> Figure:
     """Lowest stable rpm against weight on bit, one line per controller; stick-slip below the line.
 
     Parameters
@@ -36,9 +34,9 @@ def draw_stick_slip_map(
         figure = Figure(figsize=(7.0, 4.4), layout="constrained")
         FigureCanvasAgg(figure)
         axis = figure.subplots()
-        for colour, (name, speed) in zip(_COLOURS, stability.speed.items(), strict=False):
+        for (colour, dash), (name, speed) in zip(_LOOKS, stability.speed.items(), strict=False):
             label = f"{name}: vibrates at {stability.frequency[name]:.2f} Hz"
-            axis.plot(stability.weight / 1e3, speed * _RPM, color=colour, label=label)
+            axis.plot(stability.weight / 1e3, speed * _RPM, color=colour, linestyle=dash, label=label)
             if simulated and name in simulated:
                 weight, least = simulated[name]
                 axis.plot(weight / 1e3, least * _RPM, "o", color=colour, label="_", markerfacecolor="white")
@@ -47,12 +45,10 @@ def draw_stick_slip_map(
         note = "; circles: time-domain simulation" if simulated else ""
         axis.set_title(f"Stick-slip below each line{note}")
         axis.legend()
-        figure.savefig(path, dpi=dpi, metadata={"Software": None})
+    return figure
 
 
-def draw_bit_mobility(
-    systems: Mapping[str, DrillingSystem], path: Path, band: tuple[float, float] = (0.05, 5.0), dpi: int = 150
-) -> None:
+def draw_bit_mobility(systems: Mapping[str, DrillingSystem], band: tuple[float, float] = (0.05, 5.0)) -> Figure:
     """Amplitude of bit speed per torque on the bit against frequency, one line per controller.
 
     Parameters
@@ -65,13 +61,13 @@ def draw_bit_mobility(
         figure = Figure(figsize=(7.0, 4.4), layout="constrained")
         FigureCanvasAgg(figure)
         axis = figure.subplots()
-        for colour, (name, system) in zip(_COLOURS, systems.items(), strict=False):
+        for (colour, dash), (name, system) in zip(_LOOKS, systems.items(), strict=False):
             size = np.atleast_2d(np.abs(bit_mobility(system, laplace(frequency)))) * _RPM * 1e3
-            axis.plot(frequency, size[0], color=colour, label=name)
+            axis.plot(frequency, size[0], color=colour, linestyle=dash, label=name)
             axis.fill_between(frequency, size.min(axis=0), size.max(axis=0), color=colour, alpha=0.15, linewidth=0)
         axis.set_yscale("log")
         frequency_axis(axis, band)
         axis.set(ylabel="Bit speed per torque [rpm/(kN m)]")
         axis.set_title("Bit mobility: bit speed per torque on the bit")
         axis.legend()
-        figure.savefig(path, dpi=dpi, metadata={"Software": None})
+    return figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,13 +11,16 @@ import pandas as pd
 import xarray as xr
 
 from drillid.arrays import Floats, Integers
+from drillid.config.sheets import read_sheets
 from drillid.datasets.codes import Gate
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.sets import read_verdicts
+from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
     from drillid.config.rig import Rig
+    from drillid.config.settings import Settings
     from drillid.config.sheets import Well
 
 
@@ -92,6 +96,23 @@ class WellResults:
 
         tested = sum(int(np.isfinite(self.discrepancy[name].values).sum()) for name in EVIDENCE)
         return float(-ndtri(self.error_rate / tested)) if tested else float("nan")
+
+
+def stored_results(settings: Settings, name: str) -> WellResults:
+    """The datasets of a well of the sheets, as a run has left them.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such well, its rig description cannot be read, or it has no results.
+    """
+    listings = {listing.name: listing for listing in read_sheets(settings).values()}
+    if name not in listings:
+        raise SettingsError(name, "is no well of the sheets", f"Choose one of {', '.join(listings)}")
+    folders = WellFolders(Path(settings.results), listings[name].folder, name=name)
+    if not folders.has("depth", "depth") or not folders.read("depth", "depth").sizes["depth"]:
+        raise SettingsError(f"well {name}", f"has no results in {settings.results}", "Run the workflow first")
+    return WellResults.load(listings[name].load(), folders, settings.discrepancy.error_rate)
 
 
 @dataclass(frozen=True)

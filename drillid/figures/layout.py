@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drillid.errors import SettingsError
 from drillid.figures.captions import FIGURES
 from drillid.figures.data import DepthCells
-from drillid.figures.style import MUTED, well_marks
+from drillid.figures.style import MUTED, STYLE, well_marks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,6 +48,9 @@ _SHARE = 0.92
 _THICKNESS = 0.15
 _COMPRESSION = 6
 """Level of zlib from which on files hardly become smaller."""
+FORMATS = ("png", "svg", "pdf")
+"""Suffixes of the files that figures are written to."""
+_UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None, "Producer": None}}
 
 
 @dataclass(frozen=True)
@@ -143,8 +148,42 @@ def room_for_marks(results: WellResults) -> float:
     return room_for([mark.text for mark in well_marks(results, edges[0], edges[-1])])
 
 
-def save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a PNG that depends on its content alone; `Figure.savefig` would draw everything twice."""
+def save(figure: Figure, path: Path, dpi: int, *, heading: bool = True) -> None:
+    """Write a PNG, SVG or PDF file, by its suffix, that depends on its content alone.
+
+    Parameters
+    ----------
+    dpi : resolution of a PNG, and of the images in the other formats
+    heading : False for the panels alone, as a publication with a caption of its own takes them
+
+    Raises
+    ------
+    SettingsError
+        If the suffix is none of these.
+    """
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        raise SettingsError(str(path), "is no file of a figure", f"End its name in one of {', '.join(FORMATS)}")
+    if not heading:
+        figure = _without_heading(figure)
     figure.set_dpi(dpi)
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.print_png(path, metadata={"Software": None}, pil_kwargs={"compress_level": _COMPRESSION})
+    with rc_context(STYLE):
+        if suffix == "png":
+            # Figure.savefig would draw everything twice
+            canvas: Any = FigureCanvasAgg(figure)
+            canvas.print_png(path, metadata={"Software": None}, pil_kwargs={"compress_level": _COMPRESSION})
+        else:
+            figure.savefig(path, dpi=dpi, metadata={"Creator": None, **_UNDATED[suffix]})
+
+
+def _without_heading(figure: Figure) -> Figure:
+    """The figure without its heading and the room for it; panels keep their places in inches."""
+    width, total = figure.get_size_inches()
+    height = figure.subplotpars.top * total
+    for text in list(figure.texts):
+        text.remove()
+    for axis in figure.axes:
+        left, bottom, wide, high = axis.get_position().bounds
+        axis.set_position((left, bottom * total / height, wide, high * total / height))
+    figure.set_size_inches(width, height)
+    return figure

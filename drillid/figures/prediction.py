@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 
 _BASE, _EXTENDED = FLAGGED, INK
+_BASE_WIDTH, _EXTENDED_WIDTH = 3.2, 1.1
+"""Of lines: the base model shows on both sides of an extended one that is drawn over it."""
 _LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
 _SEGMENT = 0.25
@@ -63,7 +65,10 @@ def _mean_squares(axis: Axes, results: WellResults) -> None:
     """Mean over all windows of the squared residual, smoothed over 13 frequencies; 1 for a correct model."""
     frequency = results.examination["frequency"].values
     axis.axhline(1, color=MUTED, linewidth=0.9)
-    lines = (("residual_before", "base model", _BASE, 1.6), ("residual_after", "extended model", _EXTENDED, 1.2))
+    before, after = (results.examination[f"residual_{end}"].values for end in ("before", "after"))
+    lines = [("residual_before", "base model", _BASE, _BASE_WIDTH)]
+    if not np.array_equal(before, after, equal_nan=True):
+        lines.append(("residual_after", "extended model", _EXTENDED, _EXTENDED_WIDTH))
     for name, label, colour, width in lines:
         power = np.abs(results.examination[name].values) ** 2 / 2
         used = np.isfinite(power)
@@ -117,7 +122,7 @@ def held_out(results: WellResults) -> Figure:
     amplitude.set_ylim(float(np.percentile(finite, 0.3)) / 1.5, float(finite.max()) * 1.5)
     amplitude.set_ylabel(f"Command m{MOBILITY_LABEL[1:]}")
     depth = float(results.windows["hole_depth"][row])
-    amplitude.set_title(f"{set_title(results.examination, number)}; held out: the window at {depth:.1f} m")
+    amplitude.set_title(f"{set_title(results, number)}; held out: the window at {depth:.1f} m")
     amplitude.legend(loc="best")
     phase.set_ylabel("Phase [°]")
     phase.set_xlabel("Frequency [Hz]")
@@ -128,8 +133,10 @@ def held_out(results: WellResults) -> Figure:
 def _predictions(examined: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]]:
     """Variables with labels, colours and widths; one line where no cause extends the model."""
     extended = not np.array_equal(examined[f"{stem}_base"].values, examined[f"{stem}_extended"].values, equal_nan=True)
-    base = (f"{stem}_base", "base model of the other windows", _BASE, 1.6)
-    return [base, (f"{stem}_extended", "extended model of the other windows", _EXTENDED, 1.2)][: 1 + extended]
+    base = (f"{stem}_base", "base model of the other windows", _BASE, _BASE_WIDTH)
+    return [base, (f"{stem}_extended", "extended model of the other windows", _EXTENDED, _EXTENDED_WIDTH)][
+        : 1 + extended
+    ]
 
 
 def _in_time(axis: Axes, examined: xr.Dataset) -> None:
@@ -171,13 +178,13 @@ def reflectogram(results: WellResults) -> Figure:
     distance, level = examined["distance"].values, examined["reflection_level"].values
     axis.fill_between(distance, -level, level, color=NO_DATA, alpha=0.7, linewidth=0, label="noise")
     before, after = examined["reflection_before"].values, examined["reflection_after"].values
-    axis.plot(distance, before, color=_BASE, linewidth=1.6, label="base model")
+    axis.plot(distance, before, color=_BASE, linewidth=_BASE_WIDTH, label="base model")
     if not np.array_equal(before, after):
-        axis.plot(distance, after, color=_EXTENDED, label="extended model")
+        axis.plot(distance, after, color=_EXTENDED, linewidth=_EXTENDED_WIDTH, label="extended model")
     rows = results.examination["window_set"].values == number
     ends = results.windows["bit_depth"].values[rows]
     axis.axvspan(float(ends.min()), float(ends.max()), color=DATA_SHEET, alpha=0.3, linewidth=0, label="bit")
     axis.set_xlim(0, distance[-1])
-    axis.set_title(set_title(results.examination, number))
+    axis.set_title(set_title(results, number))
     axis.legend(loc="upper right", ncols=2)
     return figure

@@ -1,4 +1,4 @@
-"""The paper's figures 6 to 13 for a well, its parameters against depth, anomalies and verdicts, as PNG files."""
+"""The paper's figures 6 to 13 for a well, its parameters against depth, anomalies and verdicts, as files."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from drillid.datasets.store import Problem, WellFolders
+from drillid.errors import SettingsError
 from drillid.figures.data import WellResults
 
 if TYPE_CHECKING:
@@ -30,23 +31,44 @@ def drawings() -> dict[str, Callable[[WellResults], Figure]]:
     return {draw.__name__: draw for draw in functions}
 
 
+def draw(results: WellResults, name: str) -> Figure:
+    """One figure in the figures' own style.
+
+    Parameters
+    ----------
+    name : of `drillid.figures.captions.FIGURES`
+
+    Raises
+    ------
+    SettingsError
+        If there is no such figure.
+    """
+    import matplotlib
+
+    from drillid.figures.style import STYLE
+
+    functions = drawings()
+    if name not in functions:
+        raise SettingsError(name, "is no figure", f"Choose one of {', '.join(functions)}")
+    with matplotlib.rc_context(STYLE):
+        return functions[name](results)
+
+
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
     """Draw all figures of a well into its figures folder; a well without windows has none."""
     if not folders.has("windows", "windows") or not folders.read("windows", "windows").sizes["window"]:
         return []
     import gc
 
-    import matplotlib
-
     from drillid.figures.layout import save
-    from drillid.figures.style import STYLE
 
     results = WellResults.load(well, folders, settings.discrepancy.error_rate)
     folder = folders.stage("figures")
     folder.mkdir(parents=True, exist_ok=True)
     # a figure is collected by itself, without a walk over all imported modules
     gc.freeze()
-    with matplotlib.rc_context(STYLE):
-        for name, draw in drawings().items():
-            save(draw(results), folder / f"{name}.png", settings.figures.dpi)
+    for name in drawings():
+        figure = draw(results, name)
+        for suffix in settings.figures.formats:
+            save(figure, folder / f"{name}.{suffix}", settings.figures.dpi)
     return []

@@ -40,6 +40,10 @@ STYLE: Any = {
     "legend.fontsize": 8,
     "lines.linewidth": 1.2,
     "figure.facecolor": "white",
+    # letters in PDF files are text that can be found and edited
+    "pdf.fonttype": 42,
+    # identifiers in SVG files are the same in every run
+    "svg.hashsalt": "drillid",
 }
 INK, MUTED, FLAGGED, DATA_SHEET, REJECTED = "#1f3b57", "#5b6670", "#d9822b", "#7fa8d1", "#9aa3ab"
 """Colours of values, secondary marks, flagged intervals, the rig's data sheets, and fits not accepted."""
@@ -91,7 +95,7 @@ def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, 
     """Rows (window, point) as an image over the points and the depths of the windows; grey where there are no data."""
     cells = DepthCells.of(results.windows)
     axis.set_facecolor(NO_DATA)
-    mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), **colours)
+    mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), rasterized=True, **colours)
     axis.grid(False)
     return mesh
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.colors import LogNorm
+from matplotlib.patches import Patch
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
@@ -13,6 +15,7 @@ from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, pane
 from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -21,8 +24,14 @@ if TYPE_CHECKING:
 _NAMED, _UNKNOWN = "#c2416c", "#7d5ba6"
 """Colours of named causes and of what is unknown."""
 _WORDS_WIDTH = 22
+_SAME_DEPTH_M = 1.0
+_CHANNELS = (("linear responses", INK, 0.19), ("detections in the records", FLAGGED, -0.19))
+"""Channels of evidence with the colours of their bars, and the bars' places beside a cause."""
+_UNTESTED: dict[str, Any] = {"va": "center", "size": 5, "style": "italic", "color": MUTED}
 _LEAST_SHOWN = -10.0
 """Smaller evidence is drawn here: it is clearly against the cause."""
+_TITLE_CHARACTERS = 58
+"""Of the title of a set's panel."""
 _LINEAR_ABOVE = 10.0
 """The evidence axis is linear up to here and logarithmic beyond."""
 
@@ -48,11 +57,29 @@ def shown_set(examination: xr.Dataset) -> int | None:
     return int(np.lexsort((-windows, examination["p_value_before"].values, ~extended))[0])
 
 
-def set_title(examination: xr.Dataset, number: int) -> str:
-    """Depths and verdict of a set."""
-    examined = examination.isel(set=number)
-    verdict = str(examined["verdict"].values).replace("|", " or ").replace("_", " ")
-    return f"{float(examined['from_m']):.0f}–{float(examined['to_m']):.0f} m: {verdict}"
+def set_title(results: WellResults, number: int) -> str:
+    """Depths of a set and what verdicts.csv says of them, the likeliest first, with its probability.
+
+    The examination's own verdict is that of the set alone; an interval within the set may have another.
+    """
+    begin, end = (float(results.examination[name][number]) for name in ("from_m", "to_m"))
+    table = results.verdicts
+    inside = table[(table["from_m"] <= end) & (table["to_m"] >= begin)]
+    wrong = inside[inside["verdict"] != "none"]
+    chosen = (wrong if len(wrong) else inside).sort_values("probability", ascending=False, kind="stable")
+    words = f"{begin:.0f}–{end:.0f} m"
+    if not len(chosen):
+        return words
+    first = chosen.iloc[0]
+    verdict = first["verdict"].replace("|", " or ").replace("_", " ")
+    place = f" at {first['from_m']:.0f}–{first['to_m']:.0f} m" if _narrower(first, begin, end) else ""
+    more = f", and {len(chosen) - 1} more" if len(chosen) > 1 else ""
+    return f"{words}: {verdict}{place}, {100 * first['probability']:.0f} %{more}"
+
+
+def _narrower(row: pd.Series, begin: float, end: float) -> bool:
+    """Whether a verdict holds for a part of the set only."""
+    return bool(row["from_m"] > begin + _SAME_DEPTH_M or row["to_m"] < end - _SAME_DEPTH_M)
 
 
 def verdicts(results: WellResults) -> Figure:
@@ -114,11 +141,12 @@ def evidence(results: WellResults) -> Figure:
         axis.set_xlabel("Log Bayes factor against the model without it [–]")
         if number < sets:
             _evidence_bars(axis, examination.isel(set=number))
-            axis.set_title(set_title(examination, number))
+            title = textwrap.shorten(set_title(results, number), _TITLE_CHARACTERS, placeholder=" …")
+            axis.set_title(title, size=8.5)
         else:
             note_missing(axis, "nothing was examined")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=2)
+    handles = [Patch(color=colour, label=label) for label, colour, _ in _CHANNELS]
+    figure.legend(handles=handles, loc="lower center", ncols=2)
     return figure
 
 
@@ -129,18 +157,17 @@ def _names(examined: xr.Dataset) -> list[str]:
 
 
 def _evidence_bars(axis: Axes, examined: xr.Dataset) -> None:
-    """Linear evidence and that of detections beside each other; a dash where a cause has none."""
+    """Linear evidence and that of detections beside each other; words where a channel has not tested a cause."""
     names = _names(examined)
     position = np.arange(len(names))[::-1]
     linear = np.concatenate([examined["log_evidence"].values, examined["unknown_evidence"].values])
     detections = np.concatenate([examined["detection_log_evidence"].values, np.full(examined.sizes["port"], np.nan)])
-    for values, shift, colour, label in (
-        (linear, 0.19, INK, "linear responses"),
-        (detections, -0.19, FLAGGED, "detections in the records"),
-    ):
+    for values, (_, colour, shift) in zip((linear, detections), _CHANNELS, strict=True):
         finite = np.isfinite(values)
         length = np.maximum(values[finite], _LEAST_SHOWN)
-        axis.barh(position[finite] + shift, length, height=0.36, color=colour, label=label)
+        axis.barh(position[finite] + shift, length, height=0.36, color=colour)
+        for place in position[~finite]:
+            axis.annotate("not tested", (0, place + shift), (2, 0), textcoords="offset points", **_UNTESTED)
     axis.axvline(0, color=MUTED, linewidth=0.9)
     axis.set_xscale("symlog", linthresh=_LINEAR_ABOVE)
     largest = float(np.nanmax(np.concatenate([linear, detections, [1.0]])))
@@ -182,7 +209,7 @@ def distinguishability(results: WellResults) -> Figure:
     matrix.set_yticks(middle, names, size=7.5)
     matrix.invert_yaxis()
     matrix.grid(False)
-    matrix.set_title(f"{set_title(results.examination, number)}")
+    matrix.set_title(set_title(results, number))
     matrix.set_xlabel("mistaken for [–]")
     _smallest_sizes(sizes, examined["smallest_detectable"].values[rows] / examined["typical_size"].values[rows], names)
     return figure

@@ -52,9 +52,8 @@ def spectrograms(results: WellResults) -> Figure:
     for axis, (name, title, unit) in zip(axes, channels, strict=True):
         power = 10 * np.log10(np.maximum(window[name].values[keep], np.finfo(np.float32).tiny))
         low, high = np.percentile(power, [12, 99.8])
-        mesh = axis.pcolormesh(
-            cell_edges(time) / 60, cell_edges(frequency[keep]), power, cmap="magma", vmin=low, vmax=high
-        )
+        colours: dict[str, Any] = {"cmap": "magma", "vmin": low, "vmax": high}
+        mesh = axis.pcolormesh(cell_edges(time) / 60, cell_edges(frequency[keep]), power, rasterized=True, **colours)
         colour_bar(mesh, [axis], unit, 0.19)
         start = str(np.datetime_as_string(window["start"].values, unit="m")).replace("T", " ")
         axis.set_title(

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,7 +37,7 @@ from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
 from drillid.simulation.simulate import TIME_STEP, simulate
-from tests.drawn import check_visible, kept_figures, line
+from tests.drawn import check_visible, line
 from tests.simulated import DEEP
 
 STIFF = Controller(20000.0, 20000.0)
@@ -287,17 +286,15 @@ def test_simulated_lowest_speed_is_found_between_two() -> None:
         simulated_lowest_speed(system, CUTTING, weight, (1.05 * predicted, 1.1 * predicted))
 
 
-def test_map_orders_the_controllers_and_is_drawn(tmp_path: Path) -> None:
+def test_map_orders_the_controllers_and_is_drawn() -> None:
     controllers = {"stiff": STIFF, "soft": SOFT, "impedance matched": MATCHED}
     result = stick_slip_map(DEEP.system, CUTTING, np.linspace(2e4, 2e5, 10), controllers)
     stiff, soft, matched = (result.speed[name] for name in controllers)
     assert np.all(np.diff(stiff) > 0)
     assert np.all(soft < stiff)
     assert np.all(matched < soft)
-    with kept_figures() as figures:
-        draw_stick_slip_map(result, tmp_path / "map.png", {"stiff": (1e5, 12.0)})
-        systems = {name: controlled_by(SAMPLES, controller) for name, controller in controllers.items()}
-        draw_bit_mobility(systems, tmp_path / "mobility.png", (0.1, 4.0))
+    systems = {name: controlled_by(SAMPLES, controller) for name, controller in controllers.items()}
+    figures = draw_stick_slip_map(result, {"stiff": (1e5, 12.0)}), draw_bit_mobility(systems, (0.1, 4.0))
     lowest, mobility = (figure.axes[0] for figure in figures)
     assert (lowest.get_xlabel(), lowest.get_ylabel()) == ("Weight on bit [kN]", "Lowest stable speed [rpm]")
     for name, speed in result.speed.items():

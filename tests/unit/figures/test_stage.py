@@ -12,38 +12,30 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from PIL import Image
 
 from drillid.config.settings import FiguresSettings, Settings
 from drillid.config.sheets import Well
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
+from drillid.errors import SettingsError
 from drillid.figures import stage as figures
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, RPM_PER_KILONEWTON_METRE
 from drillid.figures.data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
+from drillid.figures.layout import FORMATS, save
 from drillid.figures.style import FLAGGED, STYLE, well_marks
 from drillid.figures.tracks import parameters
+from drillid.figures.verdicts import set_title
 from drillid.figures.windows import degrees
 from drillid.physics.parameters import PARAMETERS
-from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, make_well, windows_of
+from tests.synthetic_well import FIRST_DEPTH, WINDOW_HEIGHT, windows_of
+from tests.unit.figures.conftest import COUNTS
 
-COUNTS = {"many": 10, "one": 1, "gap": 4, "none": 0}
 SETTINGS = Settings(figures=FiguresSettings(dpi=50))
 DRAWINGS = figures.drawings()
 OF_SETS = {"verdicts", "evidence", "distinguishability", "model_residuals", "held_out", "reflectogram"}
 """Figures of what the discovery engine examined."""
-
-
-@pytest.fixture(scope="module")
-def wells(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Well]]:
-    results = tmp_path_factory.mktemp("results")
-    return results, {name: make_well(results, name, COUNTS[name], gap=80 * (name == "gap")) for name in COUNTS}
-
-
-@pytest.fixture(scope="module")
-def many(wells: tuple[Path, dict[str, Well]]) -> WellResults:
-    results, made = wells
-    return WellResults.load(made["many"], WellFolders(results, "many"), SETTINGS.discrepancy.error_rate)
 
 
 @pytest.fixture(autouse=True)
@@ -88,13 +80,42 @@ def test_a_well_that_failed_before_its_windows_has_no_figures(tmp_path: Path, ma
     assert figures.process(Well("lost", many.rig, ()), WellFolders(tmp_path, "lost"), SETTINGS) == []
 
 
-def test_the_same_results_give_the_same_file(wells: tuple[Path, dict[str, Well]], many: WellResults) -> None:
-    from drillid.figures.layout import save
-
-    paths = [wells[0] / f"again_{number}.png" for number in range(2)]
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_the_same_results_give_the_same_file(many: WellResults, tmp_path: Path, suffix: str) -> None:
+    paths = [tmp_path / f"again_{number}.{suffix}" for number in range(2)]
     for path in paths:
-        save(DRAWINGS["anomaly"](many), path, 50)
+        save(figures.draw(many, "residuals"), path, 50)
     assert paths[0].read_bytes() == paths[1].read_bytes()
+    signs = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+    assert paths[0].read_bytes().startswith(signs[suffix])
+
+
+def test_a_figure_for_a_publication_has_no_heading_and_panels_of_the_same_size(
+    many: WellResults, tmp_path: Path
+) -> None:
+    full, bare = tmp_path / "full.png", tmp_path / "bare.png"
+    figure = figures.draw(many, "anomaly")
+    save(figure, full, 50)
+    panel = figure.axes[0].get_window_extent()
+    save(figure, bare, 50, heading=False)
+    assert figure.axes[0].get_window_extent().size == pytest.approx(panel.size)
+    assert not figure.texts
+    with Image.open(bare) as without, Image.open(full) as entire:
+        assert without.height < entire.height - 10
+    with pytest.raises(SettingsError, match="png, svg, pdf"):
+        save(figure, tmp_path / "figure.xyz", 50)
+
+
+def test_every_format_that_is_asked_for_is_written(many: WellResults, tmp_path: Path) -> None:
+    folders = WellFolders(tmp_path, "many")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "drawings", lambda: {"anomaly": DRAWINGS["anomaly"]})
+        patch.setattr(WellResults, "load", staticmethod(lambda *_: many))
+        patch.setattr(WellFolders, "has", lambda *_: True)
+        patch.setattr(WellFolders, "read", lambda *_: many.windows)
+        settings = Settings(figures=FiguresSettings(dpi=50, formats=("svg", "png")))
+        figures.process(Well("many", many.rig, ()), folders, settings)
+    assert {path.name for path in folders.stage("figures").iterdir()} == {"anomaly.svg", "anomaly.png"}
 
 
 @pytest.mark.parametrize("name", list(FIGURES))
@@ -132,6 +153,33 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
     assert ("nothing was examined" in notes) == (name in OF_SETS)
     if name.startswith("bit_"):
         assert np.ma.getmaskarray(image(panels(figure)[0]).get_array()).all()
+
+
+def test_a_set_is_titled_by_the_verdicts_that_hold_in_it(many: WellResults) -> None:
+    assert (many.examination["verdict"].values == "none").all()
+    assert (many.verdicts["verdict"] != "none").all()
+    assert set_title(many, 0) == "1000–1030 m: regime change at 1015–1021 m, 100 %"
+    assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1000–1030 m"
+
+
+def test_what_a_channel_did_not_test_says_so_and_has_no_bar(many: WellResults) -> None:
+    axis = DRAWINGS["evidence"](many).axes[0]
+    examined = many.examination.isel(set=0)
+    missing = sum(int(np.isnan(examined[name].values).sum()) for name in ("log_evidence", "detection_log_evidence"))
+    ports = examined.sizes["port"]
+    assert [text.get_text() for text in axis.texts].count("not tested") == missing + ports
+    assert len(axis.patches) == 2 * (examined.sizes["cause"] + ports) - missing - ports
+
+
+def test_base_and_extended_residuals_are_both_seen(many: WellResults) -> None:
+    after = many.examination["residual_after"] * 0.999
+    figure = DRAWINGS["model_residuals"](replace(many, examination=many.examination.assign(residual_after=after)))
+    axis = next(axis for axis in figure.axes if axis.get_title(loc="left").startswith("Mean square"))
+    base, extended = (
+        next(line for line in axis.lines if line.get_label() == f"{name} model") for name in ("base", "extended")
+    )
+    assert base.get_linewidth() > 2 * extended.get_linewidth()
+    assert base.get_zorder() <= extended.get_zorder()
 
 
 def test_the_flagged_band_spans_the_interval(many: WellResults) -> None:

@@ -1,0 +1,72 @@
+"""Commands on results that are there: draw a figure, write the report again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drillid.commands.output import Json, faults_told, print_json
+
+Configfile = Annotated[Path, typer.Option("--configfile", help="Configuration of the run that made the results.")]
+DEFAULT_CONFIGURATION = Path("config/config.yaml")
+
+
+def add_result_commands(app: typer.Typer) -> None:
+    """Add the commands of this module to the command line."""
+    app.command("draw")(draw_figure)
+    app.command("report")(write_pages)
+
+
+def draw_figure(
+    well: Annotated[str, typer.Argument(help="Name of a well in the sheets.")],
+    figure: Annotated[str, typer.Argument(help="Name of a figure, such as parameters or evidence.")],
+    output: Annotated[Path, typer.Option(help="PNG, SVG or PDF file.")],
+    configfile: Configfile = DEFAULT_CONFIGURATION,
+    dpi: Annotated[int, typer.Option(help="Resolution of a PNG, and of the images in the other formats.")] = 300,
+    heading: Annotated[bool, typer.Option(help="Well, title and caption above the panels.")] = True,
+) -> None:
+    """Draw a figure of a well that has results, in the format and at the resolution that a publication asks for.
+
+    Exit code 1 where the well has no results, or there is no such figure; the message lists them.
+
+    Example: drillid draw D01 parameters --configfile config/demo/config.yaml --output parameters.pdf --no-heading
+    """
+    from drillid.config.settings import Settings
+    from drillid.figures.data import stored_results
+    from drillid.figures.layout import save
+    from drillid.figures.stage import draw
+
+    with faults_told():
+        results = stored_results(Settings.from_yaml(configfile), well)
+        save(draw(results, figure), output, dpi, heading=heading)
+    typer.echo(output)
+
+
+def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = False) -> None:
+    """Write the report again from results that are there, without the workflow.
+
+    Its pages are those that a run would write. What is new since the last report stays as the run left it.
+
+    Example: drillid report --configfile config/demo/config.yaml
+    """
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import read_sheets
+    from drillid.errors import SettingsError
+    from drillid.report.page import PAGES, write_report
+
+    with faults_told():
+        settings = Settings.from_yaml(configfile)
+        results = Path(settings.results)
+        if not (results / "problems.csv").is_file():
+            remedy = f"Run the workflow first: drillid run --configfile {configfile}"
+            raise SettingsError(str(results), "holds no results of a run", remedy)
+        wells = list(read_sheets(settings))
+        write_report(settings, results, wells)
+    pages = [results / "report.html", *(results / PAGES / f"{well}.html" for well in wells)]
+    if as_json:
+        print_json({"report": pages[0], "wells": dict(zip(wells, pages[1:], strict=True))})
+        return
+    for page in pages:
+        typer.echo(page)
