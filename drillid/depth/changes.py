@@ -61,6 +61,11 @@ def mark_reported(results: Path) -> None:
         write_whole(path, json.dumps({**remembered, "reported": True}))
 
 
+def has_earlier_report(results: Path) -> bool:
+    """Whether there was a report with which the changes compare the wells."""
+    return _read(Path(results) / _STATE).get("before") is not None
+
+
 def read_changes(results: Path) -> pd.DataFrame:
     """The table as it was written; texts are empty where they do not apply, times are UTC."""
     texts = ("well", "change", "stage", "where", "before", "now")

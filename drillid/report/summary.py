@@ -11,7 +11,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from drillid.datasets.registry import CHANGES
-from drillid.depth.changes import read_changes
+from drillid.depth.changes import has_earlier_report, read_changes
 from drillid.figures.data import WellResults
 from drillid.report.attention import URGENCY, items
 from drillid.report.quantities import MISSING, QUANTITIES, number, share
@@ -101,9 +101,12 @@ def totals(wells: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def new_since(results: Path) -> list[dict[str, Any]] | None:
     """What has changed since the last report, in words; None where there is no earlier one to compare with."""
-    if not (Path(results) / "changes.csv").exists():
-        return None
-    return [_change(row) for row in read_changes(results).to_dict("records")]
+    found = [_change(row) for row in read_changes(results).to_dict("records")] if _has_changes(results) else []
+    return found if found or has_earlier_report(results) else None
+
+
+def _has_changes(results: Path) -> bool:
+    return (Path(results) / "changes.csv").exists()
 
 
 def _change(row: Mapping[Any, Any]) -> dict[str, Any]:

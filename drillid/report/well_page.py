@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _EVIDENT_ROWS = 8
 """Causes of a set with the largest evidence that are shown at once."""
+_CONTROL_ROWS = 4
+"""Deepest depths whose advised settings are shown at once."""
 
 
 def well_page(
@@ -44,6 +46,7 @@ def well_page(
         charts=charts,
         evidence=[] if results is None else [_evidence(results, number) for number in range(len(well.sets))],
         evident_rows=_EVIDENT_ROWS,
+        control_rows=_CONTROL_ROWS,
         pictures=pictures,
         neighbours=neighbours,
         script=script,

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from bokeh.models import FixedTicker
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
-from drillid.report.charts.maps import legend
+from drillid.report.charts.maps import TICKS, legend
 from drillid.report.charts.style import coloured, hover, label_axis, new_chart, source
 from drillid.statistics import TWO_SIDED
 from drillid.units import RPM
@@ -68,9 +69,11 @@ def residual_chart(results: WellResults, number: int) -> Any:
     one = chart.hspan(y=[1.0], line_dash="dotted", line_width=1.5)
     coloured(one, line_color="muted")
     for name, words, colour, dash in _models(np.array_equal(before, after, equal_nan=True)):
-        line = chart.line("frequency", name, source=data, line_width=2, line_dash=dash, legend_label=words)
+        width = 3 if dash == "dashed" else 1.6
+        line = chart.line("frequency", name, source=data, line_width=width, line_dash=dash, legend_label=words)
         coloured(line, line_color=colour)
     chart.add_tools(hover([("Base model", "@base{0.00}", ""), ("Frequency", "@frequency{0.00}", "Hz")]))
+    chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
     label_axis(chart.yaxis[0], "1 is a right model", joint=" ")
     legend(chart)

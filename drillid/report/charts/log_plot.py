@@ -41,6 +41,9 @@ _QUANTITIES = {
     **{f"inertia_bha{end}": "inertia" for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")},
 }
 _OF_PARAMETER = {"damping_bha": "damping", "inertia_bha": "inertia"}
+_FOUR_DIGITS = 1000.0
+_PERCENT = (-12.0, 115.0)
+"""Ends of an axis of shares: the numbers 0 and 100 are clear of those of the tracks beside it."""
 _STATES = {
     "drilling": "joint",
     "connection": "line",
@@ -161,7 +164,7 @@ class _Tracks:
         self.tracks.append(track)
         return track
 
-    def _ticks(self, track: Any, count: int = 3) -> None:
+    def _ticks(self, track: Any, count: int = 2) -> None:
         track.xaxis[0].ticker.update(desired_num_ticks=count, num_minor_ticks=0)
 
     def hole(self) -> None:
@@ -181,7 +184,7 @@ class _Tracks:
 
     def states(self) -> None:
         """Shares of the rig's states in the time since the window before."""
-        track = self._new(_NARROW, Range1d(0, 100))
+        track = self._new(_NARROW, Range1d(*_PERCENT))
         left = np.zeros(len(self.windows.data["depth"]))
         for state, share in well_data.state_shares(self.results).items():
             words = state.replace("_", " ")
@@ -204,7 +207,7 @@ class _Tracks:
             track.add_tools(hover([(words, "@share{0}", "% of the time")], [bars]))
             left = right
         label_axis(track.xaxis[0], "Rig state", unit="% of time")
-        self._ticks(track, 2)
+        track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 50]))
 
     def operation(self, channel: well_data.Channel) -> None:
         """One channel of what the rig did."""
@@ -225,7 +228,7 @@ class _Tracks:
             rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
         track.add_tools(hover([*rows, *_place()], [dots]))
         label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
-        self._ticks(track)
+        self._ticks(track, 1 if across.end >= _FOUR_DIGITS else 2)
 
     def parameter(self, name: str) -> None:
         """A parameter window by window with its intervals, and from all windows together with its band."""
@@ -257,20 +260,20 @@ class _Tracks:
             ("Fit", "@accepted", ""),
         ]
         track.add_tools(hover([*rows, *_place()], [dots]))
-        symbol = shown.symbol + {"bha": " bha"}.get(shown.index, "")
+        symbol = shown.symbol + {"bha": "\u00a0bha"}.get(shown.index, "")
         label_axis(track.xaxis[0], _wrapped(f"{shown.name} {symbol}"), quantity, "" if quantity else shown.unit)
         self._ticks(track)
 
     def coherence(self) -> None:
         """How much of the speed follows the sweep."""
-        track = self._new(_NARROW, Range1d(0, 1))
+        track = self._new(_NARROW, Range1d(*(end / 100 for end in _PERCENT)))
         line = track.line(x="coherence", y="depth", source=self.windows)
         dots = track.scatter(x="coherence", y="depth", source=self.windows, size=5)
         coloured(line, line_color="ink")
         coloured(dots, fill_color="ink", line_color="ink")
         track.add_tools(hover([("Median coherence", "@coherence{0.00}", ""), *_place()], [dots]))
         label_axis(track.xaxis[0], "Coherence\nγ²", unit="–", joint=" ")
-        track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 0.5, 1]))
+        track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 1]))
 
     def verdicts(self, verdicts: Sequence[VerdictText]) -> None:
         """Verdicts over their depths, beside each other where they overlap."""
@@ -326,7 +329,7 @@ class _Tracks:
         ]
         track.add_tools(hover([*rows, *_place()], [tuned]))
         label_axis(track.xaxis[0], "Gain advised", "proportional")
-        self._ticks(track, 2)
+        self._ticks(track)
 
 
 def _wrapped(name: str) -> str:

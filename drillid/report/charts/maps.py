@@ -17,7 +17,7 @@ from drillid.report.charts.well_data import Maps
 _HEIGHT, _SPECTRUM_HEIGHT = 360, 250
 _AMPLITUDE, _SIGNED = "Viridis256", "Cividis256"
 _RESIDUAL_LIMIT = 4.0
-_TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
+TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 _MOBILITY = "rpm per kN m"
 _TITLES = {
     "measured": "Command mobility, measured",
@@ -132,7 +132,7 @@ def _finish(chart: Any, image: Any, mapper: Any, unit: str, across: str) -> None
     chart.add_layout(bar, "right")
     label_axis(chart.xaxis[0], "Frequency" if across == "Hz" else "Time since the step", unit=across, joint=" ")
     if across == "Hz":
-        chart.xaxis[0].update(ticker=FixedTicker(ticks=list(_TICKS)))
+        chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.yaxis[0], "Measured depth", "depth", joint=" ")
     place = "Frequency" if across == "Hz" else "Time"
     rows = [("Value", "@image{0.000}", unit), (place, "$x{0.00}", across), ("Depth", "@depth{0.0}", "depth")]
@@ -164,7 +164,7 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     phase = _spectrum("Phase", "°", frequencies)
     _dots(phase, spectra, "measured_phase")
     _line(phase, spectra, "fitted_phase", "identified", "joint", "solid")
-    coherent = _spectrum("Coherence γ²", "–", frequencies)
+    coherent = _spectrum("Coherence γ²", "–", frequencies, y_range=Range1d(0, 1.03))
     _dots(coherent, spectra, "coherence_map")
     bit = _spectrum("Bit mobility", _MOBILITY, frequencies, logarithmic=True)
     _line(bit, spectra, "bit_stiff", "top drive clamped", "flag", "dashed")
@@ -177,20 +177,24 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     _line(step, steps, "step_controlled", "as controlled", "ink", "solid", across="lag")
     charts = {"amplitude": amplitude, "phase": phase, "coherence": coherent, "bit": bit, "step": step}
     for chart in charts.values():
-        if chart.legend:
+        if len(chart.renderers) > 1:
             legend(chart)
+        else:
+            chart.legend[0].update(visible=False)
     return charts
 
 
 def legend(chart: Any) -> None:
     """The legend in the page's colours, small and above the lines."""
     box = chart.legend[0]
-    box.update(label_text_font_size="10px", label_text_font=FONT, padding=4, spacing=0)
+    box.update(label_text_font_size="10px", label_text_font=FONT, padding=4, spacing=16, glyph_width=24)
     box.update(orientation="horizontal", location="top_right", background_fill_alpha=0.7)
     tagged(box, {"label_text_color": "ink", "background_fill_color": "paper", "border_line_color": "none"})
 
 
-def _spectrum(title: str, unit: str, frequencies: Range1d, *, logarithmic: bool = False) -> Any:
+def _spectrum(
+    title: str, unit: str, frequencies: Range1d, *, logarithmic: bool = False, y_range: Range1d | None = None
+) -> Any:
     chart = new_chart(
         None,
         _SPECTRUM_HEIGHT,
@@ -199,9 +203,10 @@ def _spectrum(title: str, unit: str, frequencies: Range1d, *, logarithmic: bool 
         y_axis_type="log" if logarithmic else "linear",
         x_range=frequencies,
         tools=_TOOLS,
+        **({} if y_range is None else {"y_range": y_range}),
     )
     chart.toolbar.update(logo=None, autohide=True)
-    chart.xaxis[0].update(ticker=FixedTicker(ticks=list(_TICKS)))
+    chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
     label_axis(chart.yaxis[0], title, unit=unit, joint=" ")
     return chart

@@ -169,21 +169,29 @@ def maps(results: WellResults) -> Maps:
     stride = max(1, round(lag.size / count))
     used = depth["gate"].values == Gate.USED
     measured = np.where(used, depth["command_mobility"].values, complex(np.nan, np.nan))[:, nearest]
-    fitted = depth["command_mobility_fitted"].values[:, nearest]
+    fitted, stiff, controlled = (
+        _between(depth[name].values, frequency, grid)
+        for name in ("command_mobility_fitted", "bit_mobility_stiff", "bit_mobility_controlled")
+    )
     images = {
         "measured": np.abs(measured),
         "measured_phase": degrees(measured),
         "fitted": np.abs(fitted),
         "fitted_phase": degrees(fitted),
         "coherence_map": depth["coherence"].values[:, nearest],
-        "bit_stiff": np.abs(depth["bit_mobility_stiff"].values[:, nearest]),
-        "bit_controlled": np.abs(depth["bit_mobility_controlled"].values[:, nearest]),
+        "bit_stiff": np.abs(stiff),
+        "bit_controlled": np.abs(controlled),
         "step_stiff": depth["bit_step_stiff"].values[:, ::stride],
         "step_controlled": depth["bit_step_controlled"].values[:, ::stride],
         **_residuals(results, chosen, nearest),
     }
     modes = [_modes(row, frequency) for row in depth["bit_mobility_controlled"].values]
     return Maps(rows, grid, lag[::stride], images, modes)
+
+
+def _between(rows: Complex, frequency: Floats, grid: Floats) -> Complex:
+    """Rows of a model, which is smooth, at the frequencies of a finer grid than theirs."""
+    return np.array([np.interp(grid, frequency, row) for row in rows], dtype=complex)
 
 
 def _residuals(results: WellResults, chosen: Integers, nearest: Integers) -> dict[str, Floats]:

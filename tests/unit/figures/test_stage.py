@@ -158,8 +158,8 @@ def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: Wel
 def test_a_set_is_titled_by_the_verdicts_that_hold_in_it(many: WellResults) -> None:
     assert (many.examination["verdict"].values == "none").all()
     assert (many.verdicts["verdict"] != "none").all()
-    assert set_title(many, 0) == "1000–1030 m: regime change at 1015–1021 m, 100 %"
-    assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1000–1030 m"
+    assert set_title(many, 0) == "1002–1028 m: regime change at 1015–1021 m, 99 %"
+    assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1002–1028 m"
 
 
 def test_what_a_channel_did_not_test_says_so_and_has_no_bar(many: WellResults) -> None:

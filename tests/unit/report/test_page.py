@@ -197,6 +197,20 @@ def test_what_is_new_since_the_last_report_is_first(tmp_path: Path) -> None:
     assert "New since the last report A : 3 new windows at 1000–1030 m" in text(fleet.page())
 
 
+def test_a_first_report_says_so_and_a_later_one_that_nothing_has_changed(tmp_path: Path) -> None:
+    fleet = small_fleet(tmp_path, ["A"])
+    fleet.write()
+    assert "This is the first report" in text(fleet.page())
+    (fleet.results / "reported.json").write_text(json.dumps({"reported": True, "before": {"A": {}}, "now": {"A": {}}}))
+    fleet.write()
+    assert "Nothing has changed since the last report" in text(fleet.page())
+
+
+def test_advice_for_the_control_comes_before_the_log_plot(fleet: Fleet) -> None:
+    page = fleet.page("W1")
+    assert page.index('id="verdicts"') < page.index('id="control"') < page.index('id="log-part"')
+
+
 def test_a_well_named_and_described_as_a_script_is_shown_and_not_run(tmp_path: Path) -> None:
     name, attack = "34/10-A <script>alert(1)</script>", "<img src=x onerror=alert(2)>"
     fleet = small_fleet(tmp_path, [name], attack, f"Fleet {attack}")
