@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from drillid.formats.description import Note
+
+_NOTES = b"drillid"
+"""Key of the notes in the metadata of a table's schema."""
 _EXCESS_BYTES = 2**30
 _LARGEST_RATIO = 1000
 """A file may claim arrays of 1 GiB, or of so many times its own size; more is damage and not compression."""
@@ -35,6 +40,17 @@ def _is_number(kind: Any) -> bool:
 
     kinds = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_null)
     return any(test(kind) for test in kinds)
+
+
+def with_notes(table: Any, notes: Sequence[Note]) -> Any:
+    """An Arrow table whose schema carries what was decided while reading its rows."""
+    return table.replace_schema_metadata({_NOTES: json.dumps(notes)}) if notes else table
+
+
+def notes_of(table: Any) -> list[Note]:
+    """What `with_notes` attached."""
+    held = (table.schema.metadata or {}).get(_NOTES)
+    return [] if held is None else [(what, remedy) for what, remedy in json.loads(held)]
 
 
 def check_size(cells: float, file_size: int) -> None:

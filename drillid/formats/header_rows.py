@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -29,6 +30,7 @@ class HeaderRows:
     units : units by name
     first : index of the first row of data
     names_row, units_row : indices of the rows that they are taken from
+    upper_row : index of the row that holds the first part of the names, where two rows hold them
     """
 
     names: tuple[str, ...]
@@ -36,6 +38,7 @@ class HeaderRows:
     first: int
     names_row: int | None = None
     units_row: int | None = None
+    upper_row: int | None = None
 
 
 def is_number(cell: str) -> bool:
@@ -89,7 +92,8 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
     above = [at for at in above if at != units_row]
     if not above or 2 * _held(rows[above[-1]]) < min(width, 4) or _mostly_numbers(rows[above[-1]]):
         return None
-    return _header(rows, above[-1], units_row, width, first)
+    in_two = len(above) > 1 and above[-2] == above[-1] - 1 and _completes(rows[above[-2]], rows[above[-1]])
+    return _header(rows, above[-1], units_row, width, first, above[-2] if in_two else None)
 
 
 def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: Dialect) -> Iterator[Note]:
@@ -104,6 +108,8 @@ def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: 
     names = line_of(header.names_row)
     units = None if header.units_row is None else line_of(header.units_row)
     found = [] if names == 1 or dialect.header_line == names else [f"names of the columns are taken from line {names}"]
+    if header.upper_row is not None:
+        found = [f"names of the columns are taken from the lines {line_of(header.upper_row)} and {names}"]
     if units is not None and units != dialect.units_line:
         found.append(f"units are taken from line {units}")
     if found:
@@ -121,8 +127,21 @@ def unique(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _header(rows: Sequence[Cells], names_row: int, units_row: int | None, width: int, first: int) -> HeaderRows:
+def _completes(upper: Cells, lower: Cells) -> bool:
+    """Whether a row holds the first part of names: text wherever the row below is empty or repeats itself."""
+    names = [cell.strip() for cell in lower]
+    unclear = [at for at, name in enumerate(names) if not name or names.count(name) > 1]
+    held = [at < len(upper) and bool(upper[at].strip()) for at in unclear]
+    return bool(held) and all(held) and _held(upper) > 1 and not any(map(is_datum, upper))
+
+
+def _header(
+    rows: Sequence[Cells], names_row: int, units_row: int | None, width: int, first: int, upper_row: int | None = None
+) -> HeaderRows:
     names = rows[names_row]
+    if upper_row is not None:
+        parts = itertools.zip_longest(rows[upper_row], names, fillvalue="")
+        names = [f"{upper.strip()} {lower.strip()}".strip() for upper, lower in parts]
     padded = [*names, *[""] * (width - len(names))]
     called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
     stated = {name: unit for name in called if (unit := split_unit(name)[1])}
@@ -130,7 +149,7 @@ def _header(rows: Sequence[Cells], names_row: int, units_row: int | None, width:
         cells = zip(called, rows[units_row], strict=False)
         below = {name: unit.strip().strip("[](){}").strip() for name, unit in cells}
         stated |= {name: unit for name, unit in below.items() if unit and not is_no_unit(unit)}
-    return HeaderRows(called, stated, first, names_row, units_row)
+    return HeaderRows(called, stated, first, names_row, units_row, upper_row)
 
 
 def _fits(row: Cells, width: int) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.errors import DrillidError, LogError
+from drillid.formats.arrow_tables import notes_of
 from drillid.formats.cells import numbers
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
 from drillid.formats.detection import reader_of, suffix_of
@@ -100,11 +101,12 @@ def read_log(
         wanted = [column_named(name, header, path) for name in columns]
         table = _columns(path, file, reader, header, times, wanted, None)
         stamps, read = times.stamps(table)
+        left_out = notes_of(table) if getattr(reader, "LEAVES_ROWS_OUT", False) else []
     of_times = tuple(name for name in (times.column, times.date) if name is not None)
     table = table.drop_columns([name for name in of_times if name not in wanted])
     _release_memory()
     units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
-    said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read]
+    said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read, *left_out]
     return Log(path, stamps, units, said, of_times, table, places, (*header.nulls, *dialect.null_values))
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import codecs
 import io
+import itertools
+from collections.abc import Collection, Iterator
 from typing import IO
 
 DELIMITER = "\x1f"
 """Character that stands for any number of spaces; none of text."""
 _BLOCK = 2**22
+_LINES = 2**14
 
 
 class _Changed(io.RawIOBase):
@@ -64,6 +67,18 @@ class Squeezed(_Changed):
         return squeezed(block[:whole])
 
 
+class WithoutLines(_Changed):
+    """Lines but those with some numbers, counted from 0."""
+
+    def __init__(self, stream: IO[bytes], left_out: Collection[int]) -> None:
+        super().__init__(stream)
+        self.kept = (line for at, line in enumerate(lines_of(stream)) if at not in left_out)
+
+    def next_block(self) -> bytes | None:
+        """The next lines."""
+        return b"".join(itertools.islice(self.kept, _LINES)) or None
+
+
 class Transcoded(_Changed):
     """The same text in UTF-8."""
 
@@ -78,6 +93,18 @@ class Transcoded(_Changed):
         block = self.stream.read(_BLOCK)
         self.ended = not block
         return self.decoder.decode(block, final=not block).encode()
+
+
+def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
+    """Lines with their ends, whatever these are; `bytes.splitlines` block by block."""
+    rest = b""
+    while block := stream.read(_BLOCK):
+        block = rest + block
+        # a carriage return at the very end may belong to a line feed that is yet to come
+        whole = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+        rest = block[whole:]
+        yield from block[:whole].splitlines(keepends=True)
+    yield from rest.splitlines(keepends=True)
 
 
 def squeezed(lines: bytes) -> bytes:

@@ -41,6 +41,7 @@ class TextLayout:
     comment : characters that begin lines without data, as a tuple
     header : names, units
     first_line : index of the first line of data
+    above : cells of the lines above it
     has_rows : whether there is any
     notes : decisions that were taken
     """
@@ -51,6 +52,7 @@ class TextLayout:
     comment: tuple[str, ...]
     header: HeaderRows
     first_line: int
+    above: frozenset[tuple[str, ...]]
     has_rows: bool
     notes: tuple[Note, ...] = ()
 
@@ -182,7 +184,8 @@ def _laid_out(
     decimal = dialect.decimal or ("." if delimiter == "," else decimal_of(cells))
     notes = (*where_names_are(header, lambda row: used[row] + 1, dialect), *_written_numbers(decimal, cells, dialect))
     has_rows = header.first < len(used)
-    return TextLayout(encoding, delimiter, decimal, comment, header, first_line, has_rows, notes)
+    above = frozenset(map(tuple, rows[: header.first]))
+    return TextLayout(encoding, delimiter, decimal, comment, header, first_line, above, has_rows, notes)
 
 
 def _row_of(line: int | None, rows: dict[int, int], key: str) -> int | None:

@@ -129,7 +129,7 @@ def _contents(path: Path, header: Header, clock: Clock, dialect: Dialect, tables
     recorded = max(duration - float(np.sum(steps[wide])), usual)
     rate = (read.stamps.size - 1 - wide.size) / recorded
     columns = {name: _column(name, values, read.units, recorded) for name, values in read.numbers.items()}
-    sweep = find_sweep(read.numbers, read.units, rate, wide)
+    sweep = find_sweep(read.numbers, read.units, read.stamps, rate, wide)
     return Contents(
         path,
         format_of(path).SUFFIXES[0],

@@ -10,6 +10,8 @@ import numpy as np
 from scipy.signal import periodogram
 
 from drillid.arrays import Floats, Integers
+from drillid.errors import LogError
+from drillid.records.clock import place_rows
 from drillid.spectra.periodic import sweep_period
 from drillid.units import to_si_factor
 
@@ -53,7 +55,11 @@ class Sweep:
 
 
 def find_sweep(
-    columns: Mapping[str, Floats], units: Mapping[str, str], rate: float, gaps: Integers | None = None
+    columns: Mapping[str, Floats],
+    units: Mapping[str, str],
+    stamps: Integers,
+    rate: float,
+    gaps: Integers | None = None,
 ) -> Sweep | None:
     """The column that holds the sweep; None where none looks like it.
 
@@ -64,7 +70,8 @@ def find_sweep(
     ----------
     columns : values in order of time, each shape (row,)
     units : of the columns, as the file states them; a column in another unit than one of torque is no sweep
-    rate : samples per second
+    stamps : of the rows, ns, shape (row,)
+    rate : rows per second
     gaps : rows behind which samples are missing
     """
     gaps = np.empty(0, dtype=np.int64) if gaps is None else gaps
@@ -72,7 +79,7 @@ def find_sweep(
     for name, values in columns.items():
         named = _NAMED.search(re.sub(r"[\W_]", "", name)) is not None
         in_torque = None if name not in units else _is_torque(units[name])
-        sweep = None if in_torque is False else _as_sweep(name, values, rate, gaps)
+        sweep = None if in_torque is False else _as_sweep(name, values, stamps, rate, gaps)
         # what neither repeats nor is named like a sweep may be any signal without mean
         if sweep is not None and (sweep.period_s > 0 or named):
             found.append(((sweep.period_s > 0) + 2 * named + bool(in_torque), sweep))
@@ -87,33 +94,46 @@ def _is_torque(unit: str) -> bool:
     return True
 
 
-def _as_sweep(name: str, values: Floats, rate: float, gaps: Integers) -> Sweep | None:
+def _as_sweep(name: str, values: Floats, stamps: Integers, rate: float, gaps: Integers) -> Sweep | None:
     """A column as a sweep; None where it has a mean, is no oscillation, or a tone."""
     known = np.nan_to_num(values)
     usual = float(np.quantile(np.abs(known), 0.99))
-    piece = _longest_part(known, usual, rate, gaps)
+    part = _longest_part(known, usual, rate, gaps)
+    piece = known[part]
     rms = float(np.sqrt(np.mean(piece**2))) if piece.size else 0.0
     if piece.size < _SHORTEST_S * rate or abs(np.mean(piece)) > _MEAN_SHARE * rms:
         return None
-    frequency, density = periodogram(piece, rate, window="hann")
+    piece, clock = _on_its_clock(values[part], stamps[part], rate)
+    frequency, density = periodogram(piece, clock, window="hann")
     share = np.cumsum(density) / np.sum(density)
     low, high = (float(frequency[np.searchsorted(share, edge)]) for edge in (_POWER_OUTSIDE, 1 - _POWER_OUTSIDE))
-    if low < _LOWEST_HZ or high > min(_HIGHEST_HZ, 0.45 * rate) or high < _NARROWEST * low:
+    if low < _LOWEST_HZ or high > min(_HIGHEST_HZ, 0.45 * clock) or high < _NARROWEST * low:
         return None
-    period = sweep_period(piece, rate, max(low, 1 / _SHORTEST_S))
+    period = sweep_period(piece, clock, max(low, 1 / _SHORTEST_S))
     return Sweep(name, period, low, high, rms, _on_share(known, usual, rate))
 
 
-def _longest_part(values: Floats, usual: float, rate: float, gaps: Integers) -> Floats:
-    """The longest part without gaps during which a signal is on, up to ten minutes of it."""
+def _on_its_clock(values: Floats, stamps: Integers, rate: float) -> tuple[Floats, float]:
+    """A part of a column at all ticks of the recorder's clock, and its rate: missing rows would shift the period."""
+    held = np.flatnonzero(np.isfinite(values))
+    try:
+        ticks = place_rows(stamps[held], values[held], values[held])
+    except LogError:
+        return np.nan_to_num(values), rate
+    ordered = values[held][ticks.rows]
+    return np.interp(np.arange(ticks.tick[0], ticks.tick[-1] + 1), ticks.tick, ordered), ticks.rate
+
+
+def _longest_part(values: Floats, usual: float, rate: float, gaps: Integers) -> slice:
+    """Rows of the longest part without gaps during which a signal is on, up to ten minutes of it."""
     on = np.flatnonzero(np.abs(values) > _VISIBLE * usual)
     if not usual > 0 or on.size == 0:
-        return values[:0]
+        return slice(0, 0)
     in_gaps = np.searchsorted(on, gaps, side="right") - 1
     breaks = np.union1d(np.flatnonzero(np.diff(on) > _OFF_S * rate), in_gaps[(in_gaps >= 0) & (in_gaps < on.size - 1)])
     first, last = on[np.concatenate([[0], breaks + 1])], on[np.concatenate([breaks, [on.size - 1]])]
     longest = int(np.argmax(last - first))
-    return values[first[longest] : last[longest] + 1][: int(_PIECE_S * rate)]
+    return slice(int(first[longest]), min(int(last[longest]) + 1, int(first[longest]) + int(_PIECE_S * rate)))
 
 
 def _on_share(values: Floats, usual: float, rate: float) -> float:

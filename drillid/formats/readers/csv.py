@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
+from drillid.formats.arrow_tables import with_notes
 from drillid.formats.description import Dialect, Header
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
-from drillid.formats.streams import DELIMITER, Squeezed, in_utf_8
-from drillid.formats.text_layout import TextLayout, layout_of
+from drillid.formats.rows_without_data import WithoutData, rows_without_data
+from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
+from drillid.formats.text_layout import TextLayout, cells_of, layout_of
 
 _BLOCK = 2**18
 SUFFIXES = (".csv", ".txt", ".tsv", ".tab", ".asc", ".dat", ".prn")
 STREAMS = True
+LEAVES_ROWS_OUT = True
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
@@ -39,49 +43,96 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
 def read_columns(
     path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
 ) -> Any:
-    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text."""
+    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text.
+
+    Lines without data, which spoil the types of columns, are sought where these are not what they should be.
+    """
     import pyarrow as pa
 
     layout, thousands = header.layout
     as_text = dict.fromkeys(columns, pa.string())
     numeric = {name: pa.float64() for name in columns if name not in text}
+    types = as_text | (numeric if thousands is None else {})
+    with contextlib.suppress(pa.ArrowInvalid):
+        table = _read(path, layout, header.columns, types, rows)
+        if all(_may_be_times(table.column(name)) for name in text):
+            return table if thousands is None else _with_numbers(table, header, numeric)
+    places = [header.columns.index(name) for name in text]
+    found, comments = _lines_without_data(path, layout, len(header.columns), places, rows)
+    left_out = frozenset([*found.rows, *comments] if found.credible else [])
+    notes = found.notes(lambda line: f"line {line + 1}") if found.credible else []
     if thousands is None:
         try:
-            return _read(path, layout, header.columns, columns, as_text | numeric, rows)
+            return with_notes(_read(path, layout, header.columns, types, rows, left_out), notes)
         except pa.ArrowInvalid:
             if not numeric:
                 raise
-    table = _read(path, layout, header.columns, columns, as_text, rows)
-    return with_numbers(table, list(numeric), layout.decimal, thousands, layout.delimiter)
+    return with_notes(_with_numbers(_read(path, layout, header.columns, as_text, rows, left_out), header, numeric), notes)
 
 
 def line_of(path: Path, header: Header, row: int) -> int:
     """Number of the line, counted from 1, that holds a row of data."""
     layout: TextLayout = header.layout[0]
+    found, _ = _lines_without_data(path, layout, len(header.columns), [], None)
+    left_out = set(found.rows if found.credible else [])
+    lines = (line for line, _, _ in _rows(path, layout, len(header.columns), []) if line not in left_out)
+    return next(itertools.islice(lines, row, None), -1) + 1
+
+
+def _may_be_times(column: Any) -> bool:
+    """Whether each cell of a column of text has a digit."""
+    import pyarrow.compute as pc
+
+    return not column.null_count and pc.all(pc.match_substring_regex(column, "[0-9]"), min_count=0).as_py()
+
+
+def _with_numbers(table: Any, header: Header, numeric: Collection[str]) -> Any:
+    layout, thousands = header.layout
+    return with_numbers(table, list(numeric), layout.decimal, thousands, layout.delimiter)
+
+
+def _lines_without_data(
+    path: Path, layout: TextLayout, width: int, times: Sequence[int], rows: int | None
+) -> tuple[WithoutData, list[int]]:
+    """Lines among the first rows that are left out, and those that are comments; counted from 0."""
+    comments = list[int]()
+    lines = itertools.islice(_rows(path, layout, width, comments), rows)
+    return rows_without_data(lines, layout.above, times), comments
+
+
+def _rows(path: Path, layout: TextLayout, width: int, comments: list[int]) -> Iterator[tuple[int, list[str], bool]]:
+    """Lines with something in them behind the header, their cells, and whether they are not cut by the file's end.
+
+    Comments are not among them; their lines are added to `comments`.
+    """
+    begin = tuple(mark.encode() for mark in layout.comment)
     with opened(path) as content:
-        lines = io.TextIOWrapper(content, encoding=layout.encoding, errors="replace")
-        behind = (
-            number
-            for number, line in enumerate(lines, 1)
-            if number > layout.first_line and line.strip() and not line.startswith(layout.comment)
-        )
-        return next(itertools.islice(behind, row, None), 0)
+        for at, line in enumerate(lines_of(in_utf_8(content, layout.encoding))):
+            if at < layout.first_line or not line.strip():
+                continue
+            if line.startswith(begin):
+                comments.append(at)
+                continue
+            cells = cells_of(line.decode(errors="replace").rstrip("\r\n"), layout.delimiter)
+            yield at, cells, len(cells) >= width or line.endswith((b"\n", b"\r"))
 
 
 def _read(
     path: Path,
     layout: TextLayout,
     names: Sequence[str],
-    columns: Sequence[str],
     types: dict[str, Any],
     rows: int | None,
+    left_out: frozenset[int] = frozenset(),
 ) -> Any:
+    """The columns of some types, but for lines that are left out, whose numbers are counted from 0."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
     spaced = layout.delimiter == " "
     with opened(path) as content:
         plain: Any = in_utf_8(content, layout.encoding)
+        plain = WithoutLines(plain, left_out) if left_out else plain
         source = plain if rows is None else io.BytesIO(_first_lines(plain, layout.first_line + rows))
         return arrow_csv.read_csv(
             pa.PythonFile(Squeezed(source) if spaced else source, mode="r"),
@@ -91,7 +142,7 @@ def _read(
                 invalid_row_handler=lambda row: "skip" if row.text.startswith(layout.comment) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(columns),
+                include_columns=list(types),
                 column_types=types,
                 strings_can_be_null=True,
                 timestamp_parsers=[],

@@ -9,23 +9,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from drillid.formats.arrow_tables import with_notes
 from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import find_header, where_names_are
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import check_archive, first_bytes
+from drillid.formats.rows_without_data import WithoutData, rows_without_data
 
 SUFFIXES = (".xlsx", ".xls", ".xlsm", ".xlsb", ".ods")
+LEAVES_ROWS_OUT = True
 _SAMPLE_ROWS = 200
 _EPOCH = datetime.datetime(1970, 1, 1)
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Sheet, its first row with content, counted from 0, and the first row of data behind it."""
+    """Sheet, its first row with content, counted from 0, the first row of data behind it, and the rows above that."""
 
     sheet: str
     top: int
     first: int
+    above: frozenset[tuple[str, ...]]
 
 
 def _workbook(path: Path) -> Any:
@@ -68,8 +72,9 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         rows, top = _rows(workbook, sheet, _SAMPLE_ROWS)
         if not rows:
             continue
+        cells = [[_as_text(cell) for cell in row] for row in rows]
         header = find_header(
-            [[_as_text(cell) for cell in row] for row in rows],
+            cells,
             _row_of(dialect.header_line, top, len(rows), "header_line"),
             _row_of(dialect.units_line, top, len(rows), "units_line"),
         )
@@ -77,7 +82,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             nameless.append(sheet)
             continue
         notes = tuple(where_names_are(header, lambda row, top=top: top + row + 1, dialect))  # type: ignore[misc]
-        layout = _Layout(sheet, top, header.first)
+        layout = _Layout(sheet, top, header.first, frozenset(map(tuple, cells[: header.first])))
         found.append(Header(header.names, header.units, table=sheet, layout=layout, notes=notes))
     if not found and nameless:
         raise Unusable(
@@ -103,23 +108,42 @@ def read_columns(
 
     layout: _Layout = header.layout
     limit = None if rows is None else layout.first + rows
-    data = _rows(_workbook(path), layout.sheet, limit)[0][layout.first :]
-    data = [row for row in data if any(cell != "" for cell in row)]
+    rows_of = _held(_rows(_workbook(path), layout.sheet, limit)[0], layout)
+    found = _without_data(rows_of, layout, [header.columns.index(name) for name in text])
+    left_out = set(found.rows if found.credible else [])
+    data = [row for at, row in rows_of if at not in left_out]
     places = [header.columns.index(name) for name in columns]
     arrays = {}
     for name, at in zip(columns, places, strict=True):
         cells = [row[at] if at < len(row) else "" for row in data]
         arrays[name] = _times(cells) if name in text else _numbers(cells)
     numeric = [name for name in columns if name not in text and pa.types.is_string(arrays[name].type)]
-    return with_numbers(pa.table(arrays), numeric, None, None, ";") if numeric else pa.table(arrays)
+    table = with_numbers(pa.table(arrays), numeric, None, None, ";") if numeric else pa.table(arrays)
+    return with_notes(table, found.notes(lambda at: f"row {layout.top + at + 1}")) if left_out else table
 
 
 def line_of(path: Path, header: Header, row: int) -> int:
     """Number of the sheet's row, counted from 1, that holds a row of data."""
     layout: _Layout = header.layout
-    data = _rows(_workbook(path), layout.sheet, None)[0]
-    held = [at for at, cells in enumerate(data) if at >= layout.first and any(cell != "" for cell in cells)]
-    return layout.top + held[row] + 1 if row < len(held) else 0
+    held = _held(_rows(_workbook(path), layout.sheet, None)[0], layout)
+    found = _without_data(held, layout, [])
+    left_out = set(found.rows if found.credible else [])
+    kept = [at for at, _ in held if at not in left_out]
+    return layout.top + kept[row] + 1 if row < len(kept) else 0
+
+
+def _held(rows: list[list[Any]], layout: _Layout) -> list[tuple[int, list[Any]]]:
+    """Rows behind the header with something in them, and their places."""
+    return [
+        (at, cells) for at, cells in enumerate(rows) if at >= layout.first and any(cell != "" for cell in cells)
+    ]
+
+
+def _without_data(rows: list[tuple[int, list[Any]]], layout: _Layout, times: Sequence[int]) -> WithoutData:
+    if times and all(at < len(cells) and not isinstance(cells[at], str) for _, cells in rows for at in times):
+        return WithoutData((), (), len(rows))
+    as_text = ((at, [_as_text(cell) for cell in cells], True) for at, cells in rows)
+    return rows_without_data(as_text, layout.above, times)
 
 
 def _rows(workbook: Any, sheet: str, limit: int | None) -> tuple[list[list[Any]], int]:

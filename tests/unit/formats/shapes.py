@@ -193,6 +193,39 @@ def _units_row(log: pd.DataFrame, folder: Path) -> list[Path]:
     return [folder / "log.csv"]
 
 
+def _two_lines(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """'Depth' of hole and bit, 'Torque' of sweep and command: only the line above tells which."""
+    rows = log.assign(Time=iso(log)).to_csv(index=False, header=False)
+    upper, lower = (",".join(["", *parts]) for parts in zip(*map(str.split, _TWO_NAMES.values()), strict=True))
+    units = ",".join(["", *(UNITS[name] for name in _TWO_NAMES)])
+    (folder / "log.csv").write_text(f"{upper}\nTime{lower}\n{units}\n{rows}")
+    return [folder / "log.csv"]
+
+
+def _printed(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """Pages with a header each, totals without a time and remarks at the end."""
+    names, *rows = log.assign(Time=iso(log)).to_csv(index=False).splitlines()
+    between = [names, "Page 2 of 2", "," * names.count(",")]
+    end = ["", "Total,12.5,,3", '"End of file, 1500 rows"', ""]
+    (folder / "log.csv").write_text("\n".join([names, *rows[:10], *between, *rows[10:], *end]))
+    return [folder / "log.csv"]
+
+
+def _totalled(log: pd.DataFrame, folder: Path) -> list[Path]:
+    names = pd.DataFrame([list(log)])
+    with pd.ExcelWriter(folder / "log.xlsx") as book:
+        for part, top in ((names, 0), (log[:10], 1), (names, 11), (log[10:], 12), (_TOTAL, 12 + len(log))):
+            part.to_excel(book, index=False, header=False, startrow=top)
+    return [folder / "log.xlsx"]
+
+
+def _cut(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """A log that is copied while the recorder writes it."""
+    text = log.assign(Time=iso(log)).to_csv(index=False)
+    (folder / "log.csv").write_text(text + "2025-03-03T06:00:59.98Z,1.2")
+    return [folder / "log.csv"]
+
+
 def _slow_depth(log: pd.DataFrame, folder: Path) -> list[Path]:
     fast = log[["Time", "TQ", "SWEEP", "RPM", "SET"]]
     fast.assign(Time=iso(fast)).to_csv(folder / "fast.csv", index=False)
@@ -203,6 +236,10 @@ def _slow_depth(log: pd.DataFrame, folder: Path) -> list[Path]:
     return [folder / "fast.csv", folder / "fast_depth.csv"]
 
 
+_TOTAL = pd.DataFrame([["Total", None, 3.5]])
+_TWO_NAMES = {"TQ": "Command Torque", "SWEEP": "Sweep Torque", "RPM": "Actual Speed", "SET": "Set Speed"}
+_TWO_NAMES |= {"HOLE": "Hole Depth", "BIT": "Bit Depth", "FLOW": "Flow In"}
+_TWO_LINES = {name: {"column": _TWO_NAMES[column["column"]]} for name, column in CHANNELS.items()}
 _GERMAN = {"time": {"zone": "Europe/Berlin", "format": "day first"}}
 _WITS = {"TQ": "TQA", "RPM": "RPMA", "HOLE": "DMEA", "BIT": "DBTM", "FLOW": "MFIA"}
 _WITS_NAMES = {name: f"{_WITS.get(name, name)} ({unit})" for name, unit in UNITS.items()}
@@ -275,6 +312,18 @@ SHAPES: dict[str, Shape] = {
         _text("log.csv", iso, head="Well: 34/10-A-12 H, Rig 7\nExported: 2025-03-04, by nobody, at all\n***\n\n"),
         told=("names of the columns are taken from line 5",),
     ),
+    "names on two lines": Shape(_two_lines, {"channels": _TWO_LINES}, told=("from the lines 1 and 2",)),
+    "header, total and remarks among the data": Shape(
+        _printed,
+        told=(
+            "line 12 is no row of data and is left out: 'Time, TQ",
+            "line 13 is no row of data and is left out: 'Page 2 of",
+            "left out: 'Total, 12.5, 3'",
+            "left out: 'End of file, 1500 rows'",
+        ),
+    ),
+    "workbook with total": Shape(_totalled, told=("row 12 is no row of data and is left out: 'Time,", "'Total, 3.5'")),
+    "cut in its last line": Shape(_cut, told=("is no row of data and is left out: '2025-03-03T06:00:",)),
     "reversed": Shape(lambda log, folder: _text("log.csv", iso)(log.iloc[::-1], folder), told=("out of order",)),
     "shuffled": Shape(
         lambda log, folder: _text("log.csv", iso)(log.sample(frac=1, random_state=1), folder), told=("out of order",)

@@ -30,6 +30,7 @@ NAMES = {
     "FLOW": "Flow In (L/min)",
 }
 AT = np.arange(0, 120, 1 / RATE)
+STAMPS = (AT * 1e9).round().astype(np.int64)
 SWEEP = 500 * np.sin(2 * np.pi * (0.1 + 0.05 * np.mod(AT, 40)) * np.mod(AT, 40))
 
 
@@ -119,27 +120,37 @@ def test_the_sweep_is_found_by_its_signal_among_others() -> None:
         "Weight": 1e5 + noise.normal(0, 1e3, AT.size),
         "CH7": SWEEP,
     }
-    found = find_sweep(columns, {}, RATE)
+    found = find_sweep(columns, {}, STAMPS, RATE)
     assert found is not None
     assert (found.column, found.period_s) == ("CH7", 40.0)
     assert found.rms == pytest.approx(500 / np.sqrt(2), rel=0.05)
-    assert find_sweep({name: values for name, values in columns.items() if name != "CH7"}, {}, RATE) is None
-    assert find_sweep(columns, {"CH7": "rpm"}, RATE) is None, "what is in rpm is no torque"
+    assert find_sweep({name: values for name, values in columns.items() if name != "CH7"}, {}, STAMPS, RATE) is None
+    assert find_sweep(columns, {"CH7": "rpm"}, STAMPS, RATE) is None, "what is in rpm is no torque"
 
 
 def test_a_sweep_is_found_beside_a_gap() -> None:
-    broken = np.delete(SWEEP, np.s_[700:917])
-    assert find_sweep({"CH7": broken}, {}, RATE) is None
-    found = find_sweep({"CH7": broken}, {}, RATE, np.array([699]))
+    broken, by_row = np.delete(SWEEP, np.s_[700:917]), STAMPS[:-217]
+    assert find_sweep({"CH7": broken}, {}, by_row, RATE) is None
+    found = find_sweep({"CH7": broken}, {}, by_row, RATE, np.array([699]))
     assert found is not None
     assert found.period_s == 40.0
+
+
+def test_a_sweep_is_found_though_rows_are_missing_here_and_there() -> None:
+    kept = np.flatnonzero(np.random.default_rng(7).random(AT.size) > 0.002)
+    late = np.random.default_rng(8).integers(0, 4_000_000, kept.size)
+    rate = kept.size / 120
+    found = find_sweep({"CH7": SWEEP[kept]}, {}, STAMPS[kept] + late, rate)
+    assert found is not None
+    assert found.period_s == 40.0
+    assert find_sweep({"CH7": SWEEP[kept]}, {}, STAMPS[: kept.size], rate) is None, "the rows alone do not repeat"
 
 
 def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
     rough = np.convolve(np.random.default_rng(6).normal(size=AT.size + 14), np.hanning(15), "valid")
     random = rough - np.convolve(rough, np.full(101, 1 / 101), "same")
-    assert find_sweep({"CH7": random}, {}, RATE) is None
-    found = find_sweep({"TQ_INJECTED": random, "CH7": random}, {}, RATE)
+    assert find_sweep({"CH7": random}, {}, STAMPS, RATE) is None
+    found = find_sweep({"TQ_INJECTED": random, "CH7": random}, {}, STAMPS, RATE)
     assert found is not None
     assert (found.column, found.period_s) == ("TQ_INJECTED", 0.0)
 
