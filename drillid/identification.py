@@ -50,7 +50,7 @@ def identify(
     LogError
         If no log can be used; the message is that of the first.
     EstimationError
-        If no window of steady drilling with the sweep on was found; the message says why not.
+        If no window of steady drilling with the sweep on was found, or none long enough; the message says why not.
     """
     paths = [Path(logs)] if isinstance(logs, str | Path) else [Path(log) for log in logs]
     if not paths:
@@ -64,6 +64,8 @@ def identify(
             raise LogError(*_first(identification.found["records"]))
         if stage == "windows" and not identification.windows.sizes["window"]:
             raise _without_windows(identification)
+        if stage == "spectra" and not identification.spectra["cross_speed"].notnull().any():
+            raise EstimationError(*_first(identification.found["spectra"]))
     return identification
 
 

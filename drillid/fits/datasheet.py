@@ -106,13 +106,16 @@ def stated_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
     Raises
     ------
     EstimationError
-        If the torque command is not logged either.
+        If the torque command is not logged either, or in no window long enough for spectra.
     """
     if rig.controller:
         stated = rig.controller
         return Controller(stated.proportional, stated.integral, stated.speed_filter, stated.torque_filter)
     logged = logged_gains(spectra, Controller(0.0))
     if logged is None:
+        if not spectra["cross_speed"].notnull().any():
+            what = "does not describe its controller, and no window is long enough to read it from the logged command"
+            raise EstimationError(rig.name, what, "Describe the controller, or log the sweep for longer")
         raise EstimationError(rig.name, "neither describes its controller nor logs the command", "Add one of them")
     proportional, integral = logged[0].tolist()
     return Controller(proportional, integral)

@@ -37,7 +37,8 @@ class WithoutData:
     def notes(self, place: Callable[[int], str]) -> list[Note]:
         """A note for each; of very many, one for the rest."""
         told = zip(self.rows, self.texts, strict=False)
-        notes = [(f"{place(row)} is no row of data and is left out: '{shortened(text)}'", _REMEDY) for row, text in told]
+        what = "is no row of data and is left out"
+        notes = [(f"{place(row)} {what}: '{shortened(text)}'", _REMEDY) for row, text in told]
         more = len(self.rows) - len(self.texts)
         return [*notes, (f"{more} more rows are none of data and are left out", _REMEDY)] if more else notes
 

@@ -16,6 +16,7 @@ from drillid.config.settings import Settings
 from drillid.datasets.store import WellFolders
 from drillid.errors import EstimationError, LogError, SettingsError
 from drillid.identification import Identification
+from tests import raw_logs
 from tests.simulated import RATE, SHALLOW, drilled
 
 DESCRIPTION = """
@@ -93,6 +94,13 @@ def test_what_cannot_be_identified_is_refused_with_its_reason(folder: Path, tmp_
         )
     with pytest.raises(SettingsError, match="no log"):
         drillid.identify([], folder / "rig.yaml")
+
+
+def test_windows_too_short_for_their_sweep_are_told_as_such(tmp_path: Path) -> None:
+    log = raw_logs.save(raw_logs.drilling(30), tmp_path / "log.csv")
+    short = Settings.checked({"windows": {"length_s": 20.0}}, "settings of the test")
+    with pytest.raises(EstimationError, match="too short for a sweep that does not repeat in it: 240 s are needed"):
+        drillid.identify(log, raw_logs.RIG, short)
 
 
 def test_the_command_prints_and_writes_the_same(folder: Path, identified: Identification, tmp_path: Path) -> None:

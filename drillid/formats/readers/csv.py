@@ -67,7 +67,8 @@ def read_columns(
         except pa.ArrowInvalid:
             if not numeric:
                 raise
-    return with_notes(_with_numbers(_read(path, layout, header.columns, as_text, rows, left_out), header, numeric), notes)
+    table = _read(path, layout, header.columns, as_text, rows, left_out)
+    return with_notes(_with_numbers(table, header, numeric), notes)
 
 
 def line_of(path: Path, header: Header, row: int) -> int:

@@ -134,9 +134,7 @@ def line_of(path: Path, header: Header, row: int) -> int:
 
 def _held(rows: list[list[Any]], layout: _Layout) -> list[tuple[int, list[Any]]]:
     """Rows behind the header with something in them, and their places."""
-    return [
-        (at, cells) for at, cells in enumerate(rows) if at >= layout.first and any(cell != "" for cell in cells)
-    ]
+    return [(at, cells) for at, cells in enumerate(rows) if at >= layout.first and any(cell != "" for cell in cells)]
 
 
 def _without_data(rows: list[tuple[int, list[Any]]], layout: _Layout, times: Sequence[int]) -> WithoutData:

@@ -76,6 +76,10 @@ def test_without_controller_and_command_nothing_can_be_fitted(healthy: Processed
     with pytest.raises(EstimationError, match="small rig: neither describes its controller nor logs"):
         well.run("fits", rig=rig(controller=None))
     assert well.run("fits") == []  # the data sheets tell it
+    spectra["cross_speed"][:] = complex(np.nan, np.nan)
+    well.folders.write("spectra", "spectra", spectra)
+    with pytest.raises(EstimationError, match="no window is long enough to read it from the logged command"):
+        well.run("fits", rig=rig(controller=None))
 
 
 def test_too_few_frequencies_are_refused_with_their_number(healthy: Processed) -> None:
