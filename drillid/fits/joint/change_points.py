@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 
 from drillid.arrays import Floats
 from drillid.fits.joint.coordinates import WALKING
+from drillid.fits.joint.kernel import interval_evidence
 from drillid.fits.joint.smoother import Gaussian, backward, forward
 
 _USUAL_WALK = 0.05
@@ -173,19 +174,10 @@ def log_gains_of_intervals(track: Track, coordinate: int) -> Floats:
     """
     sides, factors = _Sides.of(track, coordinate), track.factors
     count = sides.steps.shape[0]
-    state = sides.ahead[:-1].walked(sides.steps + sides.leap)
     longest = max(min(_LONGEST, count - 1), 0)
-    gains = np.full((count, longest), np.nan)
-    for length in range(longest):
-        inside = slice(1 + length, count)
-        state = state[: count - 1 - length] * Gaussian(
-            factors.information[inside, None], factors.vector[inside, None], factors.log_scale[inside, None]
-        )
-        closed = state.walked(sides.steps[inside] + sides.leap) * sides.behind[2 + length :]
-        evidence = logsumexp(closed.log_integral() + _LOG_PRIOR, axis=-1)
-        gains[: count - 1 - length, length] = evidence - sides.without
-        state = state.walked(sides.steps[inside])
-    return gains
+    evidence = np.full((count, longest, _GRID.size), np.nan)
+    interval_evidence(*sides.ahead.parts, *sides.behind.parts, *factors.parts, sides.steps, sides.leap, evidence)
+    return np.asarray(logsumexp(evidence + _LOG_PRIOR, axis=-1) - sides.without)
 
 
 def dated(track: Track) -> tuple[Change, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,10 +12,11 @@ from drillid.fits.damped import HALVING, JOINT_END, descend
 from drillid.fits.joint.change_points import Track
 from drillid.fits.joint.coordinates import FIRST_GAIN, LEAST, MOST, SIZE, WALKING, Levels, to_parameters
 from drillid.fits.joint.smoother import Gaussian, smoothed
-from drillid.fits.window_fit import Measured
-from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives
-from drillid.physics.responses import laplace
-from drillid.physics.top_drive import gain_responses
+from drillid.fits.likelihood import Data, curvature
+from drillid.fits.search import to_scaled
+from drillid.fits.window_fit import Measured, Prior, likelihood
+from drillid.physics.eight_parameters import KnownEquipment
+from drillid.physics.parameters import DELTA, SCALES
 
 
 class Windows:
@@ -42,29 +43,40 @@ class Windows:
         self.bit_depth = np.asarray(bit_depth, dtype=float)
         self.logged_length = self.bit_depth - [equipment.collar_length for equipment in known]
         self.share = np.ones(self.bit_depth.size) if share is None else share
+        prior = replace(Prior.silent(), gains=self.gains)
+        self._data = [
+            _data(each, equipment, prior) if each.frequency.size else None
+            for each, equipment in zip(measured, known, strict=True)
+        ]
 
     def terms(self, states: Floats) -> tuple[Floats, Floats, Floats]:
         """Half the sum of squares (window,), its gradient (window, 11) and Gauss–Newton Hessian (window, 11, 11)."""
         values, slopes = to_parameters(states, self.logged_length)
-        cost, gradient = np.zeros(len(states)), np.zeros((len(states), SIZE))
-        hessian = np.zeros((len(states), SIZE, SIZE))
-        for row, (measured, known) in enumerate(zip(self.measured, self.known, strict=True)):
-            if not measured.frequency.size:
-                continue
-            s = laplace(measured.frequency)
-            mobility, derivatives = command_mobility_with_derivatives(values[row], known, s)
-            by_gain = gain_responses(known.controller, s) * self.gains[:, None]
-            # 1/M = 1/M₀ + ΔA, with M₀ under the known gains
-            ratio = 1 / (1 + mobility * (states[row, FIRST_GAIN:] @ by_gain))
-            mobility, derivatives = mobility * ratio, derivatives * ratio**2
-            error = (mobility - measured.mobility) * measured.weight
-            rows = slopes[row].T @ (derivatives * measured.weight)
-            rows[FIRST_GAIN:] = -(mobility**2) * by_gain * measured.weight
-            stacked = np.concatenate([rows.real, rows.imag], axis=-1)
-            cost[row] = 0.5 * np.sum(np.abs(error) ** 2)
-            gradient[row] = stacked @ np.concatenate([error.real, error.imag])
-            hessian[row] = stacked @ stacked.T
-        return self.share * cost, self.share[:, None] * gradient, self.share[:, None, None] * hessian
+        points, slopes = to_scaled(values), slopes / SCALES[:, None]
+        # internal damping is a logarithm for the solver as it is here
+        slopes[:, DELTA] = np.eye(SIZE)[WALKING.index(DELTA)]
+        if self.gains.any():
+            by_gains = np.eye(SIZE)[FIRST_GAIN:]
+            points = np.concatenate([points, states[:, FIRST_GAIN:]], axis=1)
+            slopes = np.concatenate([slopes, np.broadcast_to(by_gains, (len(states), *by_gains.shape))], axis=1)
+        cost, gradient = np.zeros(len(states)), np.zeros(points.shape)
+        hessian = np.zeros((*points.shape, points.shape[1]))
+        for row, data in enumerate(self._data):
+            if data is not None:
+                cost[row] = curvature(points[row], data, False, gradient[row], hessian[row])
+        turned = np.swapaxes(slopes, 1, 2)
+        return (
+            self.share * cost,
+            self.share[:, None] * np.matvec(turned, gradient),
+            self.share[:, None, None] * (turned @ hessian @ slopes),
+        )
+
+
+def _data(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
+    """What the compiled likelihood reads, without any prior; errors with a degree of freedom at most count nothing."""
+    data = likelihood(measured, known, prior)
+    variance = np.where(data.freedom > 1, data.variance, np.inf)
+    return data._replace(variance=variance, prior_weight=np.zeros(data.prior_weight.size))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats
+from drillid.fits.joint.kernel import accumulate, integrate_each, walk_each
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,14 @@ class Gaussian:
         log_scale = -0.5 * np.sum(precision * centre**2 + np.where(known, spread, 0.0))
         return Gaussian(np.diag(precision), precision * centre, np.asarray(log_scale))
 
+    @property
+    def parts(self) -> tuple[Floats, Floats, Floats]:
+        """Information, vector and logarithm of the scale as the compiled functions take them."""
+        information, vector, log_scale = (
+            np.ascontiguousarray(part, dtype=float) for part in (self.information, self.vector, self.log_scale)
+        )
+        return information, vector, log_scale
+
     def __mul__(self, other: Gaussian) -> Gaussian:
         return Gaussian(
             self.information + other.information, self.vector + other.vector, self.log_scale + other.log_scale
@@ -58,42 +67,34 @@ class Gaussian:
     def walked(self, variance: Floats) -> Gaussian:
         """After a random step of the first coordinates, of variance (..., walking); 0 is no step.
 
-        The coordinates before the step are integrated over. With M their information and Q the
-        variance, information goes to (I + M Q)⁻¹ M, which exists for steps of any size and for
-        coordinates of which nothing is known.
+        The coordinates before the step are integrated over, see `drillid.fits.joint.kernel.walk`.
         """
-        walking = variance.shape[-1]
-        both = np.concatenate([self.information, self.vector[..., None]], axis=-1)[..., :walking, :]
-        system = np.eye(walking) + self.information[..., :walking, :walking] * variance[..., None, :]
-        kept = np.linalg.solve(system, both)
-        lost = np.swapaxes(both, -1, -2) @ (variance[..., :, None] * kept)
-        rest = np.concatenate([self.information, self.vector[..., None]], axis=-1) - lost[..., :-1, :]
-        shift = 0.5 * lost[..., -1, -1] - 0.5 * np.linalg.slogdet(system)[1]
-        information = rest[..., :-1]
-        return Gaussian((information + np.swapaxes(information, -1, -2)) / 2, rest[..., -1], self.log_scale + shift)
+        shape, size = np.broadcast_shapes(self.log_scale.shape, variance.shape[:-1]), self.vector.shape[-1]
+        information = np.array(np.broadcast_to(self.information, (*shape, size, size)))
+        vector = np.array(np.broadcast_to(self.vector, (*shape, size)))
+        log_scale = np.array(np.broadcast_to(self.log_scale, shape), dtype=float)
+        steps = np.array(np.broadcast_to(variance, (*shape, variance.shape[-1])))
+        walk_each(
+            information.reshape(-1, size, size),
+            vector.reshape(-1, size),
+            log_scale.reshape(-1),
+            steps.reshape(-1, steps.shape[-1]),
+        )
+        return Gaussian(information, vector, log_scale)
 
     def log_integral(self) -> Floats:
-        """Logarithm of the integral over all coordinates."""
-        size = self.vector.shape[-1]
-        mean = np.linalg.solve(self.information, self.vector[..., None])[..., 0]
-        determinant = np.linalg.slogdet(self.information)[1]
-        log_integral = self.log_scale + 0.5 * np.vecdot(self.vector, mean) - 0.5 * determinant
-        return np.asarray(log_integral + 0.5 * size * np.log(2 * np.pi))
+        """Logarithm of the integral over all coordinates; −∞ where the information is not positive."""
+        size, shape = self.vector.shape[-1], self.log_scale.shape
+        found = np.empty(int(np.prod(shape)))
+        information, vector, log_scale = self.parts
+        integrate_each(information.reshape(-1, size, size), vector.reshape(-1, size), log_scale.reshape(-1), found)
+        return found.reshape(shape)
 
     def moments(self) -> tuple[Floats, Floats]:
         """Mean (..., state) and covariance (..., state, state)."""
         covariance = np.asarray(np.linalg.inv(self.information), dtype=float)
         mean: Floats = np.matvec(covariance, self.vector)
         return mean, covariance
-
-
-def stacked(members: list[Gaussian]) -> Gaussian:
-    """Members along a new first dimension."""
-    return Gaussian(
-        np.stack([member.information for member in members]),
-        np.stack([member.vector for member in members]),
-        np.stack([member.log_scale for member in members]),
-    )
 
 
 def forward(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
@@ -106,31 +107,35 @@ def forward(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
     steps : variance of the random steps between windows, shape (window − 1, ..., walking);
         the dimensions between are hypotheses, which the result has too
     """
-    batch = steps.shape[1:-1]
-    size = factors.vector.shape[-1]
     first = prior * factors[0]
-    state = Gaussian(
-        np.broadcast_to(first.information, (*batch, size, size)),
-        np.broadcast_to(first.vector, (*batch, size)),
-        np.broadcast_to(first.log_scale, batch),
+    return _gathered(
+        Gaussian(
+            np.concatenate([first.information[None], factors.information[1:]]),
+            np.concatenate([first.vector[None], factors.vector[1:]]),
+            np.concatenate([first.log_scale[None], factors.log_scale[1:]]),
+        ),
+        steps,
     )
-    states = [state]
-    for window, step in enumerate(steps, start=1):
-        state = state.walked(step) * factors[window]
-        states.append(state)
-    return stacked(states)
 
 
 def backward(factors: Gaussian, steps: Floats) -> Gaussian:
     """What the windows from each one on say of its state, without the prior; as `forward`."""
-    batch, size = steps.shape[1:-1], factors.vector.shape[-1]
-    nothing = Gaussian(np.zeros((*batch, size, size)), np.zeros((*batch, size)), np.zeros(batch))
-    state = nothing * factors[-1]
-    states = [state]
-    for window in range(steps.shape[0] - 1, -1, -1):
-        state = state.walked(steps[window]) * factors[window]
-        states.append(state)
-    return stacked(states[::-1])
+    turned = slice(None, None, -1)
+    found = _gathered(Gaussian(*(part[turned] for part in factors.parts)), steps[turned])
+    return Gaussian(*(part[turned] for part in found.parts))
+
+
+def _gathered(factors: Gaussian, steps: Floats) -> Gaussian:
+    """What each factor and those before it say of its state; as `forward`."""
+    windows, size = factors.vector.shape
+    batch, walking = steps.shape[1:-1], steps.shape[-1]
+    hypotheses = int(np.prod(batch))
+    shape = (windows, hypotheses)
+    found = np.empty((*shape, size, size)), np.empty((*shape, size)), np.empty(shape)
+    variances = np.ascontiguousarray(steps).reshape(-1, hypotheses, walking)
+    accumulate(*factors.parts, variances, *found)
+    information, vector, log_scale = (part.reshape(windows, *batch, *part.shape[2:]) for part in found)
+    return Gaussian(information, vector, log_scale)
 
 
 def smoothed(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
