@@ -65,6 +65,8 @@ class Outcome:
     """Of what nobody foresaw; such a well has no key and is tried again by the next run."""
     fatal: bool = False
     """Whether the machine was at fault (disk, memory), so that the job must fail."""
+    core_seconds: float = 0.0
+    """Time of one core, where `seconds` are those of the clock."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,8 @@ def run_stage(
     tasks, outcomes = tasks_of(stage, wells, settings), list[Outcome]()
     with logged(log) as logger, held(Path(settings.results).absolute() / stage / f".{wells[0]}.lock"):
         for outcome in _counted(stage, len(tasks), _outcomes(tasks, settings)):
-            message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {outcome.seconds:.1f} s"
+            spent = f"{outcome.seconds:.1f} s, {outcome.core_seconds:.2f} s of one core"
+            message = f"{outcome.well}: {outcome.status}, {outcome.problems} problem(s), {spent}"
             logger.info("%s", "\n".join(filter(None, [message, outcome.trace])))
             outcomes.append(outcome)
         fatal = [outcome for outcome in outcomes if outcome.fatal]
@@ -151,7 +154,7 @@ def process_well(task: Task) -> Outcome:
 
 
 def _processed(task: Task) -> Outcome:
-    began = time.perf_counter()
+    began, began_work = time.perf_counter(), time.process_time()
     stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.folder, name=task.listing.name)
     folder = folders.stage(stage.name)
     key = _key(stage, task.listing, task.settings, folders)
@@ -175,8 +178,8 @@ def _processed(task: Task) -> Outcome:
         write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))
     if end.status == "done":
         forget_aside(folders, stage.name)
-    seconds = time.perf_counter() - began
-    return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal)
+    seconds, worked = time.perf_counter() - began, time.process_time() - began_work
+    return Outcome(task.listing.name, end.status, len(end.problems), seconds, end.trace, end.fatal, worked)
 
 
 def drop_damaged(results: Path, wells: Sequence[str]) -> None:
