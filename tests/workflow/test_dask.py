@@ -3,16 +3,19 @@
 import contextlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import pytest
 
+from tests.workflow.killed import digests
 from tests.workflow.toys import Checkout
 
 WELLS = {
@@ -62,24 +65,30 @@ def run(fleet: Checkout, scheduler: str, *wells: str, processes: int = 2) -> sub
 
 
 @contextlib.contextmanager
-def started(fleet: Checkout, *arguments: str) -> Iterator[None]:
+def started(fleet: Checkout, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
     command = [sys.executable, "-m", "dask", *arguments, "--no-dashboard"]
     with (fleet.root / "dask.log").open("a") as log:
         process = subprocess.Popen(command, cwd=fleet.root, env=environment(fleet), stdout=log, stderr=log)
         try:
-            yield
+            yield process
         finally:
             process.terminate()
             process.wait(20)
 
 
+@contextlib.contextmanager
+def head(fleet: Checkout) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Address of a scheduler, and the words by which a worker of one thread finds it."""
+    file = fleet.root / "scheduler.json"
+    with started(fleet, "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)):
+        worker = ("worker", "--scheduler-file", str(file), "--nthreads", "1")
+        yield str(awaited(lambda: json.loads(file.read_text())["address"])), worker
+
+
 @pytest.fixture
 def scheduler(fleet: Checkout) -> Iterator[str]:
-    file = fleet.root / "scheduler.json"
-    worker = ("worker", "--scheduler-file", str(file), "--nthreads", "1", "--nworkers", "2")
-    head = ("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
-    with started(fleet, *head), started(fleet, *worker):
-        yield str(awaited(lambda: json.loads(file.read_text())["address"]))
+    with head(fleet) as (address, worker), started(fleet, *worker, "--nworkers", "2"):
+        yield address
 
 
 def awaited(look: Callable[[], Any]) -> Any:
@@ -114,6 +123,31 @@ def test_wells_go_over_a_dask_scheduler_that_refuses_workers_with_older_code(fle
     refused = run(fleet, scheduler, "Good")
     assert refused.returncode != 0
     assert "Restart the dask workers" in refused.stderr
+
+
+def test_a_worker_that_is_killed_in_mid_run_changes_no_result(fleet: Checkout) -> None:
+    """Two workers are processes of their own; the other one takes the wells of the one that is killed."""
+    wells = {f"W{number}": [f"{number}.csv"] for number in range(6)}
+    fleet.sheets(wells)
+    words = ("--until", "windows", "--config")
+    fleet.run(*words, "fleet={batch_size: 6}")
+    undisturbed = digests(fleet.root / "results/main")
+    shutil.rmtree(fleet.root / "results")
+    fleet.journal()
+    with (
+        head(fleet) as (address, worker),
+        started(fleet, *worker, "--no-nanny", "--name", "A") as first,
+        started(fleet, *worker, "--no-nanny", "--name", "B") as second,
+        ThreadPoolExecutor() as threads,
+    ):
+        running = threads.submit(fleet.run, *words, f"fleet={{batch_size: 6, scheduler: '{address}'}}")
+        awaited(lambda: f" {first.pid}\n" in (fleet.root / "journal.txt").read_text() or None)
+        first.kill()
+        running.result()
+    assert digests(fleet.root / "results/main") == undisturbed
+    done = [(line.split()[:2], int(line.split()[2])) for line in fleet.pids()]
+    assert {process for _, process in done} == {first.pid, second.pid}
+    assert {well for (stage, well), process in done if (stage, process) == ("windows", second.pid)} == wells.keys()
 
 
 def assert_only_the_killed_failed(fleet: Checkout, done: subprocess.CompletedProcess[str]) -> None:
