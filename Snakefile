@@ -52,9 +52,11 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/well.smk"
 include: "workflow/rules/fleet.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/mirror.smk"
 
 
 rule all:
     default_target: True
     input:
         everything(),
+        mirrored(),

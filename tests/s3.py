@@ -13,7 +13,10 @@ BUCKET = "drilling"
 def store() -> Iterator[dict[str, str]]:
     """Environment that leads to a store with the bucket BUCKET; it ends with the context."""
     import boto3
+    from s3fs import S3FileSystem
 
+    # those of an earlier store look for it at its own address
+    S3FileSystem.clear_instance_cache()
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()

@@ -254,7 +254,10 @@ class Settings(Strict):
     log_roots: tuple[str, ...] = ()
     """Folders that logs may lie in, such as a mounted share, beside the working folder and that of the logs sheet."""
     results: str = "results/main"
-    """Folder for all results of this configuration."""
+    """Folder for all results of this configuration, on this machine or a mounted share."""
+    mirror: str | None = None
+    """Folder or URL, such as s3://bucket/main, with a copy of the results that each run brings up to date; a machine
+    without results begins with it."""
     fleet: FleetSettings = FleetSettings()
     records: RecordsSettings = RecordsSettings()
     windows: WindowsSettings = WindowsSettings()

@@ -13,6 +13,9 @@ from typing import Any
 KEY = "key.json"
 """File of a well's folder that says what its datasets were made from; without it they count as never made."""
 
+PROBLEMS = "problems.csv"
+"""File of a well's folder with whatever the stage rejected."""
+
 
 def stored(folder: Path) -> dict[str, Any]:
     """What one stage of one well was made from; empty where it was never finished, or a file is damaged or missing."""
@@ -55,6 +58,15 @@ def holds(path: Path, failed_on: Callable[[str], str]) -> bool:
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(keys, dict) and all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
+
+
+def failed_in(path: Path) -> int:
+    """How many of the manifest's wells failed; 0 where there is none."""
+    try:
+        wells = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return 0
+    return sum(stored(path.parent / str(well)).get("status", "failed") == "failed" for well in wells)
 
 
 def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:

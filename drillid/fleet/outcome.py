@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from drillid.datasets.store import WellFolders
-from drillid.fleet.manifest import stored
+from drillid.fleet.manifest import PROBLEMS, stored
 from drillid.fleet.stages import STAGES
 
 _NAMED = 5
@@ -16,26 +16,46 @@ _NAMED = 5
 
 
 def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
-    """Reason of each well that failed in a stage or has not gone through all of them."""
+    """Reason of each well that failed in a stage."""
     reasons = {well: _reason(WellFolders(results, well)) for well in wells}
     return {well: reason for well, reason in reasons.items() if reason}
 
 
-def closing_line(wells: Sequence[str], failed: dict[str, str]) -> str:
+def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
+    """Wells that have not gone through all stages, be it that they failed or that a run went only so far."""
+    return [well for well in wells if not all(map(stored, _folders(WellFolders(results, well)).values()))]
+
+
+def closing_line(wells: Sequence[str], failed: dict[str, str], unfinished: Sequence[str] = ()) -> str:
     """The run in one sentence, with the failed wells and the remedy's place."""
+    waiting = [well for well in unfinished if well not in failed]
+    total = len(wells)
     if not failed:
-        return f"{len(wells)} of {len(wells)} wells done."
+        return (
+            f"{total - len(waiting)} of {total} wells have gone through all stages, none failed."
+            if waiting
+            else f"{total} of {total} wells done."
+        )
     named = [f"{well} ({reason})" for well, reason in list(failed.items())[:_NAMED]]
     more = [f"and {len(failed) - _NAMED} more"] if len(failed) > _NAMED else []
-    return f"{len(failed)} of {len(wells)} wells failed: {', '.join(named + more)}. See problems.csv for the remedies."
+    rest = f" {len(waiting)} have not gone through all stages." if waiting else ""
+    return f"{len(failed)} of {total} wells failed: {', '.join(named + more)}. See problems.csv for the remedies.{rest}"
+
+
+def _folders(folders: WellFolders) -> dict[str, Path]:
+    return {stage: folders.stage(stage) for stage in STAGES}
 
 
 def _reason(folders: WellFolders) -> str:
-    for stage in STAGES:
-        folder = folders.stage(stage)
-        key = stored(folder)
-        if key.get("status") == "failed" or not key:
-            return f"{stage}: {_first_problem(folder / 'problems.csv')}"
+    """The first failure; one that nobody foresaw has a row and no key."""
+    places = _folders(folders)
+    keys = {stage: stored(folder) for stage, folder in places.items()}
+    failed = [stage for stage, key in keys.items() if key.get("status") == "failed"]
+    without_key = [stage for stage, key in keys.items() if not key]
+    for stage in (*failed, *without_key):
+        row = _first_problem(places[stage] / PROBLEMS)
+        if row or stage in failed:
+            return f"{stage}: {row or 'not finished'}"
     return ""
 
 
@@ -43,5 +63,5 @@ def _first_problem(path: Path) -> str:
     try:
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
     except (OSError, ValueError):
-        return "not finished"
-    return f"{table['where'].iloc[0]}: {table['what'].iloc[0]}" if len(table) else "not finished"
+        return ""
+    return f"{table['where'].iloc[0]}: {table['what'].iloc[0]}" if len(table) else ""

@@ -13,8 +13,9 @@ from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
-from drillid.fleet.manifest import KEY, holds
-from drillid.fleet.outcome import closing_line, failed_wells
+from drillid.fleet.manifest import KEY, PROBLEMS, holds
+from drillid.fleet.mirror import restore
+from drillid.fleet.outcome import closing_line, failed_wells, unfinished_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import STAGES, failed_on, fingerprint
 from drillid.fleet.workers import THREAD_VARIABLES
@@ -69,6 +70,17 @@ class Plan:
             return {name: (name,) for name in names}
         return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
 
+    def restore_results(self) -> bool:
+        """Begin with the copy of the results where this machine has none; whether it does.
+
+        Raises
+        ------
+        SettingsError
+            If the copy's place does not answer.
+        """
+        mirror = self.settings.mirror
+        return mirror is not None and restore(Path(self.settings.results), mirror)
+
     def drop_untrue_manifests(self) -> None:
         """Take away the manifests of batches with a well whose folder is gone or other than named there, or mended.
 
@@ -89,17 +101,19 @@ class Plan:
 
     def outcome(self) -> dict[str, Any]:
         """How many wells failed, and the run's closing line."""
-        failed = failed_wells(Path(self.settings.results), tuple(self.wells))
-        return {"failed": len(failed), "line": closing_line(tuple(self.wells), failed)}
+        results, wells = Path(self.settings.results), tuple(self.wells)
+        failed = failed_wells(results, wells)
+        return {"failed": len(failed), "line": closing_line(wells, failed, unfinished_wells(results, wells))}
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
-        """Take the wells' keys away, so that the stage and what follows from it are done again in any case."""
+        """Take the wells' keys and problems away, so that the stage and what follows are done again in any case."""
         again = {stage}
         for later in STAGES.values():
             if again.intersection(later.upstream):
                 again.add(later.name)
         for name, well in itertools.product(again, wells):
-            Path(self.settings.results, name, well, KEY).unlink(missing_ok=True)
+            for file in (KEY, PROBLEMS):
+                Path(self.settings.results, name, well, file).unlink(missing_ok=True)
             forget_aside(WellFolders(Path(self.settings.results), well), name)
 
     def threads(self, wells: Sequence[str]) -> int:
@@ -139,7 +153,7 @@ class Plan:
             "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
             "source": source_hash("drillid.report.page", "drillid.config.rig"),
             "templates": template_hash(),
-            "settings": self.settings.model_dump(mode="json", exclude={"fleet"}),
+            "settings": self.settings.model_dump(mode="json", exclude={"fleet", "mirror"}),
         }
 
     def simulated_logs(self) -> dict[str, tuple[str, int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import hashlib
 import re
 import shutil
 import tempfile
@@ -41,7 +42,7 @@ class _Copies:
         from fsspec.core import url_to_fs
 
         system, place = url_to_fs(url)
-        key = (url, _state(system.info(place, **_fresh(system))))
+        key = (url, _state(system, system.info(place, **_fresh(system))))
         if key not in self.files:
             self._make_room()
             target = self._next_folder() / Path(place).name
@@ -102,7 +103,8 @@ def _copy_of(url: str) -> Path:
 def states(paths: Iterable[Path]) -> dict[Path, str]:
     """Size and version of each remote file, empty of one that is not there or may not be read.
 
-    A folder is listed once a minute: a file that changes meanwhile changes at the next look.
+    A folder, such as a zarr store, has the size of all its files and a version that is made of theirs. Folders are
+    listed once a minute: a file that changes meanwhile changes at the next look.
 
     Raises
     ------
@@ -113,8 +115,7 @@ def states(paths: Iterable[Path]) -> dict[Path, str]:
     for path in paths:
         url = url_of(path)
         if url is not None:
-            folder, _, name = url.rstrip("/").rpartition("/")
-            found[path] = _listing(folder, int(time.monotonic() / _KEPT_S)).get(name, "")
+            found[path] = _state_at(url.rstrip("/"), int(time.monotonic() / _KEPT_S))
     return found
 
 
@@ -124,24 +125,56 @@ def size_of(state: str) -> int:
     return int(size) if size.isdigit() else 0
 
 
+@functools.lru_cache(maxsize=65536)
+def _state_at(url: str, minute: int) -> str:
+    from fsspec.core import url_to_fs
+
+    folder, _, name = url.rpartition("/")
+    entry = _listing(folder, minute).get(name)
+    if entry is None:
+        return ""
+    with _answering(folder):
+        return _state(url_to_fs(folder)[0], entry)
+
+
 @functools.lru_cache(maxsize=1024)
-def _listing(folder: str, _: int) -> dict[str, str]:
-    """States of the files of a remote folder by their names."""
+def _listing(folder: str, _: int) -> dict[str, dict[str, Any]]:
+    """Files and folders of a remote folder by their names."""
     from fsspec.core import url_to_fs
 
     try:
-        system, place = url_to_fs(folder)
-        entries = system.ls(place, detail=True, **_fresh(system))
+        with _answering(folder):
+            system, place = url_to_fs(folder)
+            entries = system.ls(place, detail=True, **_fresh(system))
     except (FileNotFoundError, PermissionError, ImportError, ValueError):
         return {}
+    return {entry["name"].rstrip("/").rpartition("/")[2]: entry for entry in entries}
+
+
+@contextlib.contextmanager
+def _answering(place: str) -> Iterator[None]:
+    """Turn the many errors of stores that do not answer into ours; what is not there or not allowed stays as it is."""
+    try:
+        yield
+    except (FileNotFoundError, PermissionError, ImportError, ValueError):
+        raise
     except Exception as error:  # each store has errors of its own
         remedy = "Look at the network and at the credentials, then run again"
-        raise SettingsError(folder, f"does not answer ({first_line(error)})", remedy) from error
-    return {entry["name"].rstrip("/").rpartition("/")[2]: _state(entry) for entry in entries}
+        raise SettingsError(place, f"does not answer ({first_line(error)})", remedy) from error
 
 
-def _state(entry: dict[str, Any]) -> str:
-    """What changes with a file's content: its size, its tag or its time."""
+def _state(system: Any, entry: dict[str, Any]) -> str:
+    """What changes with a file's content: its size, its tag or its time; of a folder, with that of any of its files."""
+    if entry.get("type") == "directory":
+        system.invalidate_cache(entry["name"])
+        files = system.find(entry["name"], detail=True)
+        lines = "".join(f"{name} {_version(files[name])}\n" for name in sorted(files))
+        size = sum(file.get("size") or 0 for file in files.values())
+        return f"{size} {hashlib.sha256(lines.encode()).hexdigest()}"
+    return _version(entry)
+
+
+def _version(entry: dict[str, Any]) -> str:
     version = next((entry[key] for key in ("ETag", "etag", "md5Hash", "mtime", "LastModified") if key in entry), "")
     return f"{entry.get('size')} {version}"
 

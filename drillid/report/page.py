@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 PAGES = "report"
 """Folder of the wells' pages."""
-_WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results"}
+_WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results", "mirror"}
 """Settings without effect on the report."""
 
 

@@ -77,3 +77,26 @@ def test_a_store_that_does_not_answer_stops_the_run_and_nothing_is_lost(
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
     with pytest.raises(SettingsError, match="does not answer"):
         file_manifest([Path("s3://nobody/raw/a.csv")])
+
+
+def test_a_zarr_store_on_s3_has_the_state_of_its_objects(environment: dict[str, str], tmp_path: Path) -> None:
+    from drillid.formats.remote import _listing, _state_at, size_of, states
+
+    def state() -> str:
+        _listing.cache_clear()
+        _state_at.cache_clear()
+        url = Path(f"s3://{BUCKET}/raw/log.zarr")
+        return states([url])[url]
+
+    system = fsspec.filesystem("s3", skip_instance_cache=True)
+    objects = {"zarr.json": b"{}", "torque/c/0": b"1234", "torque/c/1": b"5678"}
+    for name, content in objects.items():
+        system.pipe_file(f"{BUCKET}/raw/log.zarr/{name}", content)
+    before = state()
+    assert size_of(before) == 10
+    assert state() == before
+    system.pipe_file(f"{BUCKET}/raw/log.zarr/torque/c/1", b"8765")
+    changed = state()
+    assert changed != before
+    system.rm_file(f"{BUCKET}/raw/log.zarr/torque/c/0")
+    assert size_of(state()) == 6

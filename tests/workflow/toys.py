@@ -28,7 +28,7 @@ READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
 DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
 
 STAGE = '''
-"""A toy stage: one line in the journal for each well, and a folder for each dataset."""
+"""A toy stage: one line in the journal for each well, and a folder with a file for each dataset."""
 
 import errno
 import os
@@ -61,7 +61,9 @@ def process(well, folders, settings):
         if "bad" in text:
             raise LogError(well.logs[0].name, "is bad", "Mend it")
     for name in {datasets}:
-        (folders.stage("{stage}") / (name + ".zarr")).mkdir(parents=True)
+        store = folders.stage("{stage}") / (name + ".zarr")
+        store.mkdir(parents=True)
+        (store / "zarr.json").write_text("toy")
     if "{stage}" == "figures":
         (folders.stage("figures") / "figure_6.png").write_bytes(b"picture")
     return [Problem("sample 3", "is a spike", "None needed")] if "{stage}" == "windows" else []

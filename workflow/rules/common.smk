@@ -23,6 +23,8 @@ prepare_environment(workflow.basedir)
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()
+    if workflow.is_main_process and PLAN.restore_results():
+        logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
 except DrillidError as error:
     raise WorkflowError(str(error)) from None
 
@@ -98,6 +100,11 @@ def everything():
         f"<results>/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "changes.csv", "report.html")
     ]
     return stages + expand("<results>/figures/{well}", well=PLAN.wells) + tables
+
+
+def mirrored():
+    """What tells that the copy of the results is up to date, where there is to be one."""
+    return ["<results>/mirror.json"] if PLAN.settings.mirror and PLAN.wells else []
 
 
 def begin():

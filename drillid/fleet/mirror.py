@@ -1,0 +1,172 @@
+"""A copy of the results elsewhere: on a store such as S3, or in another folder, brought up to date after each run.
+
+Stages rename whole folders and lock files, which stores of objects do not know, so they work in a folder of this
+machine or of a mounted share. The copy has the same promise: a well's folder has no key.json there while it is brought
+up to date, and what names others, manifests, tables and the report, comes last.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drillid.errors import SettingsError
+from drillid.fleet.manifest import KEY, write_whole
+
+LISTING = "mirror.json"
+"""What the copy holds: its place, and size and time in ns of each file by its path."""
+_NOT_COPIED = {"raw", "logs", "benchmarks", ".previous", LISTING}
+"""Inputs, what only this machine's runs tell of, and what stages keep for themselves."""
+_AT_ONCE = 500
+"""Files that are copied in one request."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Files that were written to the copy, and deleted there."""
+
+    written: int
+    deleted: int
+
+
+def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
+    """Bring the copy of the results up to date; files that have not changed are left alone.
+
+    Parameters
+    ----------
+    results : folder of the results
+    mirror : folder or URL of the copy, such as s3://bucket/main
+    listing : file to write, with what the copy holds
+
+    Raises
+    ------
+    SettingsError
+        If the place does not answer or refuses to be written.
+    """
+    local = _files(results)
+    known = _known(results / LISTING, mirror)
+    with _answering(mirror):
+        system, root = _place(mirror)
+        there = _sizes_there(system, root)
+        changed = [name for name, state in local.items() if known.get(name) != state or there.get(name) != state[0]]
+        gone = sorted(there.keys() - local.keys() - {LISTING})
+        # a well's folder that changes has no key until it is whole
+        folders = {"/".join(Path(name).parts[:2]) for name in (*changed, *gone)}
+        keys = {f"{folder}/{KEY}" for folder in folders} & there.keys()
+        _delete(system, root, keys | set(gone))
+        for names in _in_order({*changed, *(keys & local.keys())}):
+            _put(system, results, root, names)
+        write_whole(listing, json.dumps({"mirror": mirror, "files": local}, indent=0))
+        _put(system, listing.parent, root, [listing.name])
+    return Changes(len(changed), len(gone))
+
+
+def restore(results: Path, mirror: str) -> bool:
+    """Fetch the results from their copy where this machine has none yet; whether it did.
+
+    Raises
+    ------
+    SettingsError
+        If the place does not answer.
+    """
+    if results.exists():
+        return False
+    part = results.with_name(f"{results.name}.{os.getpid()}.part")
+    with _answering(mirror):
+        system, root = _place(mirror)
+        if not system.exists(f"{root}/{LISTING}"):
+            return False
+        files = json.loads(system.cat_file(f"{root}/{LISTING}"))["files"]
+        try:
+            for names in _pieces([*files, LISTING]):
+                places = [part / name for name in names]
+                for place in places:
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                system.get([f"{root}/{name}" for name in names], [str(place) for place in places])
+            for name, (_, time_ns) in files.items():
+                os.utime(part / name, ns=(time_ns, time_ns))
+            part.rename(results)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+    return True
+
+
+def _files(results: Path) -> dict[str, list[int]]:
+    """Size and time of each file that is copied, by its path below the results."""
+    found = {}
+    for folder, folders, names in os.walk(results):
+        folders[:] = sorted(name for name in folders if name not in _NOT_COPIED and not name.endswith(".part"))
+        for name in sorted(names):
+            path = Path(folder, name)
+            if name not in _NOT_COPIED and not name.endswith((".part", ".lock")):
+                state = path.stat()
+                found[path.relative_to(results).as_posix()] = [state.st_size, state.st_mtime_ns]
+    return found
+
+
+def _known(listing: Path, mirror: str) -> dict[str, list[int]]:
+    """What was copied to this place before."""
+    try:
+        content = json.loads(listing.read_bytes())
+        return dict(content["files"]) if content["mirror"] == mirror else {}
+    except (OSError, ValueError, LookupError, TypeError):
+        return {}
+
+
+def _sizes_there(system: Any, root: str) -> dict[str, int]:
+    system.invalidate_cache()
+    files = system.find(root, detail=True) if system.exists(root) else {}
+    return {name.removeprefix(root).lstrip("/"): int(file["size"]) for name, file in files.items()}
+
+
+def _in_order(names: Iterable[str]) -> list[list[str]]:
+    """Files in the order in which they may be read: data, then keys, then manifests, tables and report."""
+    order: list[list[str]] = [[], [], []]
+    for name in sorted(names):
+        path = Path(name)
+        last = len(path.parts) == 1 or (len(path.parts) == 2 and path.suffix == ".json")
+        order[2 if last else int(path.name == KEY)].append(name)
+    return order
+
+
+def _put(system: Any, folder: Path, root: str, names: list[str]) -> None:
+    for piece in _pieces(names):
+        places = [f"{root}/{name}" for name in piece]
+        if "file" in system.protocol:
+            for place in places:
+                Path(place).parent.mkdir(parents=True, exist_ok=True)
+        system.put([str(folder / name) for name in piece], places)
+
+
+def _delete(system: Any, root: str, names: Iterable[str]) -> None:
+    # keys first, so that what is half deleted never looks complete
+    for piece in _pieces(sorted(names, key=lambda name: Path(name).name != KEY)):
+        system.rm([f"{root}/{name}" for name in piece])
+
+
+def _pieces(names: list[str]) -> Iterator[list[str]]:
+    for start in range(0, len(names), _AT_ONCE):
+        yield names[start : start + _AT_ONCE]
+
+
+def _place(mirror: str) -> tuple[Any, str]:
+    from fsspec.core import url_to_fs
+
+    system, root = url_to_fs(mirror)
+    return system, str(root).rstrip("/")
+
+
+@contextlib.contextmanager
+def _answering(mirror: str) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:  # each store has errors of its own
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        remedy = "Look at the address, the network and the credentials, then run again"
+        raise SettingsError("mirror", f"{mirror} cannot be reached or written ({said})", remedy) from error

@@ -1,0 +1,50 @@
+"""The closing line: wells that failed, and those that a run did not take through all stages."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from drillid.fleet.outcome import closing_line, failed_wells, unfinished_wells
+from drillid.fleet.stages import STAGES
+
+ROW = "well,stage,where,what,remedy\nW,records,a.csv,is bad,Mend it\n"
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    for stage in STAGES:
+        write(tmp_path / stage / "Done", "done")
+    write(tmp_path / "records/Begun", "done")
+    write(tmp_path / "records/Bad", "failed", ROW)
+    for stage in list(STAGES)[1:]:
+        write(tmp_path / stage / "Bad", "empty")
+    return tmp_path
+
+
+def write(folder: Path, status: str, rows: str = "") -> None:
+    folder.mkdir(parents=True)
+    (folder / "problems.csv").write_text(rows or ROW.splitlines()[0] + "\n")
+    (folder / "key.json").write_text(json.dumps({"key": "1", "status": status}))
+
+
+def line(results: Path, *wells: str) -> str:
+    return closing_line(wells, failed_wells(results, wells), unfinished_wells(results, wells))
+
+
+def test_a_well_that_a_run_did_not_reach_is_no_failed_one(results: Path) -> None:
+    assert line(results, "Done") == "1 of 1 wells done."
+    assert line(results, "Done", "Begun", "New") == "1 of 3 wells have gone through all stages, none failed."
+
+
+def test_failed_wells_are_named_beside_those_not_reached(results: Path) -> None:
+    assert line(results, "Bad", "Begun", "Done") == (
+        "1 of 3 wells failed: Bad (records: a.csv: is bad). See problems.csv for the remedies. "
+        "1 have not gone through all stages."
+    )
+
+
+def test_what_nobody_foresaw_leaves_a_row_without_a_key(results: Path) -> None:
+    write(results / "windows/Begun", "done", ROW)
+    (results / "windows/Begun/key.json").unlink()
+    assert failed_wells(results, ["Begun"]) == {"Begun": "windows: a.csv: is bad"}

@@ -1,0 +1,112 @@
+"""Results on a store that speaks S3: a copy that each run brings up to date, and from which another machine goes on."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import fsspec
+import pytest
+
+from drillid.errors import SettingsError
+from drillid.fleet.manifest import KEY
+from drillid.fleet.mirror import Changes, restore, update_mirror
+from tests.s3 import BUCKET, store
+from tests.workflow.killed import digests
+from tests.workflow.toys import Checkout
+
+PLACE = f"{BUCKET}/fleets/main"
+MIRROR = f"s3://{PLACE}"
+
+
+@pytest.fixture
+def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[fsspec.AbstractFileSystem]:
+    with store() as environment:
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        yield fsspec.filesystem("s3", skip_instance_cache=True, use_listings_cache=False)
+
+
+def there(bucket: fsspec.AbstractFileSystem) -> dict[str, str]:
+    """Tags of the copy's objects, which change whenever one is written with another content."""
+    return {
+        name.removeprefix(f"{PLACE}/"): file["LastModified"] for name, file in bucket.find(PLACE, detail=True).items()
+    }
+
+
+def test_a_run_keeps_a_copy_on_s3_from_which_another_machine_goes_on(
+    finished: Checkout, bucket: fsspec.AbstractFileSystem
+) -> None:
+    words = ("--config", f"mirror={MIRROR}")
+    results = finished.root / "results/main"
+    assert finished.would_run(*words) == ["mirror", "all"]
+    finished.run(*words)
+    expected = digests(results)
+    assert {name for name in there(bucket) if not Path(name).name.startswith(".")} == expected.keys()
+    assert "Nothing to be done" in finished.run(*words)
+    # a machine that has nothing but the checkout
+    shutil.rmtree(results)
+    shutil.rmtree(finished.root / ".snakemake")
+    finished.journal()
+    assert "was fetched from" in finished.run(*words)
+    assert finished.journal() == []
+    assert digests(results) == expected
+    (finished.root / "raw/c.csv").write_text("other samples")
+    finished.run(*words)
+    assert {line.split()[1] for line in finished.journal()} == {"W-2"}
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    folder = tmp_path / "main"
+    for well in ("W1", "W2"):
+        (folder / "fits" / well / "fits.zarr").mkdir(parents=True)
+        (folder / "fits" / well / "fits.zarr/zarr.json").write_text("{}")
+        (folder / "fits" / well / KEY).write_text(f'{{"key": "{well}"}}')
+        (folder / f"fits/{well}.json").write_text("{}")
+    (folder / "report.html").write_text("report")
+    (folder / "fits/.previous").mkdir()
+    (folder / "fits/.previous/old").write_text("old")
+    return folder
+
+
+@pytest.mark.parametrize("on_s3", [True, False])
+def test_only_what_has_changed_is_written_and_what_is_gone_goes(
+    results: Path, bucket: fsspec.AbstractFileSystem, tmp_path: Path, on_s3: bool
+) -> None:
+    mirror = MIRROR if on_s3 else str(tmp_path / "share/main")
+    update = lambda: update_mirror(results, mirror, results / "mirror.json")  # noqa: E731
+    assert update() == Changes(7, 0)
+    assert update() == Changes(0, 0)
+    (results / "fits/W1/fits.zarr/zarr.json").write_text('{"a": 1}')
+    (results / "fits/W2/fits.zarr/zarr.json").unlink()
+    assert update() == Changes(1, 1)
+    copy = tmp_path / "other/main"
+    assert restore(copy, mirror)
+    (results / "fits/.previous/old").unlink()
+    assert digests(copy) == digests(results)
+    assert (copy / "report.html").stat().st_mtime_ns == (results / "report.html").stat().st_mtime_ns
+    assert not restore(copy, mirror)
+
+
+def test_a_folder_has_no_key_in_the_copy_while_it_is_brought_up_to_date(
+    results: Path, bucket: fsspec.AbstractFileSystem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    update_mirror(results, MIRROR, results / "mirror.json")
+    (results / "fits/W1/fits.zarr/zarr.json").write_text('{"a": 1}')
+
+    async def failing(*_: object, **__: object) -> None:
+        raise OSError("the connection is lost")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(bucket), "_put_file", failing)
+        with pytest.raises(SettingsError, match="the connection is lost"):
+            update_mirror(results, MIRROR, results / "mirror.json")
+    assert f"fits/W1/{KEY}" not in there(bucket)
+    assert f"fits/W2/{KEY}" in there(bucket)
+    update_mirror(results, MIRROR, results / "mirror.json")
+    assert f"fits/W1/{KEY}" in there(bucket)
+
+
+def test_a_bucket_that_is_not_there_is_named(results: Path, bucket: fsspec.AbstractFileSystem) -> None:
+    with pytest.raises(SettingsError, match="s3://nowhere/main cannot be reached or written"):
+        update_mirror(results, "s3://nowhere/main", results / "mirror.json")
