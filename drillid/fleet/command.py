@@ -17,8 +17,9 @@ from pathlib import Path
 from types import FrameType
 
 from drillid.config.files import read_yaml
-from drillid.fleet.installation import snakemake_words
+from drillid.fleet.installation import PLUGINS, snakemake_words, workflow_folder
 from drillid.fleet.lock import RUN, identity
+from drillid.fleet.provenance import PACKAGE
 
 OUTCOME = "DRILLID_OUTCOME"
 """Environment variable with the file into which the workflow writes what became of its wells."""
@@ -47,15 +48,22 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
     read_yaml(configuration or "config/config.yaml")
     # targets come first: --configfile takes all words that follow it
     command = [sys.executable, "-m", "snakemake", *arguments, "--nolock", *snakemake_words(profile)]
+    command += [] if "--logger" in arguments else ["--logger", "drillid"]
     command += ["--jobs", jobs] if jobs else []
     command += ["--configfile", str(configuration)] if configuration else []
     with tempfile.TemporaryDirectory(prefix="drillid-") as folder:
         outcome = Path(folder, "outcome.json")
-        code = _supervised(command, os.environ | {RUN: identity(), OUTCOME: str(outcome)})
+        code = _supervised(command, os.environ | {RUN: identity(), OUTCOME: str(outcome), "PYTHONPATH": _path()})
         wells = json.loads(outcome.read_text()) if outcome.is_file() else {}
     if wells:
         print(wells["line"], file=sys.stderr)
     return FAILED_WELLS if code == 0 and strict and wells.get("failed") else code
+
+
+def _path() -> str:
+    """Python's path, on which Snakemake finds its plugin for the progress, and that the library."""
+    places = [str((workflow_folder() / PLUGINS).resolve()), os.environ.get("PYTHONPATH"), str(PACKAGE.parent)]
+    return os.pathsep.join(filter(None, places))
 
 
 def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:

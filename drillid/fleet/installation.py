@@ -1,4 +1,4 @@
-"""Where the workflow's files are: in the current folder, a checkout, or else in the installed package."""
+"""Where the workflow's files are: in the current folder, or else beside the library, in its checkout or package."""
 
 from __future__ import annotations
 
@@ -10,20 +10,23 @@ from drillid.errors import SettingsError
 
 SNAKEFILE = "Snakefile"
 PROFILE = Path("workflow/profiles/default")
-_INSTALLED = Path(__file__).resolve().parents[1] / "checkout"
+PLUGINS = Path("workflow/plugins")
+"""Of Snakemake, which finds them by their names."""
+_LIBRARY = Path(__file__).resolve().parents[1]
+_PLACES = (Path(), _LIBRARY / "checkout", _LIBRARY.parent)
 _DEMO = Path("config/demo")
 _TO_FILL_IN = ("config/config.yaml", "config/wells.tsv", "config/logs.tsv", "config/README.md")
 
 
 def workflow_folder() -> Path:
-    """Folder with the Snakefile: the current one where it holds one, else that of the installed package.
+    """Folder with the Snakefile: the current one where it holds one, else that of the library.
 
     Raises
     ------
     SettingsError
         If neither holds a workflow.
     """
-    for folder in (Path(), _INSTALLED):
+    for folder in _PLACES:
         if (folder / SNAKEFILE).is_file():
             return folder
     remedy = "Start drillid in the folder with the Snakefile, or install the package by pip"

@@ -34,12 +34,12 @@ from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.explain import checksums
 from drillid.fleet.lock import end_with_run, held
-from drillid.fleet.manifest import KEY, stored, stored_key, write_manifest, write_whole
+from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
+from drillid.fleet.progress import SHOWN
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
 from drillid.fleet.workers import client_of
 
-_PROBLEMS = "problems.csv"
 _PRINT_EVERY_S = 2.0
 _REPORTED = ("windows", "fits", "discrepancy", "depth")
 """Stages whose datasets the tables and the report read."""
@@ -160,7 +160,7 @@ def _processed(task: Task) -> Outcome:
     key = _key(stage, task.listing, task.settings, folders)
     failed = _failed_key(key, task.listing)
     if stored_key(folder) in (key["key"], failed["key"]):
-        return Outcome(task.listing.name, "kept", len(_read_problems(folder / _PROBLEMS)))
+        return Outcome(task.listing.name, "kept", len(_read_problems(folder / PROBLEMS)))
     folders = replace(folders, basis=key["basis"])
     set_aside(folders, stage.name)
     end = _End("empty")
@@ -168,7 +168,7 @@ def _processed(task: Task) -> Outcome:
         end = _attempt(stage, task, folders)
     if end.status == "failed":
         clear(folders, stage.name)
-    write_table(problems_table(task.listing.name, stage.name, end.problems), folder / _PROBLEMS)
+    write_table(problems_table(task.listing.name, stage.name, end.problems), folder / PROBLEMS)
     if not end.trace:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
@@ -193,12 +193,12 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
             name = str(stored(folders.stage(stage)).get("name", well))
             clear(folders, stage)
             problem = Problem(error.where, error.what, error.remedy)
-            write_table(problems_table(name, stage, [problem]), folders.stage(stage) / _PROBLEMS)
+            write_table(problems_table(name, stage, [problem]), folders.stage(stage) / PROBLEMS)
 
 
 def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
     """The problems of all wells and stages as one table, in the order of the wells and of the data's way."""
-    files = [WellFolders(results, well).stage(stage) / _PROBLEMS for well in wells for stage in STAGES]
+    files = [WellFolders(results, well).stage(stage) / PROBLEMS for well in wells for stage in STAGES]
     tables = [table for table in map(_read_problems, files) if len(table)]
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 
@@ -304,7 +304,7 @@ def _fallen(task: Task, problem: Problem, trace: str, fatal: bool = False) -> Ou
     with contextlib.suppress(OSError):
         clear(folders, task.stage)
         table = problems_table(task.listing.name, task.stage, [problem])
-        write_table(table, folders.stage(task.stage) / _PROBLEMS)
+        write_table(table, folders.stage(task.stage) / PROBLEMS)
     return Outcome(task.listing.name, "failed", 1, trace=trace, fatal=fatal)
 
 
@@ -316,7 +316,10 @@ def _is_death(error: BaseException | None) -> bool:
 
 
 def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
-    """Counts on the terminal, as lines and not as a bar because several jobs share it."""
+    """Counts as lines, because several jobs share the terminal; none where that shows the run's progress."""
+    if SHOWN in os.environ:
+        yield from outcomes
+        return
     from rich.console import Console
 
     console, printed, counts = Console(stderr=True, highlight=False), time.monotonic(), dict[str, int]()

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import random
+import shutil
 import subprocess
 import sys
 import time
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import psutil
 
-from tests.workflow.toys import Checkout
+from tests.workflow.toys import ROOT, Checkout
 
 WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"], "W3": ["d.csv"]}
 
@@ -29,6 +30,20 @@ def started(checkout: Checkout, *arguments: str) -> subprocess.Popen[str]:
     words, environment = command(checkout, *arguments)
     return subprocess.Popen(
         words, cwd=checkout.root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def make_started(checkout: Checkout, *words: str) -> subprocess.Popen[str]:
+    """`make` in the checkout, whose environment is lent by this one."""
+    for name in ("Makefile", "scripts/drillid.sh", "requirements.lock"):
+        shutil.copyfile(ROOT / name, checkout.root / name)
+    binaries = checkout.root / ".venv/bin"
+    binaries.mkdir(parents=True)
+    (binaries / "python").write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    (binaries / "python").chmod(0o755)
+    (checkout.root / ".venv/ready").touch()
+    return subprocess.Popen(
+        ["make", *words], cwd=checkout.root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
 
 

@@ -7,7 +7,7 @@ import time
 import psutil
 import pytest
 
-from tests.workflow.killed import digests, family, kill_some_process, run, started, write_wells
+from tests.workflow.killed import digests, family, kill_some_process, make_started, run, started, write_wells
 from tests.workflow.toys import Checkout
 
 POINTS = 4
@@ -65,11 +65,29 @@ def test_a_signal_ends_all_processes(wells: Checkout) -> None:
     assert run(wells).returncode == 0
 
 
+def test_a_signal_to_make_ends_all_processes(wells: Checkout) -> None:
+    (wells.root / "raw/d.csv").write_text("slow")
+    running = make_started(wells, "run", "JOBS=3", "PROFILE=profile")
+    until = time.monotonic() + 60
+    while not (wells.root / "journal.txt").exists() and time.monotonic() < until:
+        time.sleep(0.1)
+    processes = family(running)
+    assert any("--jobs 3" in " ".join(process.cmdline()) for process in processes)
+    running.send_signal(signal.SIGTERM)
+    running.communicate(timeout=30)
+    assert running.returncode != 0
+    _, alive = psutil.wait_procs(processes, timeout=5)
+    assert not alive
+
+
 def test_failed_wells_are_named_and_decide_the_exit_code(wells: Checkout) -> None:
     (wells.root / "raw/c.csv").write_text("bad")
     done = run(wells)
     assert done.returncode == 3
     assert "1 of 3 wells failed: W-2 (records: c.csv: is bad). See problems.csv for the remedies." in done.stderr
+    # a plain line a stage where there is no terminal, and no banner of any job
+    assert "records: 3 of 3 job(s) done, 1 well(s) failed\n" in done.stderr
+    assert "rule records" not in done.stderr
     assert run(wells, "--no-strict").returncode == 0
     (wells.root / "raw/c.csv").write_text("samples")
     done = run(wells)

@@ -1,0 +1,71 @@
+"""How far a run is: a line for each stage on a terminal, else a plain line whenever a stage has ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drillid.fleet.manifest import failed_in
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import TaskID
+
+SHOWN = "DRILLID_PROGRESS"
+"""Environment variable that tells jobs that a terminal shows the run's progress, so that they print no lines."""
+
+
+class RunProgress:
+    """Jobs that have ended, of each rule, and wells that failed in them.
+
+    Parameters
+    ----------
+    console : where it is shown; only a terminal has lines that change
+    jobs : number of jobs of each rule, in the order of the data's way
+    """
+
+    def __init__(self, console: Console, jobs: Mapping[str, int]) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self.console, self.jobs = console, dict(jobs)
+        self.ended, self.failed = Counter[str](), Counter[str]()
+        self.lines = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(separator=" of "),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[failed]}", style="red"),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self.tasks: dict[str, TaskID] = {
+            rule: self.lines.add_task(rule, total=total, start=False, failed="") for rule, total in self.jobs.items()
+        }
+        self.lines.start()
+
+    def job_started(self, rule: str) -> None:
+        """A job of the rule has begun: from here on its time counts."""
+        if rule in self.tasks:
+            self.lines.start_task(self.tasks[rule])
+
+    def job_ended(self, rule: str, outputs: list[str]) -> None:
+        """A job of the rule has made its outputs, among them perhaps a manifest of wells."""
+        if rule not in self.tasks:
+            return
+        self.ended[rule] += 1
+        self.failed[rule] += sum(failed_in(Path(name)) for name in outputs if name.endswith(".json"))
+        failed = f"{self.failed[rule]} well(s) failed" if self.failed[rule] else ""
+        self.lines.update(self.tasks[rule], advance=1, failed=failed)
+        if not self.console.is_terminal and self.ended[rule] == self.jobs[rule]:
+            line = f"{rule}: {self.ended[rule]} of {self.jobs[rule]} job(s) done"
+            self.say(", ".join(filter(None, [line, failed])))
+
+    def say(self, text: str) -> None:
+        """A message, above the lines that change."""
+        self.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def stop(self) -> None:
+        """Leave the lines as they are."""
+        self.lines.stop()

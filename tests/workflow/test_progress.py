@@ -1,0 +1,44 @@
+"""What a run shows on a terminal: one line for each stage."""
+
+import os
+import pty
+import re
+import subprocess
+
+from tests.workflow.killed import command, write_wells
+from tests.workflow.toys import Checkout
+
+
+def shown(checkout: Checkout, *words: str) -> tuple[int, str]:
+    """Exit code of a run and what it leaves on a terminal, without colours."""
+    arguments, environment = command(checkout, *words)
+    ours, theirs = pty.openpty()
+    size = {"COLUMNS": "100", "LINES": "40", "TERM": "xterm"}
+    with subprocess.Popen(
+        arguments, cwd=checkout.root, env=environment | size, stdin=theirs, stdout=theirs, stderr=theirs
+    ) as running:
+        os.close(theirs)
+        text = b""
+        while True:
+            try:
+                piece = os.read(ours, 65536)
+            except OSError:
+                break
+            text += piece
+    os.close(ours)
+    return running.returncode, re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", text.decode()).replace("\r", "\n")
+
+
+def test_a_terminal_shows_a_line_for_each_stage_and_no_banners(checkout: Checkout) -> None:
+    write_wells(checkout)
+    (checkout.root / "raw/c.csv").write_text("bad")
+    code, text = shown(checkout, "--until", "windows")
+    assert code == 3, text
+    last = [line for line in text.splitlines() if line.strip()][-3:]
+    assert re.fullmatch(r"records +\S+ 3 of 3 \d:\d\d:\d\d 1 well\(s\) failed *", last[0])
+    assert re.fullmatch(r"windows +\S+ 3 of 3 \d:\d\d:\d\d *", last[1])
+    assert last[2].startswith("1 of 3 wells failed: W-2")
+    assert "rule records" not in text
+    assert "records: W1" not in text
+    code, text = shown(checkout, "--until", "windows")
+    assert "Nothing to be done" in text
