@@ -6,7 +6,7 @@ freedom, follows F(2, 2ν); sums of such terms are matched by moments.
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import chdtrc, ndtri, stdtr
+from scipy.special import chdtrc, fdtri, ndtri, stdtr
 
 from drillid.arrays import Floats
 
@@ -20,6 +20,11 @@ def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:
     """Mean of |error|²/estimated variance, ν/(ν − 1); infinite up to ν = 1."""
     freedom = np.asarray(degrees_of_freedom, dtype=float)
     return np.where(freedom > 1, freedom / np.maximum(freedom - 1, 1e-9), np.inf)
+
+
+def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
+    """Number of frequencies that share a noise line: ν of the estimate over the n − 1 lines of each frequency."""
+    return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 
 def sum_of_ratios_probability(
@@ -46,6 +51,30 @@ def sum_of_ratios_probability(
     variance = float(np.sum(individual * per_ratio + (sharing - 1) * common * per_ratio**2)) * kept
     scale = variance / (2 * mean)
     return float(chdtrc(mean / scale, total / scale))
+
+
+def mean_ratio_quantile(degrees_of_freedom: Floats, sharing: Floats, p_value: float) -> float:
+    """Mean of |error|²/estimated variance over neighbours that Gaussian errors exceed with probability `p_value`.
+
+    One ratio follows F(2, 2ν), and n with one estimate in common F(2n, 2ν). The mean of others is matched in mean and
+    variance by a scaled F(2n, 2μ). Estimates from sliding averages are correlated by the share of the averages that
+    two neighbours have in common.
+
+    Parameters
+    ----------
+    degrees_of_freedom : (neighbour,) ν, complex, of each estimated variance
+    sharing : (neighbour,) distance at which two neighbours have independent estimates, in neighbours
+    """
+    count, freedom = degrees_of_freedom.size, np.maximum(degrees_of_freedom, 2.1)
+    means = expected_ratio(freedom)
+    common = means / np.sqrt(freedom - 2)
+    distance = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    overlap = np.maximum(1 - distance / sharing.mean(), 0.0)
+    variance = np.sum(means**2 + common**2) + common @ overlap @ common
+    # n times the squared coefficient of variation, which F(2n, 2μ) has as (n + μ − 1)/(μ − 2)
+    relative = count * float(variance / np.sum(means) ** 2)
+    matched = (count - 1 + 2 * relative) / max(relative - 1, np.finfo(float).eps)
+    return float(np.mean(means) / expected_ratio(matched) * fdtri(2 * count, 2 * matched, 1 - p_value))
 
 
 def to_normal(ratio: Floats, degrees_of_freedom: Floats) -> Floats:

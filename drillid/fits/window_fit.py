@@ -16,12 +16,11 @@ from drillid.fits.intervals import QUANTILE, intervals
 from drillid.fits.likelihood import Data, curvature
 from drillid.fits.search import from_scaled, starting_points, thin, to_scaled
 from drillid.fits.solver import follow
-from drillid.mobility.stacks import sharing
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, compiled_line
 from drillid.physics.parameters import BOUNDS, DELTA, INERTIA_TD, LENGTH, PARAMETERS, POLAR_MOMENT, SCALES, USUAL
 from drillid.physics.responses import laplace
 from drillid.physics.top_drive import gain_responses, with_gains
-from drillid.statistics import expected_ratio, sum_of_ratios_probability
+from drillid.statistics import expected_ratio, sharing, sum_of_ratios_probability
 
 if TYPE_CHECKING:
     from drillid.config.settings import FitsSettings

@@ -10,6 +10,7 @@ import xarray as xr
 from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
 from drillid.mobility.responses import command_mobility
+from drillid.statistics import mean_ratio_quantile, sharing
 
 if TYPE_CHECKING:
     from drillid.config.settings import MobilitySettings
@@ -31,15 +32,13 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
     """Least and largest admissible coherence of each frequency, and which frequencies pass.
 
     Coherence γ² of n averages corresponds to a signal-to-noise ratio F = (n − 1) γ²/(1 − γ²).
-    Without response the mean of F over a band follows Fisher's F, whose upper quantile at the
-    error rate gives the least coherence: a band passes or fails as a whole, so that no
-    frequency is selected for its random error. With response F follows the non-central F; the
+    Without response F follows F(2, 2ν), and the upper quantile at the error rate of its mean over a
+    band gives the least coherence: a band passes or fails as a whole, so that no frequency is
+    selected for its random error. With response F follows the non-central F; the
     best three neighbours of a band, each divided by its sweep power, determine its
     non-centrality, and its upper quantile, at the error rate shared among the band's
     frequencies, gives the largest coherence: above it the noise is implausibly small.
     """
-    from scipy.special import fdtri
-
     frequency = spectra["frequency"].values
     bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
     shape, squared = coherence.shape, coherence.values
@@ -53,10 +52,11 @@ def gate(spectra: xr.Dataset, coherence: xr.DataArray, settings: MobilitySetting
             member = bands == band
             usable = member & inside[row]
             count = max(int(usable.sum()), 1)
+            judged = usable if usable.any() else member
             averages, freedom = float(numbers[row, member].mean()), freedoms[row, member].mean()
             ratio = (averages - 1) * signal[row, usable]
-            noise_freedom = max(min(freedom * count, (averages - 1) * count + freedom), 1e-3)
-            bound = fdtri(2 * count, 2 * noise_freedom, 1 - settings.error_rate)
+            shared = sharing(freedoms[row, judged], numbers[row, judged])
+            bound = mean_ratio_quantile(freedoms[row, judged], shared, settings.error_rate)
             best = _best_neighbours(ratio / power[row, usable]) if usable.any() else 0.0
             top = _largest_ratio(2 * best * power[row, member], freedom, settings.error_rate / count)
             least[row, member] = bound / (bound + averages - 1)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Floats
 from drillid.datasets.codes import Gate
 from drillid.datasets.memory import WellInMemory
 from drillid.datasets.reuse import Memo, completed
 from drillid.datasets.store import Problem, window_place
-from drillid.statistics import sum_of_ratios_probability
+from drillid.statistics import sharing, sum_of_ratios_probability
 
 if TYPE_CHECKING:
     from drillid.config.settings import MobilitySettings
@@ -109,11 +108,6 @@ def agreement_p_value(windows: xr.Dataset) -> float:
     return sum_of_ratios_probability(
         float(np.sum(total / inflation)), np.tile(pooled, contrasts), np.tile(shared, contrasts), fitted=0.0
     )
-
-
-def sharing(degrees_of_freedom: Floats, averages: Floats) -> Floats:
-    """Number of frequencies that share a noise line: ν of the estimate over the n − 1 lines of each frequency."""
-    return np.maximum(degrees_of_freedom / np.maximum(averages - 1, 1e-9), 1.0)
 
 
 def _stack(windows: xr.Dataset, p_value: float) -> xr.Dataset:

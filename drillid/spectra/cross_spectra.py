@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
-from drillid.arrays import Complex, Floats
+from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.measured import WINDOW_FREQUENCY
 
 
@@ -62,7 +62,9 @@ def welch_spectra(
     """Spectra by averaging half-overlapping Hann segments of `segment` s (Welch 1967).
 
     Frequencies are two lines of a segment apart, so that neighbours are nearly independent. Samples
-    are rounded to single precision, 1e-7 of the channels' range, which halves the time.
+    are rounded to single precision, 1e-7 of the channels' range, which halves the time. Overlapping
+    segments share noise, of which a sweep that is alike in neighbouring segments, or is strong in a
+    few of them, averages less; averages and degrees of freedom are those for the sweep as it is.
     """
     samples = round(segment * rate)
     taper = np.hanning(samples + 1)[:-1]
@@ -71,8 +73,8 @@ def welch_spectra(
     spectrum_sweep, spectrum_speed, spectrum_command = (
         _segment_spectra(channel, taper)[:, lines] for channel in (sweep, speed, command)
     )
+    noise_gain, freedom = _freedom(spectrum_sweep, lines)
     segments = spectrum_speed.shape[0]
-    averages = segments / (1 + 2 / 36 * (1 - 1 / segments))
     sweep_power, speed_power, command_power = (
         np.mean(np.abs(x) ** 2, axis=0, dtype=float) for x in (spectrum_sweep, spectrum_speed, spectrum_command)
     )
@@ -84,7 +86,7 @@ def welch_spectra(
             (spectrum_speed, spectrum_command),
         )
     )
-    per_freedom = averages / max(averages - 1, np.finfo(float).tiny)
+    per_freedom = segments / np.maximum(segments - noise_gain, np.finfo(float).tiny)
     return Spectra(
         sweep_power=sweep_power,
         speed_power=speed_power,
@@ -93,10 +95,28 @@ def welch_spectra(
         cross_speed=cross_speed,
         cross_command=cross_command,
         cross_noise=(cross - cross_speed * np.conj(cross_command) / sweep_power) * per_freedom,
-        averages=np.full(lines.size, averages),
-        degrees_of_freedom=np.full(lines.size, averages - 1),
+        averages=segments / noise_gain,
+        degrees_of_freedom=freedom,
         sweep_rounding=np.zeros(lines.size),
     )
+
+
+def _freedom(sweep: NDArray[np.complex64], lines: Integers) -> tuple[Floats, Floats]:
+    """Noise power along a sweep (segment, line) per that of a segment, (line,), and degrees of freedom off it.
+
+    Neighbouring Hann segments have the correlation 1/6 in even lines and −1/6 in odd ones. Off the sweep the noise
+    has the projected covariance, whose power is that of a χ² of as many degrees of freedom (Satterthwaite 1946).
+    """
+    segments = sweep.shape[0]
+    correlation = np.where(lines % 2 == 0, 1.0, -1.0) / 6
+    unit = sweep / (np.linalg.norm(sweep, axis=0) + np.finfo(np.float32).tiny)
+    mixed = unit.astype(complex)
+    mixed[1:] += correlation * unit[:-1]
+    mixed[:-1] += correlation * unit[1:]
+    gain = np.sum(np.conj(unit) * mixed, axis=0).real
+    of_square = segments + (segments - 1) / 18
+    spread = of_square - 2 * np.sum(np.abs(mixed) ** 2, axis=0) + gain**2
+    return gain, (segments - gain) ** 2 / np.maximum(spread, np.finfo(float).tiny)
 
 
 def _segment_spectra(channel: Floats, taper: NDArray[np.float32]) -> NDArray[np.complex64]:

@@ -11,7 +11,7 @@ from drillid.arrays import Booleans, Complex, Floats
 
 _CORNERS = (0.0, 1.0, 4.0)
 """Candidate corners of the high pass, as multiples of the lowest frequency of interest."""
-_ORDER = 40
+ORDER = 40
 """Order of the autoregressive model: at a sample rate of 2.5 times the highest frequency, a few cycles of each mode."""
 _BAND_RATIO = 4.0
 """Upper over lower edge of the bands in which bursts are sought: two octaves, as of one sweep."""
@@ -32,13 +32,28 @@ def autoregressive_level(power: Floats) -> Floats:
     from scipy.linalg import solve_toeplitz
 
     last = power.size - 1
-    order = min(_ORDER, last // 4)
+    order = _order(last)
     covariance = irfft(power, 2 * last)[: order + 1]
     if not covariance[0] > 0:
         return np.ones(power.size)
     covariance[0] *= 1 + 1e-9
     prediction = solve_toeplitz(covariance[:-1], covariance[1:])
     return np.asarray(1 / np.abs(rfft(np.concatenate([[1.0], -prediction]), 2 * last)) ** 2, dtype=float)
+
+
+def level_variance(last: int, unexcited: int, reach: int) -> float:
+    """Relative variance of that smooth spectrum at a line over its mean within `reach` lines on both sides.
+
+    A model of order p from n lines has p/n (Berk 1974, Annals of Statistics 2). What the mean has in common with the
+    line cancels: lines farther apart than last/p have independent errors.
+    """
+    order = _order(last)
+    independent = 2 * reach * order / last
+    return order / unexcited * independent / (1 + independent)
+
+
+def _order(last: int) -> int:
+    return min(ORDER, last // 4)
 
 
 def high_pass(power: Floats, unexcited: Booleans, lowest: int) -> Floats:
@@ -135,7 +150,7 @@ def burst_weights(deviation: Complex, level: Floats, band: tuple[int, int], peri
     span = min(max(_LEAST_S, _CYCLES / bandwidth), seconds / periods / 2)
     squares = irfft(white, samples).reshape(periods, -1) ** 2
     # the jump from the record's end to its beginning, which the mean period spreads to all, is not a burst
-    edge = min(_ORDER, squares.shape[1] // 4)
+    edge = min(ORDER, squares.shape[1] // 4)
     squares[:, np.arange(-edge // 2, edge)] = np.median(squares) / chdtri(1, 0.5)
     power = uniform_filter1d(squares.ravel(), max(1, round(span / seconds * samples)), mode="wrap")
     freedom = 2 * bandwidth * span

@@ -10,7 +10,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from drillid.arrays import Booleans, Complex, Floats, Integers
 from drillid.records.quality import quantisation_step
 from drillid.spectra.cross_spectra import Spectra
-from drillid.spectra.noise import Weights, autoregressive_level, bands, burst_weights, high_pass
+from drillid.spectra.noise import Weights, autoregressive_level, bands, burst_weights, high_pass, level_variance
 
 _NOT_REPEATING = 0.01
 """Share of the sweep's power that may differ from one period to the next."""
@@ -87,7 +87,8 @@ def line_spectra(
     are linear over the nearest `noise_lines` unexcited lines (a local polynomial estimate: Pintelon
     and Schoukens 2012, chapter 7); bursts of noise, by weighting each period at each time (`noise`).
     The power that remains in these lines, divided by the smooth spectrum of the noise, gives the
-    variance; its degrees of freedom are theirs less two, and fewer where bursts are weighted down.
+    variance; its degrees of freedom are theirs less two, fewer where bursts are weighted down, and
+    fewer for the error of the smooth spectrum, which few periods determine less well.
 
     Parameters
     ----------
@@ -197,6 +198,8 @@ def _at_harmonics(
     speed_noise, command_noise = (np.sum(np.abs(residual) ** 2, axis=1) * scale for residual in residuals)
     sweep_line = sweep[harmonics]
     count = np.full(harmonics.size, averages)
+    spread = 1 / (freedom * (1.0 if weights is None else weights.efficiency))
+    spread += level_variance(lines.last, np.count_nonzero(lines.unexcited), int(offsets[-1]))
     return Spectra(
         sweep_power=np.abs(sweep_line) ** 2,
         speed_power=np.abs(at_line[0]) ** 2 + speed_noise * (averages - 1) / averages,
@@ -206,6 +209,6 @@ def _at_harmonics(
         cross_command=at_line[1] * np.conj(sweep_line),
         cross_noise=np.sum(residuals[0] * np.conj(residuals[1]), axis=1) * scale,
         averages=count,
-        degrees_of_freedom=np.full(harmonics.size, freedom * (1.0 if weights is None else weights.efficiency)),
+        degrees_of_freedom=np.full(harmonics.size, 1 / spread),
         sweep_rounding=np.full(harmonics.size, lines.rounding),
     )

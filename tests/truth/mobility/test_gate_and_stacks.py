@@ -5,13 +5,19 @@ import pytest
 import xarray as xr
 from scipy.stats import binom
 
-from drillid.config.settings import MobilitySettings
+from drillid.config.settings import MobilitySettings, SpectraSettings
 from drillid.datasets.codes import Gate
+from drillid.excitation.torques import exponential_sweeps
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.stacks import stack_windows
+from drillid.spectra.cross_spectra import stacked, welch_spectra
+from drillid.spectra.local_polynomial import local_spectra
+from drillid.spectra.periodic import line_spectra
+from drillid.spectra.stage import frequency_grid
 
 FREQUENCY = np.arange(6, 481) / 120.0
 PERIODS, FREEDOM = 5.0, 18.0
+RATE, SPECTRA = 50.0, SpectraSettings()
 START, WINDOW = np.datetime64("2025-06-01T00:00:00", "ns"), np.timedelta64(600, "s")
 
 
@@ -50,11 +56,39 @@ def synthetic_spectra(
 def test_bands_without_response_pass_at_the_error_rate(error_rate: float) -> None:
     settings = MobilitySettings(error_rate=error_rate)
     result = gated_mobility(synthetic_spectra(np.random.default_rng(5), 300, 0.0), settings)
-    bands = np.floor(np.log2(FREQUENCY / FREQUENCY[0]) / settings.band_octaves).astype(int)
+    assert_at_rate(passing(result, FREQUENCY, settings), error_rate)
+
+
+@pytest.mark.parametrize(("estimator", "seconds"), [("lines", 600), ("lines", 240), ("local", 600), ("welch", 600)])
+def test_whatever_estimates_the_spectra_noise_passes_at_the_error_rate(estimator: str, seconds: float) -> None:
+    settings = MobilitySettings(error_rate=0.1)
+    time = np.arange(round(seconds * RATE)) / RATE
+    sweep = exponential_sweeps(time, 500.0, period=120.0)
+    frequency = frequency_grid(120.0 if estimator == "lines" else 60.0, SPECTRA, RATE)
+    frequency = frequency[frequency < 4.0]
+    estimates = []
+    for seed in range(80):
+        speed = np.random.default_rng(seed).normal(size=time.size)
+        if estimator == "lines":
+            estimates.append(line_spectra(sweep, speed, speed, RATE, 120.0, frequency, SPECTRA.noise_lines))
+        elif estimator == "local":
+            estimates.append(local_spectra(sweep, speed, speed, RATE, frequency, SPECTRA.noise_lines // 4))
+        else:
+            estimates.append(welch_spectra(sweep, speed, speed, RATE, 120.0, frequency))
+    assert_at_rate(passing(gated_mobility(stacked(estimates, frequency), settings), frequency, settings), 0.1)
+
+
+def passing(mobility: xr.Dataset, frequency: np.ndarray, settings: MobilitySettings) -> np.ndarray:
+    """Whether each band of each window passes."""
+    bands = np.floor(np.log2(frequency / frequency[0]) / settings.band_octaves).astype(int)
     first_of_band = np.unique(bands, return_index=True)[1]
-    wide = first_of_band[np.bincount(bands)[bands[first_of_band]] > 4]
-    passed = result["gate"].values[:, wide] != Gate.TOO_INCOHERENT
-    assert passed.mean() <= 2.5 * error_rate
+    return np.asarray(mobility["gate"].values[:, first_of_band] != Gate.TOO_INCOHERENT)
+
+
+def assert_at_rate(passed: np.ndarray, rate: float) -> None:
+    """Neither more nor fewer than the rate, at a chance of 0.1 % each."""
+    assert binom.sf(passed.sum() - 1, passed.size, rate) > 1e-3
+    assert binom.cdf(passed.sum(), passed.size, rate) > 1e-3
 
 
 def test_good_frequencies_are_seldom_too_coherent_and_never_too_incoherent() -> None:

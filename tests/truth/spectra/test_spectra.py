@@ -10,12 +10,11 @@ from scipy.stats import kstest
 from drillid.config.settings import SpectraSettings
 from drillid.excitation.torques import band_limited_noise, exponential_sweeps
 from drillid.mobility.responses import closed_loop_responses, command_mobility
-from drillid.mobility.stacks import sharing
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.local_polynomial import local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
 from drillid.spectra.stage import frequency_grid, spectrogram
-from drillid.statistics import expected_ratio, sum_of_ratios_probability
+from drillid.statistics import expected_ratio, sharing, sum_of_ratios_probability
 
 RATE = 50.0
 SETTINGS = SpectraSettings()
@@ -89,7 +88,7 @@ def test_errors_over_their_stated_variance_follow_fisher(method: str) -> None:
     error, variance, spectra = errors(method, sweep, [measured(seed, sweep, 5.0) for seed in range(40)])
     freedom = spectra.degrees_of_freedom
     ratio = np.abs(error) ** 2 / variance
-    assert stated(error, variance, freedom) == pytest.approx(1, abs=0.1 if method == "welch" else 0.03)
+    assert stated(error, variance, freedom) == pytest.approx(1, abs=0.03)
     if method == "lines":
         shared = sharing(freedom, spectra.averages)
         whole = [sum_of_ratios_probability(float(row.sum()), freedom, shared, fitted=0.0) for row in ratio]

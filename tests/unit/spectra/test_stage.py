@@ -18,7 +18,9 @@ def test_windows_of_a_repeating_sweep_are_read_from_its_lines(healthy: Processed
     assert (spectra["averages"] == WINDOW_S / 120).all()
     lines = SpectraSettings().noise_lines
     freedom = spectra["degrees_of_freedom"]
-    assert (freedom.sel(frequency=slice(0.2, None)) == lines - 2).all()
+    # the smooth spectrum of the noise takes about a third of those of its lines
+    assert np.ptp(freedom.sel(frequency=slice(0.2, None))) == 0
+    assert lines / 2 < freedom.max() < lines - 2
     # the lowest frequencies have fewer lines below them
     assert (freedom.diff("frequency") >= 0).all()
     assert (freedom >= lines / 3).all()
