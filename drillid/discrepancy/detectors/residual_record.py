@@ -153,13 +153,17 @@ class ResidualRecord:
         """Response to the sweep of a transfer function (..., line), about its mean, (..., samples)."""
         return self.filtered(transfer * (self.frequency > 0), self.sweep)
 
-    def without_sweep(self, series: Floats) -> Floats:
-        """A series (..., samples) less its linear trend and, in the sweep's band, its part periodic with the sweep."""
+    def without_trend(self, series: Floats) -> Floats:
+        """A series (..., samples) less its linear trend."""
         centred = self.time - self.time.mean()
         slope = series @ centred / (centred @ centred)
-        series = series - series.mean(axis=-1, keepdims=True) - np.multiply.outer(slope, centred)
+        return np.asarray(series - series.mean(axis=-1, keepdims=True) - np.multiply.outer(slope, centred), dtype=float)
+
+    def without_sweep(self, series: Floats) -> Floats:
+        """A series (..., samples) less its linear trend and, in the sweep's band, its part periodic with the sweep."""
+        series = self.without_trend(series)
         if not self.periods:
-            return np.asarray(series, dtype=float)
+            return series
         return np.asarray(series - self._repeated(series * self.period_weight), dtype=float)
 
     def _repeated(self, weighted: Floats) -> Floats:

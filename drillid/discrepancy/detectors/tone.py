@@ -18,16 +18,14 @@ from drillid.discrepancy.detectors.score import Score, normal_of_p_value
 from drillid.discrepancy.rules import LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZE
 from drillid.physics.top_drive import control
 
-_OWN_LINES, _FAR_LINES = 3, 22
-"""Lines on either side of a tone that estimate its noise: from the first beyond its leakage to the last used."""
+_OWN_LINES, _CLOSE_LINES, _FAR_LINES = 3, 10, 22
+"""Lines on either side of a tone that estimate its noise: from the first beyond its leakage to the last used. Where
+the close ones alone are louder, as on a narrow line of the rock's noise, their mean counts."""
 _ABSORBED = 1
 """Half lines on either side of a harmonic in which much of a tone is removed with the periodic part; farther off 92 %
 remains."""
 _FREEDOM = 2.0 * (_FAR_LINES - _OWN_LINES)
 """Degrees of freedom of that noise estimate."""
-_NEIGHBOURS = np.repeat(
-    [1.0, 0.0, 1.0], [2 * (_FAR_LINES - _OWN_LINES), 4 * _OWN_LINES + 1, 2 * (_FAR_LINES - _OWN_LINES)]
-)
 _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
 """Order of the local polynomial; harmonics on either side that it is fitted to, and that estimate its noise."""
 _WIDEST = 1.0
@@ -81,7 +79,8 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     methods = [off_harmonics, *([_interpolated(residual, explained)] if residual.periods else [])]
     spectra = [_spectrum(residual, method.series) for method in methods]
     powers = np.stack([_power(residual, method, spectrum) for method, spectrum in zip(methods, spectra, strict=True)])
-    noise = np.tile(np.convolve(powers[0], _NEIGHBOURS / _NEIGHBOURS.sum(), "same"), (len(methods), 1))
+    around = np.maximum(*(_mean_beside(powers[0], reach) for reach in (_CLOSE_LINES, _FAR_LINES)))
+    noise = np.tile(around, (len(methods), 1))
     if residual.periods:
         noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], residual.periods))
     tried = np.stack([usable & np.isfinite(method.noise) for method in methods])
@@ -174,6 +173,13 @@ def _power(residual: ResidualRecord, method: _Residual, spectrum: Complex) -> Fl
     return np.asarray(power, dtype=float)
 
 
+def _mean_beside(power: Floats, reach: int) -> Floats:
+    """Mean power of the neighbours beyond a half line's leakage, up to `reach` lines on either side."""
+    beside = 2 * (reach - _OWN_LINES)
+    weights = np.repeat([1.0, 0.0, 1.0], [beside, 4 * _OWN_LINES + 1, beside])
+    return np.convolve(power, weights / weights.sum(), "same")
+
+
 def _of_harmonics(power: Floats, periods: int) -> Floats:
     """Mean power of the half lines in the same position beside farther harmonics; infinite where these are too few."""
     window = np.zeros(4 * _FAR_HARMONICS * periods + 1)
@@ -191,8 +197,11 @@ def _interpolated(residual: ResidualRecord, explained: Floats) -> _Residual:
     fitted to the harmonic itself.
     """
     speed = residual.speed - residual.subtracted - explained - residual.response_to_sweep(residual.mobility)
+    # the taper spreads a mean or trend over the lowest harmonics
+    speed = residual.without_trend(speed)
     sweep, output = (
-        _spectrum(residual, series - series.mean())[:: 2 * residual.periods] for series in (residual.sweep, speed)
+        _spectrum(residual, series)[:: 2 * residual.periods]
+        for series in (residual.without_trend(residual.sweep), speed)
     )
     offsets = np.array([side * step for step in range(1, _NEAR_HARMONICS + 1) for side in (-1, 1)])
     places = np.flatnonzero(residual.harmonics)[: sweep.size - 1 - _NEAR_HARMONICS]
@@ -202,7 +211,8 @@ def _interpolated(residual: ResidualRecord, explained: Floats) -> _Residual:
     )
     powers = (offsets[:, None] / _NEAR_HARMONICS) ** np.arange(_ORDER + 1)
     weights = np.linalg.pinv(inputs[:, :, None] * powers)[:, 0]
-    added = np.abs(sweep[places // residual.periods]) ** 2 * np.sum(np.abs(weights) ** 2, axis=1)
+    relative = residual.modelled_noise[np.abs(around) * residual.periods] / residual.modelled_noise[places][:, None]
+    added = np.abs(sweep[places // residual.periods]) ** 2 * np.sum(np.abs(weights) ** 2 * relative, axis=1)
     added = np.where(added > _WIDEST, np.inf, added)
     response, widened = np.zeros(residual.frequency.size, dtype=complex), np.zeros(2 * residual.frequency.size - 1)
     response[places] = np.sum(weights * outputs, axis=1)

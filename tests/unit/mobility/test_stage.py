@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from drillid.datasets.codes import Gate
-from drillid.mobility.stacks import sharing
 from drillid.physics.responses import command_mobility, laplace
-from drillid.statistics import expected_ratio, sum_of_ratios_probability
+from drillid.statistics import expected_ratio, sharing, sum_of_ratios_probability
 from tests.simulated import SHALLOW, Processed
 
 
