@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -34,6 +35,16 @@ class Problem:
 def window_place(windows: xr.Dataset, row: int) -> str:
     """How a problem names the window in a row of any dataset with WINDOW_COORDINATES."""
     return f"window {int(windows['window'][row])} at {float(windows['hole_depth'][row]):.1f} m"
+
+
+def windows_place(windows: xr.Dataset, rows: Sequence[int]) -> str:
+    """The same for some of the windows, `rows` in order: successive ones as from … to …."""
+    if len(rows) == 1:
+        return window_place(windows, rows[0])
+    numbers, depth = windows["window"].values[rows], windows["hole_depth"].values[rows]
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    listed = ", ".join(f"{run[0]} to {run[-1]}" if run.size > 1 else f"{run[0]}" for run in runs)
+    return f"windows {listed} at {depth.min():.1f} to {depth.max():.1f} m"
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drillid.arrays import Floats
 from drillid.datasets.codes import RigState
 from drillid.datasets.reuse import completed, row_keys
-from drillid.datasets.store import Problem, WellFolders
+from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.depth.responses import RESPONSES, identified_models, identified_responses
 from drillid.depth.speed_control import speed_control
 from drillid.discrepancy.products.extended_model import identified_window_models
@@ -30,16 +30,17 @@ _JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
 
 
 def _unstable(dataset: xr.Dataset) -> list[Problem]:
-    """A row for each window with a model but without a step response."""
+    """A row for the windows with a model but without a step response."""
     modelled = np.isfinite(dataset["bit_mobility_controlled"].values).all(axis=1)
+    placed = dataset.rename(depth="hole_depth")
     return [
         Problem(
-            f"window {int(dataset['window'][row])} at {float(dataset['depth'][row]):.1f} m, {name}",
+            f"{windows_place(dataset.rename(depth='hole_depth'), rows)}, {name}",
             "the identified system is unstable, so that its step response grows without limit",
             "See the verdict on the window: a cause that feeds vibration exceeds all damping there",
         )
         for name in ("bit_step_stiff", "bit_step_controlled")
-        for row in np.flatnonzero(modelled & np.isnan(dataset[name].values).any(axis=1)).tolist()
+        if (rows := np.flatnonzero(modelled & np.isnan(dataset[name].values).any(axis=1)).tolist())
     ]
 
 

@@ -12,12 +12,12 @@ from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo, completed, row_keys
-from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.discrepancy.base_rates import stated_base_rates
 from drillid.discrepancy.products.kept_sets import examine_well, joined
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
-from drillid.discrepancy.verdicts.verdict import Verdict
+from drillid.discrepancy.verdicts.verdict import NONE, Verdict
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.fits.window_fit import Measured, measured_rows
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from drillid.config.sheets import Well
 
 
+_REMEDY = "The noise or the model is not as assumed there; treat its stated errors with caution"
 _LAGS = 5
 """Largest lag, in frequencies, over which residuals are tested for correlation."""
 
@@ -121,21 +122,29 @@ def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
 
 
 def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
-    """One row for each window whose residuals fail a test at the error rate, shared among windows and tests."""
+    """One row for the windows of a verdict whose residuals fail a test at the error rate, shared among windows and
+    tests.
+    """
     names = {
         "normality_p_value": "are not Gaussian",
         "whiteness_p_value": "depend on their neighbours in frequency",
     }
     bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
-    return [
-        Problem(
-            window_place(dataset, row),
-            f"the whitened residuals {meaning} (p-value {float(dataset[name][row]):.2g})",
-            "The noise or the model is not as assumed there; treat its stated errors with caution",
-        )
-        for name, meaning in names.items()
-        for row in np.flatnonzero(dataset[name].values < bound).tolist()
-    ]
+    problems = []
+    for name, meaning in names.items():
+        verdicts = dataset["verdict"].values
+        failed = np.flatnonzero(dataset[name].values < bound)
+        for verdict in dict.fromkeys(verdicts[failed].tolist()):
+            rows = failed[verdicts[failed] == verdict]
+            least = float(dataset[name].values[rows].min())
+            problems.append(
+                Problem(
+                    windows_place(dataset, rows.tolist()),
+                    f"the whitened residuals {meaning} (p-value {least:.2g}{' at the least' * (rows.size > 1)})",
+                    _REMEDY if verdict in ("", NONE) else f"{_REMEDY}; the verdict there is {verdict}",
+                )
+            )
+    return problems
 
 
 def whitened_residuals(measured: Measured, parameters: Floats, known: KnownEquipment) -> Complex:

@@ -11,7 +11,7 @@ import xarray as xr
 from drillid.arrays import Floats, Indices
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import completed, row_keys
-from drillid.datasets.store import Problem, WellFolders, window_place
+from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.fits.datasheet import (
     DataSheet,
     contradicted_controller,
@@ -70,9 +70,10 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     stack_fits = completed_fits("stack_fits", stacks, stacks["hole_depth"].values, stacked, "stack")
     coordinates = {name: stacks[name] for name in ("stack", "hole_depth", "first_window", "last_window")}
     folders.write("fits", "stack_fits", stack_fits.assign_coords(coordinates), **control)
+    reasons = fits["reason"].values
     refused = [
-        Problem(window_place(fits, row), reason, _REMEDY)
-        for row, reason in enumerate(fits["reason"].values.tolist())
+        Problem(windows_place(fits, np.flatnonzero(reasons == reason).tolist()), reason, _REMEDY)
+        for reason in dict.fromkeys(reasons.tolist())
         if reason
     ]
     refused += [

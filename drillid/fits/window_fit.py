@@ -303,7 +303,7 @@ def _why_refused(value: Floats, error: Floats, p_value: float, settings: FitsSet
         if min(value[index] - BOUNDS[0, index], BOUNDS[1, index] - value[index]) < error[index]:
             return f"{name} ended at the edge of what is searched, {value[index]:.4g} {unit}"
     if p_value < settings.error_rate:
-        return f"the residuals are larger than the noise allows (p-value {p_value:.1g})"
+        return f"the residuals are larger than the noise allows (p-value below {settings.error_rate:g})"
     return ""
 
 

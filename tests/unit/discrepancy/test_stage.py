@@ -13,6 +13,7 @@ from drillid.datasets.codes import Gate
 from drillid.datasets.examined import DISCREPANCIES
 from drillid.discrepancy import Verdict, intervals, runs
 from drillid.discrepancy.sets import COLUMNS, ExaminedSet, window_sets, window_verdicts
+from drillid.discrepancy.stage import _failed_tests
 from drillid.discrepancy.verdicts.intervals import change_verdict, probability
 from tests.simulated import RIG, Processed
 
@@ -112,6 +113,22 @@ def test_residuals_that_fail_a_test_are_rows(healthy: Processed, tmp_path: Path,
     assert {problem.where.split(" at ")[0] for problem in problems} == {"window 1"}
     assert any(said in problem.what for problem in problems)
     assert all(problem.remedy for problem in problems)
+
+
+def test_windows_of_one_verdict_that_fail_a_test_are_one_row() -> None:
+    tracks = {
+        "hole_depth": [1000.0, 1010.0, 1020.0, 1030.0, 1040.0],
+        "normality_p_value": [1e-9, 1e-7, 0.5, 1e-8, 1e-6],
+        "whiteness_p_value": [0.5] * 5,
+        "verdict": ["drive_lag", "drive_lag", "drive_lag", "drive_lag", "none"],
+    }
+    dataset = xr.Dataset({name: ("window", values) for name, values in tracks.items()}, {"window": np.arange(3, 8)})
+    of_cause, of_none = _failed_tests(dataset, 0.05)
+    assert of_cause.where == "windows 3 to 4, 6 at 1000.0 to 1030.0 m"
+    assert "1e-09" in of_cause.what
+    assert of_cause.remedy.endswith("the verdict there is drive_lag")
+    assert of_none.where == "window 7 at 1040.0 m"
+    assert "verdict" not in of_none.remedy
 
 
 def test_a_damping_that_leaves_its_run_is_an_interval(

@@ -143,7 +143,8 @@ def test_a_tight_wrong_data_sheet_shows(healthy: Processed, tmp_path: Path) -> N
     problems = well.run("fits", rig=rig(**wrong))
     fits = well.dataset("fits", "fits")
     assert not fits["accepted"].any()
-    assert [problem.what for problem in problems[:4]] == fits["reason"].values.tolist()
+    told_once = list(dict.fromkeys(fits["reason"].values.tolist()))
+    assert [problem.what for problem in problems[: len(told_once)]] == told_once
     told = ("the residuals are larger than the noise allows", "length ended at the edge of what is searched")
     assert all(reason.startswith(told) for reason in fits["reason"].values)
 
