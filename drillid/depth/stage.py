@@ -35,7 +35,7 @@ def _unstable(dataset: xr.Dataset) -> list[Problem]:
     placed = dataset.rename(depth="hole_depth")
     return [
         Problem(
-            f"{windows_place(dataset.rename(depth='hole_depth'), rows)}, {name}",
+            f"{windows_place(placed, rows)}, {name}",
             "the identified system is unstable, so that its step response grows without limit",
             "See the verdict on the window: a cause that feeds vibration exceeds all damping there",
         )

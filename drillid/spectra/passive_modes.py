@@ -133,7 +133,7 @@ def _clear(peaks: list[tuple[int, int, int]], log_level: Floats, power: Floats, 
     clear = np.zeros(len(peaks), dtype=bool)
     for number, (begin, _, end) in enumerate(peaks):
         lines = slice(begin, end + 1)
-        smooth = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, end + 1 - begin), _BACKGROUND).T
+        smooth = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, end + 1 - begin), _BACKGROUND).T.astype(float)
         peaked = np.concatenate([smooth, log_level[None, lines]])
         gain = _log_likelihood(power[lines], peaked) - _log_likelihood(power[lines], smooth)
         free = max(_FREE, ORDER * (end + 1 - begin) / log_level.size)

@@ -199,7 +199,7 @@ def _at_harmonics(
     sweep_line = sweep[harmonics]
     count = np.full(harmonics.size, averages)
     spread = 1 / (freedom * (1.0 if weights is None else weights.efficiency))
-    spread += level_variance(lines.last, np.count_nonzero(lines.unexcited), int(offsets[-1]))
+    spread += level_variance(lines.last, int(np.count_nonzero(lines.unexcited)), int(offsets[-1]))
     return Spectra(
         sweep_power=np.abs(sweep_line) ** 2,
         speed_power=np.abs(at_line[0]) ** 2 + speed_noise * (averages - 1) / averages,
