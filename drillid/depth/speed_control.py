@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drillid.arrays import Booleans, Floats, Integers
+from drillid.arrays import Booleans, Floats
 from drillid.control.stick_slip import critical_slope, lowest_stable_speed
 from drillid.control.tuning import first_sample, tune
 from drillid.errors import EstimationError
@@ -27,40 +27,34 @@ VARIABLES = (
 
 
 def speed_control(
-    models: Sequence[WindowModel | None],
-    accepted: Booleans,
-    depth: Floats,
-    weight: Floats,
-    settings: DepthSettings,
+    models: Sequence[WindowModel | None], weight: Floats, tuned: Booleans, settings: DepthSettings
 ) -> dict[str, Floats]:
-    """The VARIABLES of the depth dataset; NaN where they are not sought, and without an accepted fit.
-
-    Settings change slowly with depth, so that they are sought at the first accepted window of every interval of
-    `tuning_interval_m`.
+    """The VARIABLES of the depth dataset, each (depth,); NaN where they are not sought, and without a model.
 
     Parameters
     ----------
-    depth : shape (depth,), m
+    models : of each depth; None without an accepted fit
     weight : shape (depth,), N on the bit; NaN where it is not logged
+    tuned : where settings are sought, shape (depth,); see `tuned_rows`
     """
     rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
-    values = {name: np.full(depth.size, np.nan) for name in VARIABLES}
-    tuned = set(_firsts(np.floor(depth / settings.tuning_interval_m).astype(int), accepted))
-    for row in np.flatnonzero(accepted).tolist():
-        window_model = models[row]
+    values = {name: np.full(weight.size, np.nan) for name in VARIABLES}
+    for row, window_model in enumerate(models):
         if window_model is None:
             continue
         system = first_sample(window_model.system)
-        found = _stability(system, rock, float(weight[row])) | (_settings(system) if row in tuned else {})
+        found = _stability(system, rock, float(weight[row])) | (_settings(system) if tuned[row] else {})
         for name, value in found.items():
             values[name][row] = value
     return values
 
 
-def _firsts(interval: Integers, accepted: Booleans) -> list[int]:
-    """The first accepted row of each interval."""
+def tuned_rows(depth: Floats, accepted: Booleans, interval_m: float) -> Booleans:
+    """The first accepted window of every interval of depth, shape (depth,), as settings change slowly with depth."""
     rows = np.flatnonzero(accepted)
-    return [int(row) for row in rows[np.unique(interval[rows], return_index=True)[1]]]
+    first = np.zeros(depth.size, dtype=bool)
+    first[rows[np.unique(np.floor(depth[rows] / interval_m), return_index=True)[1]]] = True
+    return first
 
 
 def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:

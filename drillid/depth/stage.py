@@ -14,7 +14,7 @@ from drillid.datasets.codes import RigState
 from drillid.datasets.reuse import completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.depth.responses import RESPONSES, identified_models, identified_responses
-from drillid.depth.speed_control import speed_control
+from drillid.depth.speed_control import VARIABLES, speed_control, tuned_rows
 from drillid.discrepancy.products.extended_model import identified_window_models
 from drillid.fits.datasheet import stored_controller
 from drillid.physics.parameters import PARAMETERS
@@ -84,23 +84,26 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         extended,
     )
 
+    accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
+    tuned, weight = tuned_rows(depths, accepted, settings.depth.tuning_interval_m), windows["weight_on_bit"].values
+
     def make(rows: list[int]) -> xr.Dataset:
-        return identified_responses([models[row] for row in rows], frequency, settings.depth)
+        responses = identified_responses([models[row] for row in rows], frequency, settings.depth)
+        drilled_by = [models[row] if accepted[row] else None for row in rows]
+        controlled = speed_control(drilled_by, weight[rows], tuned[rows], settings.depth)
+        return responses.assign({name: ("depth", values) for name, values in controlled.items()})
 
     # the models of windows in which a cause is named are those of their sets
     of_sets = examination["key"].values
     sets = [str(of_sets[number]) for number in examination["window_set"].values.tolist()] if of_sets.size else []
+    own = (fits["key"].values, windows["bit_depth"].values, weight, tuned)
     contents = [
-        (key, bit_depth, sets[row] if row in extended else "")
-        for row, (key, bit_depth) in enumerate(
-            zip(fits["key"].values.tolist(), windows["bit_depth"].values.tolist(), strict=True)
-        )
+        (*content, sets[row] if row in extended else "")
+        for row, content in enumerate(zip(*(values.tolist() for values in own), strict=True))
     ]
     earlier = folders.earlier("depth", "depth")
-    earlier = None if earlier is None else earlier.reset_coords()[[*RESPONSES, "key"]]
+    earlier = None if earlier is None else earlier.reset_coords()[[*RESPONSES, *VARIABLES, "key"]]
     responses = completed(earlier, row_keys(folders.basis, contents, frequency.tolist()), "depth", make)
-    accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
-    controlled = speed_control(models, accepted, depths, windows["weight_on_bit"].values, settings.depth)
     copied = {
         **{name: mobility[name] for name in ("command_mobility", "command_mobility_variance", "coherence", "gate")},
         **{name: fits[name] for name in ("chi2_per_dof", "accepted")},
@@ -110,7 +113,6 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in copied.items()}
         | parameter_variables(fits)
         | joint_variables(folders.read("fits", "joint").load())
-        | {name: ("depth", values) for name, values in controlled.items()}
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}

@@ -82,8 +82,9 @@ FIGURES = {
     "evidence": FigureText(
         "Evidence for every cause",
         "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port, or "
-        "data sheets that do not fit; for every set of windows. Above zero the data favour it, and 5 is strong; "
-        "beyond 10 the axis is logarithmic. Bars end at −10. What a channel cannot show was not tested by it.",
+        "data sheets that do not fit; for the three sets of windows that tell most. Above zero the data favour it, "
+        "and 5 is strong; beyond 10 the axis is logarithmic. Bars end at −10. What a channel cannot show was not "
+        "tested by it.",
     ),
     "distinguishability": FigureText(
         "Which causes these data distinguish",

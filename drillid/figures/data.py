@@ -30,6 +30,8 @@ _LEAST_HEIGHT_M = 0.5
 """m; height at which a window without progress is drawn."""
 _SUCCESSIVE = 6
 """Windows shown where there is no stack, as in the paper."""
+_SETS = 3
+"""Sets of windows shown beside each other."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,10 @@ class WellResults:
 
     @property
     def middle(self) -> int:
-        """Row of the middle window."""
-        return self.windows.sizes["window"] // 2
+        """Row of the middle window; in a long well of one near it, which stays as the well grows by up to a quarter."""
+        windows = self.windows.sizes["window"]
+        coarse = max(windows.bit_length() - 3, 0)
+        return (windows >> coarse << coarse) // 2
 
     def flagging_level(self) -> float:
         """Pull above which a single window is flagged: the first bound of Holm's step-down."""
@@ -113,6 +117,24 @@ def stored_results(settings: Settings, name: str) -> WellResults:
     if not folders.has("depth", "depth") or not folders.read("depth", "depth").sizes["depth"]:
         raise SettingsError(f"well {name}", f"has no results in {settings.results}", "Run the workflow first")
     return WellResults.load(listings[name].load(), folders, settings.discrepancy.error_rate)
+
+
+def shown_sets(examination: xr.Dataset) -> list[int]:
+    """The sets that a figure of several sets shows: the most telling ones, in order of depth."""
+    return sorted(_telling(examination)[:_SETS])
+
+
+def shown_set(examination: xr.Dataset) -> int | None:
+    """The set that a figure of a single set shows: the most telling one."""
+    return next(iter(_telling(examination)), None)
+
+
+def _telling(examination: xr.Dataset) -> list[int]:
+    """All sets: first those with a cause in their model, then by their p-value, then by their windows."""
+    sets = examination["set"].values
+    extended = np.isin(sets, examination["extension_set"].values)
+    windows = np.array([np.count_nonzero(examination["window_set"].values == number) for number in sets])
+    return [int(row) for row in np.lexsort((-windows, examination["p_value_before"].values, ~extended))]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import Normalize
 
 from drillid.datasets.codes import Gate
-from drillid.figures.data import WellResults
+from drillid.figures.data import WellResults, shown_set
 from drillid.figures.layout import TITLED, Margins, colour_bar, image_pair, new_figure, panels
 from drillid.figures.style import (
     DATA_SHEET,
@@ -21,7 +21,7 @@ from drillid.figures.style import (
     depth_image,
     frequency_axis,
 )
-from drillid.figures.verdicts import note_missing, set_title, shown_set
+from drillid.figures.verdicts import note_missing, set_title
 from drillid.figures.windows import MOBILITY_LABEL, degrees
 from drillid.statistics import TWO_SIDED
 

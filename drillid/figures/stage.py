@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drillid.datasets.reuse import Memo, checksum
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import SettingsError
+from drillid.figures.content import drawn_content
 from drillid.figures.data import WellResults
 
 if TYPE_CHECKING:
@@ -55,7 +59,9 @@ def draw(results: WellResults, name: str) -> Figure:
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Draw all figures of a well into its figures folder; a well without windows has none."""
+    """Draw all figures of a well into its figures folder, but those that an earlier run drew from the same content; a
+    well without windows has none.
+    """
     if not folders.has("windows", "windows") or not folders.read("windows", "windows").sizes["window"]:
         return []
     import gc
@@ -63,12 +69,30 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     from drillid.figures.layout import save
 
     results = WellResults.load(well, folders, settings.discrepancy.error_rate)
-    folder = folders.stage("figures")
+    folder, earlier = folders.stage("figures"), folders.aside("figures")
     folder.mkdir(parents=True, exist_ok=True)
+    memo = Memo(folders, "figures")
     # a figure is collected by itself, without a walk over all imported modules
     gc.freeze()
     for name in drawings():
-        figure = draw(results, name)
-        for suffix in settings.figures.formats:
-            save(figure, folder / f"{name}.{suffix}", settings.figures.dpi)
+        content = drawn_content(results, name)
+        key = memo.key(name, content)
+        files = [f"{name}.{suffix}" for suffix in settings.figures.formats]
+        if content is None or not all(
+            memo.earlier.get(key, {}).get(file) == _checksum(earlier / file) for file in files
+        ):
+            figure = draw(results, name)
+            for file in files:
+                save(figure, folder / file, settings.figures.dpi)
+        else:
+            for file in files:
+                shutil.copyfile(earlier / file, folder / file)
+        if content is not None:
+            memo.found[key] = {file: checksum(folder / file) for file in files}
+    memo.save()
     return []
+
+
+def _checksum(path: Path) -> str:
+    """Of a file's bytes; empty where it is not there, which no file's is."""
+    return checksum(path) if path.exists() else ""

@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
 
 from drillid.arrays import Floats
-from drillid.figures.data import WellResults
+from drillid.figures.data import WellResults, shown_set, shown_sets
 from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, panels, room_for, room_for_marks
 from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis
 
@@ -45,16 +45,6 @@ def note_missing(axis: Axes, words: str) -> None:
     """A note in position of missing data."""
     axis.grid(False)
     axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=MUTED)
-
-
-def shown_set(examination: xr.Dataset) -> int | None:
-    """The set that a figure of a single set shows: with a cause in its model, the least p-value, the most windows."""
-    if not examination.sizes["set"]:
-        return None
-    sets = examination["set"].values
-    extended = np.isin(sets, examination["extension_set"].values)
-    windows = np.array([np.count_nonzero(examination["window_set"].values == number) for number in sets])
-    return int(np.lexsort((-windows, examination["p_value_before"].values, ~extended))[0])
 
 
 def set_title(results: WellResults, number: int) -> str:
@@ -131,15 +121,16 @@ def _draw_verdict(axes: tuple[Axes, Axes, Axes], row: dict[Any, Any], lane: int)
 
 
 def evidence(results: WellResults) -> Figure:
-    """Log Bayes factors of all causes and of unknown disturbances, a panel for each set."""
-    examination = results.examination
-    sets = examination.sizes["set"]
+    """Log Bayes factors of all causes and of unknown disturbances, a panel for each set, of the most telling ones."""
+    examination, shown = results.examination, shown_sets(results.examination)
+    sets = len(shown)
     figure = new_figure(results, "evidence", 5.6 * min(max(sets, 2), 3), 7.6)
     margins = Margins(left=room_for(_names(examination)), bottom=0.75, top=TITLED, across=0.17)
     axes = np.atleast_1d(panels(figure, margins, 1, max(sets, 1), sharey=True))
-    for number, axis in enumerate(axes):
+    for place, axis in enumerate(axes):
         axis.set_xlabel("Log Bayes factor against the model without it [–]")
-        if number < sets:
+        if place < sets:
+            number = shown[place]
             _evidence_bars(axis, examination.isel(set=number))
             title = textwrap.shorten(set_title(results, number), _TITLE_CHARACTERS, placeholder=" …")
             axis.set_title(title, size=8.5)

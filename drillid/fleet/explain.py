@@ -5,25 +5,63 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-from collections.abc import Sequence
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from drillid.errors import SettingsError
-from drillid.fleet.manifest import stored
+from drillid.fleet.manifest import stored, write_whole
 from drillid.fleet.provenance import source_hash
 from drillid.fleet.stages import STAGES
 from drillid.formats.description import Unusable
 from drillid.formats.remote import local_file, url_of
+from drillid.formats.remote import states as remote_states
+
+_INPUTS = ".inputs.json"
+"""What is no result, and may differ between runs that give the same results."""
+_SETTLED_S = 2.0
+"""Age from which a file's time tells of every later change."""
 
 
-def checksums(paths: Sequence[Path]) -> dict[str, str]:
-    """SHA-256 of every file that is there, by its path or URL."""
-    found = {}
+def known_inputs(folder: Path) -> dict[str, list[str]]:
+    """State and SHA-256 of the inputs that the stage in a folder read, by their paths or URLs."""
+    try:
+        content = json.loads((folder / _INPUTS).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def inputs_of(paths: Sequence[Path], folder: Path, known: Mapping[str, list[str]]) -> dict[str, str]:
+    """SHA-256 of every file that is there, by its path or URL; remembered in the stage's folder.
+
+    As in git's index, a file whose size, time and place on the disk are as they were is not read again.
+
+    Parameters
+    ----------
+    known : of an earlier run, from `known_inputs`
+    """
+    found, elsewhere = dict[str, list[str]](), remote_states(paths)
     for path in paths:
+        name, state = url_of(path) or str(path), elsewhere[path] if path in elsewhere else _local_state(path)
+        if state and name in known and known[name][0] == state:
+            found[name] = known[name]
+            continue
         with contextlib.suppress(OSError, Unusable), local_file(path) as local, local.open("rb") as file:
-            found[url_of(path) or str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
-    return found
+            found[name] = [state, hashlib.file_digest(file, "sha256").hexdigest()]
+    write_whole(folder / _INPUTS, json.dumps(found))
+    return {name: digest for name, (_, digest) in found.items()}
+
+
+def _local_state(path: Path) -> str:
+    """Empty of a file that is not there, or so new that it might change within the tick of its clock."""
+    try:
+        status = path.stat()
+    except OSError:
+        return ""
+    settled = time.time() - status.st_mtime > _SETTLED_S
+    return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}" if settled else ""
 
 
 def explain(path: Path) -> str:

@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,7 +32,7 @@ from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
-from drillid.fleet.explain import checksums
+from drillid.fleet.explain import inputs_of, known_inputs
 from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.progress import SHOWN
@@ -65,7 +65,7 @@ class Outcome:
     """Of what nobody foresaw; such a well has no key and is tried again by the next run."""
     fatal: bool = False
     """Whether the machine was at fault (disk, memory), so that the job must fail."""
-    core_seconds: float = 0.0
+    core_seconds: float = field(default=0.0, compare=False)
     """Time of one core, where `seconds` are those of the clock."""
 
 
@@ -161,7 +161,7 @@ def _processed(task: Task) -> Outcome:
     failed = _failed_key(key, task.listing)
     if stored_key(folder) in (key["key"], failed["key"]):
         return Outcome(task.listing.name, "kept", len(_read_problems(folder / PROBLEMS)))
-    folders = replace(folders, basis=key["basis"])
+    folders, known = replace(folders, basis=key["basis"]), known_inputs(folder)
     set_aside(folders, stage.name)
     end = _End("empty")
     if all(folders.has(*dataset) for dataset in stage.reads):
@@ -172,7 +172,7 @@ def _processed(task: Task) -> Outcome:
     if not end.trace:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
-        inputs = {} if stage.reads else checksums([task.listing.rig_file, *task.listing.logs])
+        inputs = {} if stage.reads else inputs_of([task.listing.rig_file, *task.listing.logs], folder, known)
         files = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
         beside = {"status": end.status, "versions": numerical_versions(), "inputs": inputs, "files": files}
         write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))

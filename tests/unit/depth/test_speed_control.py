@@ -5,7 +5,7 @@ import pytest
 
 from drillid.config.settings import DepthSettings
 from drillid.control.stick_slip import critical_slope
-from drillid.depth.speed_control import VARIABLES, speed_control
+from drillid.depth.speed_control import VARIABLES, speed_control, tuned_rows
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import SettingsError
 from drillid.physics.sensor import Recording
@@ -16,10 +16,11 @@ DEPTHS = np.array([1000.0, 1010.0, 1020.0, 1030.0, 1040.0])
 
 
 def found(settings: DepthSettings, weight: float = 1e5) -> dict[str, np.ndarray]:
-    """Of five windows, of which the first has no model and the second no accepted fit."""
-    models = [None, MODEL, MODEL, MODEL, MODEL]
+    """Of five windows, of which two have no accepted fit."""
     accepted = np.array([False, False, True, True, True])
-    return speed_control(models, accepted, DEPTHS, np.full(5, weight), settings)
+    models = [MODEL if each else None for each in accepted]
+    tuned = tuned_rows(DEPTHS, accepted, settings.tuning_interval_m)
+    return speed_control(models, np.full(5, weight), tuned, settings)
 
 
 def test_settings_are_sought_once_in_an_interval_and_stability_everywhere() -> None:

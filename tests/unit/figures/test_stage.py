@@ -1,5 +1,6 @@
 """Figures of small synthetic wells: all are written, hold the right data, and say what they show."""
 
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -66,7 +67,7 @@ def panel(figure: Figure, name: str) -> Axes:
 def test_every_declared_figure_is_written(wells: tuple[Path, dict[str, Well]], name: str) -> None:
     results, made = wells
     assert figures.process(made[name], WellFolders(results, name), SETTINGS) == []
-    written = {path.name for path in (results / "figures" / name).iterdir()}
+    written = {path.name for path in (results / "figures" / name).iterdir()} - {"memo.json"}
     assert written == {f"{figure}.png" for figure in FIGURES}
 
 
@@ -115,7 +116,47 @@ def test_every_format_that_is_asked_for_is_written(many: WellResults, tmp_path: 
         patch.setattr(WellFolders, "read", lambda *_: many.windows)
         settings = Settings(figures=FiguresSettings(dpi=50, formats=("svg", "png")))
         figures.process(Well("many", many.rig, ()), folders, settings)
-    assert {path.name for path in folders.stage("figures").iterdir()} == {"anomaly.svg", "anomaly.png"}
+    assert {path.stem for path in folders.stage("figures").iterdir()} == {"anomaly", "memo"}
+    assert {path.suffix for path in folders.stage("figures").glob("anomaly.*")} == {".svg", ".png"}
+
+
+def test_figures_of_which_nothing_has_changed_are_kept(many: WellResults, tmp_path: Path) -> None:
+    folders = WellFolders(tmp_path, "many")
+    settings = Settings(figures=FiguresSettings(dpi=50))
+    names = ("anomaly", "spectrograms", "command_mobility_fitted", "reflectogram")
+    drawn: list[str] = []
+
+    def again(results: WellResults) -> list[str]:
+        """Figures that are drawn where all of them lie aside."""
+        shutil.rmtree(folders.aside("figures"), ignore_errors=True)
+        if folders.stage("figures").exists():
+            folders.aside("figures").parent.mkdir(exist_ok=True)
+            folders.stage("figures").rename(folders.aside("figures"))
+        drawn.clear()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(figures, "drawings", lambda: dict.fromkeys(names))
+            patch.setattr(figures, "draw", lambda shown, name: drawn.append(name) or DRAWINGS[name](shown))
+            patch.setattr(WellResults, "load", staticmethod(lambda *_: results))
+            patch.setattr(WellFolders, "has", lambda *_: True)
+            patch.setattr(WellFolders, "read", lambda *_: many.windows)
+            figures.process(Well("many", many.rig, ()), folders, settings)
+        assert {path.stem for path in folders.stage("figures").glob("*.png")} == set(names)
+        return list(drawn)
+
+    assert again(many) == list(names)
+    assert again(many) == ["anomaly"]
+    joint = many.depth.assign(kappa_joint=many.depth["kappa_joint"] + 1.0)
+    assert again(replace(many, depth=joint)) == ["anomaly"]
+    fitted = many.depth.assign(command_mobility_fitted=2 * many.depth["command_mobility_fitted"])
+    assert again(replace(many, depth=fitted)) == ["anomaly", "spectrograms", "command_mobility_fitted"]
+    assert again(replace(many, depth=fitted)) == ["anomaly"]
+    (folders.stage("figures") / "reflectogram.png").write_bytes(b"damaged")
+    assert again(replace(many, depth=fitted)) == ["anomaly", "reflectogram"]
+
+
+def test_the_window_that_is_shown_stays_as_a_long_well_grows(many: WellResults) -> None:
+    rows = [replace(many, windows=windows_of(count)).middle for count in (1, 2, 7, 10, 372, 383, 384)]
+    assert rows == [0, 1, 3, 5, 160, 160, 192]
 
 
 @pytest.mark.parametrize("name", list(FIGURES))

@@ -1,6 +1,7 @@
 """How a result came to be, in words."""
 
 import hashlib
+import os
 from pathlib import Path
 
 import pytest
@@ -8,8 +9,9 @@ import pytest
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing
 from drillid.errors import SettingsError
+from drillid.fleet import explain as explain_module
 from drillid.fleet import run as fleet
-from drillid.fleet.explain import explain
+from drillid.fleet.explain import explain, inputs_of, known_inputs
 from drillid.fleet.run import Task, process_well
 from tests.workflow.toys import RIG
 
@@ -31,3 +33,23 @@ def test_it_names_the_log_with_its_checksum_and_the_code(tmp_path: Path) -> None
 def test_anything_else_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="is no result of a stage of a well"):
         explain(tmp_path)
+
+
+def test_a_log_is_read_again_only_where_its_state_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log, new = tmp_path / "log.csv", tmp_path / "new.csv"
+    for path in (log, new):
+        path.write_text(path.name)
+    os.utime(log, (1e9, 1e9))
+    assert known_inputs(tmp_path) == {}
+    first = inputs_of([log, new, tmp_path / "missing.csv"], tmp_path, {})
+    assert first == {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in (log, new)}
+    read: list[Path] = []
+    local = explain_module.local_file
+    monkeypatch.setattr(explain_module, "local_file", lambda path: read.append(path) or local(path))
+    # a file that was just written may change once more without a trace in its time
+    assert inputs_of([log, new], tmp_path, known_inputs(tmp_path)) == first
+    assert read == [new]
+    log.write_text("changed")
+    os.utime(log, (1e9, 1e9 + 1))
+    assert inputs_of([log], tmp_path, known_inputs(tmp_path))[str(log)] == hashlib.sha256(b"changed").hexdigest()
+    assert read == [new, log]
