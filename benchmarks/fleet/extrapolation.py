@@ -14,9 +14,11 @@ from rich.table import Table
 
 from benchmarks.fleet import overhead
 from benchmarks.fleet.measurement import FILE, Measurement
+from drillid.errors import SettingsError
 from drillid.fleet.stages import STAGES
 
 WELLS, NODES, CORES, BATCH = 10_000, 100, 16, 25
+_MEASURED = ("computing_s_of_a_well", "overhead_s_200", "plan_s_of_a_well", "tables_s_of_a_well")
 
 
 @dataclass(frozen=True)
@@ -39,14 +41,18 @@ class Constants:
 
         Raises
         ------
-        KeyError
+        SettingsError
             If one of plan, overhead and flat has not been run.
         """
         found = json.loads(FILE.read_text()) if FILE.is_file() else {}
-        plan, tables = found["plan_s_1000"] / 1000, found["tables_s_of_a_well"]
+        missing = sorted(set(_MEASURED) - found.keys())
+        if missing:
+            parts = "Run the parts plan, overhead and flat first"
+            raise SettingsError(str(FILE), f"lacks {', '.join(missing)}", parts)
+        well, overhead_s, plan, tables = (float(found[name]) for name in _MEASURED)
         jobs = len(STAGES) * math.ceil(overhead.WELLS / overhead.BATCH)
-        job = (found["overhead_s_200"] - overhead.WELLS * (plan + tables)) / jobs
-        return cls(found["computing_s_of_a_well"], max(job, 0.0), plan, tables)
+        job = (overhead_s - overhead.WELLS * (plan + tables)) / jobs
+        return cls(well, max(job, 0.0), plan, tables)
 
 
 @dataclass(frozen=True)
