@@ -1,5 +1,6 @@
 """Generated files are what the models give, and what they show is valid."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,14 @@ def test_the_page_of_commands_is_what_the_command_line_says() -> None:
     assert (ROOT / "docs/commands.md").read_text() == commands_page(), (
         "docs/commands.md is out of date: run `make docs`"
     )
+
+
+def test_the_settings_on_the_page_on_clusters_are_valid() -> None:
+    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/clusters.md").read_text(), re.DOTALL)
+    found = [Settings.checked(yaml.safe_load(block), "docs/clusters.md").fleet.scheduler for block in blocks]
+    assert [bool(each and each.slurm) for each in found] == [True, False]
+    assert found[1] is not None
+    assert found[1].kubernetes is not None
 
 
 def test_the_default_configuration_is_the_defaults() -> None:

@@ -41,7 +41,8 @@ def make_started(checkout: Checkout, *words: str) -> subprocess.Popen[str]:
     binaries.mkdir(parents=True)
     (binaries / "python").write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
     (binaries / "python").chmod(0o755)
-    (checkout.root / ".venv/ready").touch()
+    for name in ("ready", "kernels"):
+        (checkout.root / ".venv" / name).touch()
     return subprocess.Popen(
         ["make", *words], cwd=checkout.root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )

@@ -5,7 +5,8 @@ import re
 import shutil
 import zipfile
 
-from tests.workflow.toys import Checkout
+from tests.workflow import killed
+from tests.workflow.toys import Checkout, jobs_in
 
 WELLS = {"W1": ["a.csv"], "W-2": ["c.csv"]}
 ONE_BATCH = ("--config", "fleet={batch_size: 25, processes: 1}")
@@ -41,6 +42,18 @@ def test_one_stage_of_one_well_takes_what_it_reads_along(checkout: Checkout) -> 
     checkout.run("results/main/windows/W1")
     assert checkout.journal() == []
     assert "No rule to produce results/main/fits/W9" in checkout.run("results/main/fits/W9", expect=1)
+
+
+def test_a_target_comes_before_the_configuration_or_goes_through_the_command(checkout: Checkout) -> None:
+    checkout.sheets(WELLS)
+    target, configuration = "results/main/windows/W1", ("--configfile", "config/config.yaml")
+    expected = ["records W1", "windows W1", "well W1"]
+    assert checkout.would_run(target, *configuration) == expected
+    (checkout.root / "profile").mkdir()
+    (checkout.root / "profile/config.yaml").write_text("scheduler: greedy\n")
+    done = killed.run(checkout, *configuration, target, "--dry-run")
+    assert done.returncode == 0, done.stderr
+    assert jobs_in(done.stdout + done.stderr) == expected
 
 
 def test_a_deleted_folder_of_a_well_is_made_again_and_the_other_wells_are_kept(finished: Checkout) -> None:

@@ -145,9 +145,7 @@ class Checkout:
 
     def would_run(self, *arguments: str) -> list[str]:
         """Jobs that a dry run would run: 'rule', or 'rule batch' and 'rule well' where the rule has such a wildcard."""
-        blocks = re.findall(r"^(?:local)?rule (\S+):\n((?: +.*\n)*)", self.run("--dry-run", *arguments), re.MULTILINE)
-        found = [(rule, re.search(r"wildcards: .*?(?:batch|well)=([^,\s]+)", block)) for rule, block in blocks]
-        return [f"{rule} {wildcard[1]}" if wildcard else rule for rule, wildcard in found]
+        return jobs_in(self.run("--dry-run", *arguments))
 
     def journal(self) -> list[str]:
         """Lines 'stage well' that the stages wrote since the last call."""
@@ -164,6 +162,13 @@ class Checkout:
         """Append a line to a module of the copied library."""
         path = self.root / "drillid" / f"{module}.py"
         path.write_text(path.read_text() + text)
+
+
+def jobs_in(output: str) -> list[str]:
+    """Jobs that Snakemake's output tells of, as `Checkout.would_run` names them."""
+    blocks = re.findall(r"^(?:local)?rule (\S+):\n((?: +.*\n)*)", output, re.MULTILINE)
+    found = [(rule, re.search(r"wildcards: .*?(?:batch|well)=([^,\s]+)", block)) for rule, block in blocks]
+    return [f"{rule} {wildcard[1]}" if wildcard else rule for rule, wildcard in found]
 
 
 def write_library(folder: Path) -> None:
