@@ -91,6 +91,8 @@ class DemoWell:
     standpipe_pressure: float
     log_writer: LogWriter
     wash_out: WashOut | None = None
+    stand_length: float = STAND_LENGTH
+    """m drilled with each stand."""
 
     def system(self, stand: int) -> DrillingSystem:
         """The equipment while a stand (counted from 0) is drilled.
@@ -98,7 +100,7 @@ class DemoWell:
         The top drive follows the pipe down, so that the string keeps its length within a stand; it is set to
         the hole's mean depth in the stand.
         """
-        depth = self.first_depth + STAND_LENGTH * (stand + 0.5)
+        depth = self.first_depth + self.stand_length * (stand + 0.5)
         bit = self.bit
         if self.wash_out is not None and self.wash_out.from_depth <= depth < self.wash_out.to_depth:
             extra = self.wash_out.extra
@@ -300,8 +302,8 @@ def _slow_channels(
     after = time - settings.drilling_s
     on_bottom = np.clip(1 - after / _LIFT_OFF_S, 0, 1)
     pumping = np.clip(1 - (after - _SLOW_DOWN_S) / 5, 0, 1)
-    top = truth.first_depth + STAND_LENGTH * stand
-    hole_depth = top + STAND_LENGTH * np.clip(time / settings.drilling_s, 0, 1)
+    top = truth.first_depth + truth.stand_length * stand
+    hole_depth = top + truth.stand_length * np.clip(time / settings.drilling_s, 0, 1)
     weight_noise = coloured_noise(generator, time.size, SAMPLE_INTERVAL, 0.02 * truth.weight_on_bit, 0.05)
     weight = on_bottom * (truth.weight_on_bit + weight_noise)
     in_slips = after > 60

@@ -142,8 +142,8 @@ FAULTS = (
     Fault(
         "demo",
         "drillid/demo/wells.py",
-        "STAND_LENGTH * (stand + 0.5)",
-        "STAND_LENGTH * (stand + 1.0)",
+        "stand_length * (stand + 0.5)",
+        "stand_length * (stand + 1.0)",
         ("tests/unit/demo/test_logs.py::test_only_stands_four_and_five_of_the_first_well_are_washed_out",),
         "half a stand off by: the wrong stands are washed out",
     ),
