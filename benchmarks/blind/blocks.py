@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.blind.draw import planned_cases
 from benchmarks.blind.limits import cases_needed
 from benchmarks.blind.scores import TARGETS, holds
+from benchmarks.blind.world import WORLDS
 from drillid.errors import SettingsError
 from drillid.fleet.provenance import digest, source_hash
 
@@ -25,8 +27,8 @@ ASSUMED = {
     "zones_placed": (0.95, 0.85, 0.025),
 }
 """Rates assumed of an engine that is to pass, the limits that it is to hold, and the shares of cases that count."""
-LEAST_PER_CAUSE, CAUSE_SHARE = 10, 0.0045
-"""Cases of the rarest cause at twice the size, and the share of all cases that it is expected to have."""
+LEAST_PER_CAUSE = 10
+"""Cases that are drawn large of each cause."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def blocks() -> list[Block]:
 def size() -> tuple[int, dict[str, int]]:
     """Number of cases for which all limits hold at the assumed rates, and what each of them needs."""
     needed = {name: int(np.ceil(cases_needed(rate, limit) / share)) for name, (rate, limit, share) in ASSUMED.items()}
-    needed["cases_of_a_cause"] = int(np.ceil(LEAST_PER_CAUSE / CAUSE_SHARE))
+    needed["cases_of_a_cause"] = max(planned_cases(LEAST_PER_CAUSE, world) for world in WORLDS.values())
     return max(needed.values()), needed
 
 

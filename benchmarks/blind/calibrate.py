@@ -1,6 +1,8 @@
 """Calibration lines of `drillid.discrepancy.verdicts.verdict` from sealed cases that the proof does not use.
 
-Run it as `python -m benchmarks.blind.calibrate` at the root of the project, and again where the engine changes.
+Run it as `python -m benchmarks.blind.calibrate` at the root of the project, and again where the engine changes. With
+`--world own --first 60000 --cases 200` it takes cases of development, whose simulations are kept in results/blind: only
+the engine runs again. A world is given more than once to fit the lines to both.
 """
 
 from collections.abc import Iterable
@@ -12,10 +14,13 @@ import typer
 from rich.console import Console
 from scipy.optimize import minimize
 
+from benchmarks.blind.blocks import blocks
 from benchmarks.blind.run import run
 from benchmarks.blind.scores import claims
+from benchmarks.blind.world import WORLDS
 from drillid.arrays import Floats
 from drillid.discrepancy.verdicts.verdict import CALIBRATION, CalibrationLine, log_odds
+from drillid.errors import SettingsError
 
 FIRST = 1_000_000
 """Seed of the first case, far from those of the proof."""
@@ -49,12 +54,31 @@ def uncalibrated(stated: Iterable[float], line: CalibrationLine) -> Floats:
     return (np.array([log_odds(value) for value in stated]) - line.intercept) / line.slope
 
 
+def _refuse_blocks(world: str, first: int, cases: int) -> None:
+    seeds = range(first, first + cases)
+    for block in blocks():
+        if block.world == world and first < block.seeds.stop and block.first < seeds.stop:
+            what = f"seeds {block.first} to {block.seeds.stop - 1} of the {world} world are a block of the proof"
+            raise SettingsError("calibration", what, "Take others: what was calibrated on proves nothing")
+
+
 def main(
-    cases: Annotated[int, typer.Option(help="Number of cases; about half of them have no hidden cause.")] = 300,
+    world: Annotated[list[str] | None, typer.Option(help=f"Worlds of the cases: {', '.join(WORLDS)}; own.")] = None,
+    first: Annotated[int, typer.Option(help="Seed of the first case, below those of the proof's blocks.")] = FIRST,
+    cases: Annotated[int, typer.Option(help="Cases of each world; about half have no hidden cause.")] = 300,
 ) -> None:
-    """Run the engine on sealed cases, and print the lines that calibrate its probabilities."""
-    table = run(cases, FIRST)["engine"]
-    verdicts, console = claims(table), Console()
+    """Run the engine on sealed cases, and print the lines that calibrate its probabilities.
+
+    Raises
+    ------
+    SettingsError
+        If the cases are those of a block.
+    """
+    worlds = world or ["own"]
+    for each in worlds:
+        _refuse_blocks(each, first, cases)
+    verdicts = pd.concat([claims(run(cases, first, each)["engine"]) for each in worlds])
+    console = Console()
     for kind, line in calibration_lines(verdicts).items():
         count = int((verdicts["kind"] == kind).sum())
         text = f'"{kind}": CalibrationLine({line.intercept}, {line.slope}),  # {count} verdicts'

@@ -18,9 +18,9 @@ Written by `make blind`, part by part; do not edit.
 Each case is drawn from a seed: a rig, a string of 1000 to 5000 m, 1 to 24 windows of 600 s, a data sheet in error, and
 in about half of the cases a hidden cause, in a tenth of these a pair of causes, and in a quarter a cause that the
 engine's catalogue lacks. The causes follow each other in turn, except for a twentieth that are zones of local damping,
-so that enough of them can be located; from seed {stratified} on, two in five single causes are drawn large on purpose,
-on a rig on which they can be, so that each cause is tested often enough. The engine is given the logs and the data
-sheet and nothing else. The judge imports nothing of it.
+so that enough of them can be located. From seed {stratified} on, the kinds of each cause's cases follow a plan: half of
+the single causes are drawn large on purpose, on a rig on which they can be, and a block of the registered size holds
+{large} of each. The engine is given the logs and the data sheet and nothing else. The judge imports nothing of it.
 
 ## Two worlds
 
@@ -162,7 +162,12 @@ def write_page(folder: Path) -> None:
     from benchmarks.blind.draw import STRATIFIED
 
     parts = [folder / "discovery" / f"{world}.txt" for world in _TITLES]
-    page = _TEXT.format(stratified=STRATIFIED, first_free=blocks.FIRST_FREE, blocks=blocks.markdown())
+    page = _TEXT.format(
+        stratified=STRATIFIED,
+        large=blocks.LEAST_PER_CAUSE,
+        first_free=blocks.FIRST_FREE,
+        blocks=blocks.markdown(),
+    )
     (folder / "discovery.md").write_text("\n".join([page, *(part.read_text() for part in parts if part.is_file())]))
 
 

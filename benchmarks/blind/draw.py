@@ -21,8 +21,9 @@ NAMELESS = 0.4
 ZONES = 0.05
 """Share of the others that get a zone of local damping instead, the one cause with a place, to test its location."""
 STRATIFIED = 200_000
-"""First seed from which on a share LARGE of single causes is drawn large, so that each is tested often enough."""
-LARGE = 0.4
+"""First seed from which on each cause's turns follow PLAN, so that a block holds as many of each kind as it says."""
+PLAN = (*["none"] * 10, "pair", "removed", "removed", "removed or zone", *["large", "any"] * 3)
+"""Kinds of successive turns of a cause: the shares above, and large or any sizes of single causes."""
 _DETECTABILITY = (1.0, 30.0)
 """Range of √λ of the ideal test, log-uniform."""
 _LARGE_DETECTABILITY = (10.0, 30.0)
@@ -36,22 +37,46 @@ _CLOSE = 0.05
 def draw(seed: int, windows: int | None = None, world: World = WORLDS["own"]) -> AnyCase:
     """A case with its hidden causes; the same seed gives the same case, and successive seeds cycle through causes."""
     case, generator = world.plain_case(seed, windows)
-    if generator.random() < NULLS:
+    kind = planned(seed, world) if seed >= STRATIFIED else _drawn_kind(generator)
+    if kind == "none":
         return case
-    kind = generator.random()
-    names = ["local_damping_zone" if kind >= 1 - ZONES else in_turn(seed, world)]
-    if kind < PAIRS:
+    names = ["local_damping_zone" if kind == "zone" else in_turn(seed, world)]
+    if kind == "pair":
         names.append(_partner(generator, names[0], world))
-    removed = PAIRS <= kind < PAIRS + REMOVED
+    removed = kind == "removed"
     if removed and world.nameless and generator.random() < NAMELESS:
         names = [str(generator.choice(world.nameless))]
-    if seed >= STRATIFIED and not removed and len(names) == 1 and generator.random() < LARGE:
+    if kind == "large":
         return _large(case, generator, names[0], world, windows)
     span = _LARGE_DETECTABILITY if removed else _DETECTABILITY
     hidden: tuple[Hidden, ...] = ()
     for name in sorted(names):
         hidden = (*hidden, sized(case, name, generator, span))
     return replace(case, hidden=hidden, removed=removed)
+
+
+def planned(seed: int, world: World = WORLDS["own"]) -> str:
+    """The kind of a seed's case by PLAN; the causes begin it at different places, so that kinds are mixed."""
+    turn, place = divmod(seed, len(world.named))
+    cycle, step = divmod(turn + 7 * place, len(PLAN))
+    return ("removed", "zone")[cycle % 2] if PLAN[step] == "removed or zone" else PLAN[step]
+
+
+def planned_cases(large: int, world: World = WORLDS["own"]) -> int:
+    """Number of successive seeds that hold so many large cases of each cause."""
+    return -(-large // PLAN.count("large")) * len(PLAN) * len(world.named)
+
+
+def _drawn_kind(generator: np.random.Generator) -> str:
+    """The kind of a case before STRATIFIED."""
+    if generator.random() < NULLS:
+        return "none"
+    kind = generator.random()
+    if kind < PAIRS:
+        return "pair"
+    if kind < PAIRS + REMOVED:
+        return "removed"
+    return "zone" if kind >= 1 - ZONES else "any"
 
 
 def _large(case: AnyCase, generator: np.random.Generator, name: str, world: World, windows: int | None) -> AnyCase:

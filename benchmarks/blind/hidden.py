@@ -1,6 +1,14 @@
-"""What is hidden in a sealed case, in either world."""
+"""What is hidden in a sealed case, and how its records are kept, in either world."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drillid.arrays import Floats
+
+_CHANNELS = ("sweep", "speed", "command", "standing")
 
 
 @dataclass(frozen=True)
@@ -12,3 +20,32 @@ class Hidden:
     """In the catalogue's unit."""
     shape: float
     """0 to 1, selects one of the cause's shapes."""
+
+
+class Sealed:
+    """A case in which causes are hidden."""
+
+    hidden: tuple[Hidden, ...]
+
+    @property
+    def hidden_names(self) -> frozenset[str]:
+        """Names of all that is hidden."""
+        return frozenset(cause.name for cause in self.hidden)
+
+
+def kept_records(path: Path, windows: int, simulated: Callable[[int], dict[str, Floats]]) -> dict[str, Floats]:
+    """Channels (W, samples) and `standing` (W,) of a case from a file, which is written where there is none.
+
+    Parameters
+    ----------
+    simulated : the same of the window of a number, without the first dimension
+    """
+    if not path.is_file():
+        parts = [simulated(number) for number in range(windows)]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_suffix(".part.npz")
+        series = {name: np.stack([part[name] for part in parts]).astype(np.float32) for name in _CHANNELS}
+        np.savez_compressed(unfinished, **series)
+        unfinished.replace(path)
+    with np.load(path) as stored:
+        return {name: stored[name].astype(float) for name in _CHANNELS}

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from benchmarks.blind.generator import cases as own
 from benchmarks.blind.generator.effects_string import zone_middle
-from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.hidden import Hidden, kept_records
 from benchmarks.blind.other_world import cases as other
 from benchmarks.blind.other_world.effects_string import zone
 from drillid.arrays import Floats
@@ -21,7 +22,6 @@ STANDS = 0.01
 """Share of the time from which a bit counts as standing."""
 SELDOM = 0.02
 """s, interval of the control from which its samples show in a record of 50 Hz."""
-_CHANNELS = ("sweep", "speed", "command", "standing")
 
 
 @dataclass(frozen=True)
@@ -59,18 +59,8 @@ def records_of(case: AnyCase) -> own.Records:
     """Records of a case, cached in a file."""
     if isinstance(case, own.Case):
         return own.simulate_case(case)
-    path = records_path(case)
-    if path.is_file():
-        with np.load(path) as stored:
-            series = {name: stored[name].astype(float) for name in _CHANNELS}
-    else:
-        windows = [other.simulated(case, number) for number in range(len(case.segments))]
-        series = {name: np.stack([window[name] for window in windows]) for name in _CHANNELS}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(".part.npz")
-        np.savez_compressed(unfinished, **{name: values.astype(np.float32) for name, values in series.items()})
-        unfinished.replace(path)
-    return own.Records(**series)
+    simulated = partial(other.simulated, case)
+    return own.Records(**kept_records(records_path(case), len(case.segments), simulated))
 
 
 def records_path(case: AnyCase) -> Path:

@@ -2,6 +2,7 @@
 
 import inspect
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from benchmarks.blind.generator.rigs import (
     draw_segments,
 )
 from benchmarks.blind.generator.world import World, base_world
-from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.hidden import Hidden, Sealed, kept_records
 from drillid.arrays import Floats
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.fits.datasheet import DataSheet
@@ -41,14 +42,12 @@ _LEVEL_MEMORY = 100.0
 """s, correlation time of the level of the bit's noise."""
 _STANDING = 0.05
 """Share of its mean speed below which the bit stands."""
-_STANDS = 0.01
-"""Share of the time from which a bit counts as standing."""
 _SEAL = 20260
 """First element of the seeds of all cases."""
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Sealed):
     """One sealed case."""
 
     seed: int
@@ -59,11 +58,6 @@ class Case:
     removed: bool
     """Whether the hidden cause is removed from the engine's catalogue."""
     command_logged: bool
-
-    @property
-    def hidden_names(self) -> frozenset[str]:
-        """Names of all hidden causes."""
-        return frozenset(cause.name for cause in self.hidden)
 
     def context(self, hidden: Hidden) -> Context:
         """Context for the effect of a hidden cause."""
@@ -117,25 +111,10 @@ def plain_case(seed: int, windows: int | None = None) -> tuple[Case, np.random.G
 
 def simulate_case(case: Case) -> Records:
     """Records of a case, cached in a file."""
-    if case.path.is_file():
-        with np.load(case.path) as stored:
-            series = {name: stored[name].astype(float) for name in ("sweep", "speed", "command", "standing")}
-    else:
-        windows = [_simulated(case, number) for number in range(len(case.segments))]
-        series = {name: np.stack([window[name] for window in windows]) for name in windows[0]}
-        case.path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = case.path.with_suffix(".part.npz")
-        np.savez_compressed(unfinished, **{name: values.astype(np.float32) for name, values in series.items()})
-        unfinished.replace(case.path)
+    series = kept_records(case.path, len(case.segments), partial(_simulated, case))
     if not case.command_logged:
         series["command"] = np.full_like(series["speed"], np.nan)
     return Records(**series)
-
-
-def bit_stands(case: Case) -> bool:
-    """Whether the bit of a simulated case stands for some of the time in any of its windows."""
-    with np.load(case.path) as stored:
-        return bool(stored["standing"].max() > _STANDS)
 
 
 def _simulated(case: Case, window: int) -> dict[str, Floats]:

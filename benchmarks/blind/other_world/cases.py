@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.hidden import Hidden, Sealed
 from benchmarks.blind.other_world import effects_string, effects_top
 from benchmarks.blind.other_world.effect import Context, Effect
 from benchmarks.blind.other_world.record import record
@@ -26,7 +26,7 @@ _SEAL = 31415
 
 
 @dataclass(frozen=True)
-class Case:
+class Case(Sealed):
     """One sealed case."""
 
     seed: int
@@ -37,11 +37,6 @@ class Case:
     removed: bool
     """Whether the catalogue lacks the hidden cause, or the engine's copy of it does."""
     command_logged: bool
-
-    @property
-    def hidden_names(self) -> frozenset[str]:
-        """Names of all that is hidden."""
-        return frozenset(cause.name for cause in self.hidden)
 
     def context(self, hidden: Hidden, window: int = 0) -> Context:
         """Context for the effect of a hidden cause in a window."""

@@ -1,6 +1,7 @@
 """The proof's own arithmetic: limits, sizes, registration, baselines at equal false alarms."""
 
 import json
+from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -13,9 +14,11 @@ from benchmarks.blind.answer import Claim
 from benchmarks.blind.baselines import _coordinates
 from benchmarks.blind.blocks import Block, finished, markdown, register, registered
 from benchmarks.blind.document import write_page
+from benchmarks.blind.draw import NULLS, PAIRS, REMOVED, ZONES, in_turn, planned
 from benchmarks.blind.limits import cases_needed, lower_limit, upper_limit
 from benchmarks.blind.scores import TARGETS, at_equal_alarms, holds, scores
 from benchmarks.blind.vocabulary import CAUSES
+from benchmarks.blind.world import WORLDS, World
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.errors import SettingsError
 
@@ -60,6 +63,17 @@ def test_a_block_is_registered_once_and_only_under_its_code(listed: Path, monkey
     assert "power_ratio_low" in last.failed
     monkeypatch.setattr(blocks, "judge_hash", lambda: "another")
     assert registered("other", 300_000, 500) is None
+
+
+@pytest.mark.parametrize("world", WORLDS.values(), ids=list(WORLDS))
+def test_a_block_of_the_registered_size_holds_ten_large_cases_of_each_cause(world: World) -> None:
+    seeds = range(230_011, 230_011 + blocks.size()[0])
+    large = Counter(in_turn(seed, world) for seed in seeds if planned(seed, world) == "large")
+    assert set(large) == set(world.named)
+    assert min(large.values()) >= blocks.LEAST_PER_CAUSE
+    kinds = Counter(planned(seed, world) for seed in seeds)
+    for kind, share in {"none": NULLS, "pair": PAIRS / 2, "removed": REMOVED / 2, "zone": ZONES / 2}.items():
+        assert kinds[kind] / len(seeds) == pytest.approx(share, abs=0.005)
 
 
 def test_a_checkout_with_changes_registers_nothing(listed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
