@@ -85,7 +85,9 @@ EXAMINATIONS = DatasetSchema(
         "extended_value": Variable(("window", "parameter"), "float64", "", "parameter in the set's model, SI"),
         "coordinates": Variable(("window", "coordinate"), "float64", "", "coordinate in the set's model, SI"),
         "extension_set": Variable(("extension",), "int32", "", "set whose model the cause extends"),
-        "extension_cause": Variable(("extension",), "str", "", "cause by which the model is extended"),
+        "extension_cause": Variable(
+            ("extension",), "str", "", "cause, or term of a learnt extension, by which the model is extended"
+        ),
         "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as defined in the catalogue"),
         "extension_size": Variable(("extension",), "float64", "", "size of the cause, in its unit"),
         "extension_size_error": Variable(("extension",), "float64", "", "standard error of the size"),

@@ -126,7 +126,13 @@ class Series:
 
 
 def gather(
-    windows: Sequence[Series], rate: float, operating_points: OperatingPoints, sheet: DataSheet, settings: Settings
+    windows: Sequence[Series],
+    rate: float,
+    operating_points: OperatingPoints,
+    sheet: DataSheet,
+    settings: Settings,
+    *,
+    detecting: bool = True,
 ) -> Evidence:
     """Evidence from time series: spectra, gate, a fit and the detections of each window.
 
@@ -135,6 +141,7 @@ def gather(
     rate : Hz
     operating_points : of each window
     settings : of spectra, mobility and fits
+    detecting : whether to look for detections, which take most of the time
 
     Raises
     ------
@@ -157,7 +164,7 @@ def gather(
     ]
     records = [
         WindowRecord(*_channels(window), rate, float(period), own.value, with_fitted_gains(known.equipment, own.gains))
-        if np.isfinite(own.value).all()
+        if detecting and np.isfinite(own.value).all()
         else None
         for window, period, own in zip(windows, periods, fits, strict=True)
     ]

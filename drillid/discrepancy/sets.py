@@ -14,6 +14,7 @@ from drillid.datasets.tables import read_table
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gather import gather_well
+from drillid.discrepancy.learning.examined import with_learnt
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.intervals import runs
@@ -103,7 +104,7 @@ def shared_error_rate(error_rate: float, sets: int) -> float:
 def examine_set(
     data: WellData, rows: Indices, error_rate: float, base_rates: BaseRates | None = None, memo: Memo | None = None
 ) -> ExaminedSet:
-    """Examine one set of a well.
+    """Examine one set of a well, and learn what no cause explains.
 
     Parameters
     ----------
@@ -112,7 +113,8 @@ def examine_set(
     base_rates : of causes, before the data are looked at
     memo : of detections in windows that have not changed since
     """
-    return ExaminedSet(rows, examine(evidence_of(data.at(rows), memo), error_rate=error_rate, base_rates=base_rates))
+    examination = examine(evidence_of(data.at(rows), memo), error_rate=error_rate, base_rates=base_rates)
+    return ExaminedSet(rows, with_learnt(examination))
 
 
 def evidence_of(data: WellData, memo: Memo | None = None) -> Evidence:

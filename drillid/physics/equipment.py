@@ -78,6 +78,24 @@ class ImpedanceMatching:
 
 
 @dataclass(frozen=True)
+class Shaping:
+    """A rational factor (1 + b₁ s + b₂ s²)/(1 + a₁ s + a₂ s²) of a transfer; stable where a₁ and a₂ are positive."""
+
+    zero_1: Quantity = 0.0
+    """b₁, s."""
+    zero_2: Quantity = 0.0
+    """b₂, s²."""
+    pole_1: Quantity = 0.0
+    """a₁, s."""
+    pole_2: Quantity = 0.0
+    """a₂, s²."""
+
+    def factor(self, s: Any) -> Any:
+        """The factor, dimensionless."""
+        return (1 + s * (self.zero_1 + s * self.zero_2)) / (1 + s * (self.pole_1 + s * self.pole_2))
+
+
+@dataclass(frozen=True)
 class Controller:
     """Speed control A(s) = P + I/s − J_c s/(1 + s τ_c), behind the filters of speed, H, and of torque, E.
 
@@ -98,6 +116,8 @@ class Controller:
     """τ_c, s."""
     matching: ImpedanceMatching | None = None
     """Feedback of the string's torque."""
+    shaping: Shaping | None = None
+    """Further factor of A."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +132,8 @@ class TopDrive:
     """Torque per commanded torque at low frequency."""
     delay_jitter: Quantity = 0.0
     """s, root mean square of a normal variation of the delay."""
+    shaping: Shaping | None = None
+    """Further factor of D."""
 
 
 @dataclass(frozen=True)

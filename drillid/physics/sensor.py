@@ -12,7 +12,7 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.errors import SettingsError
-from drillid.physics.equipment import DrillingSystem, Quantity
+from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,8 @@ class Recording:
     filter_frequency: Quantity = np.inf
     """Hz, half-power frequency of B."""
     filter_order: int = 2
+    shaping: Shaping | None = None
+    """Further factor of R."""
 
     def __post_init__(self) -> None:
         if self.filter_order < 1:
@@ -43,7 +45,7 @@ class Recording:
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
         )
-        return transfer
+        return transfer if self.shaping is None else transfer * self.shaping.factor(s)
 
 
 def _butterworth(s: Any, order: int) -> Any:

@@ -27,7 +27,8 @@ def _unfiltered(controller: Controller, s: Complex) -> Any:
     """A E, N m s/rad."""
     compensation = controller.compensated_inertia * s / (1 + s * controller.compensation_filter)
     gain = controller.proportional + controller.integral / s - compensation
-    return gain / (1 + s * controller.torque_filter)
+    shaped = gain if controller.shaping is None else gain * controller.shaping.factor(s)
+    return shaped / (1 + s * controller.torque_filter)
 
 
 def gain_responses(controller: Controller, s: Complex) -> Complex:
@@ -59,7 +60,7 @@ def drive(top_drive: TopDrive, s: Complex) -> Complex:
     """
     delayed = np.exp(np.square(s * top_drive.delay_jitter) / 2 - s * top_drive.delay)
     torque: Complex = top_drive.gain * delayed / (1 + s * top_drive.lag)
-    return torque
+    return torque if top_drive.shaping is None else torque * top_drive.shaping.factor(s)
 
 
 def torque_transfers(top_drive: TopDrive, s: Complex) -> tuple[Complex, Complex]:

@@ -1,11 +1,14 @@
 """Discretisation of a described rig into the arrays of the simulator's loops."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from drillid.errors import SettingsError
+from drillid.physics.attachments import MountedInertia
 from drillid.physics.equipment import Controller, Section
 from drillid.physics.nonlinear import NonlinearRig, Weakening
-from drillid.simulation.parts import Control, Drive, GearPlay, Machine, Memory, NodeFriction, Rock, SpatialGrid
+from drillid.simulation.parts import Control, Drive, GearPlay, Machine, Memory, Mounts, NodeFriction, Rock, SpatialGrid
 from drillid.simulation.relaxation import RATES, Relaxations, relaxations
 
 
@@ -46,17 +49,20 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
             "the bit has linear cutting laws",
             "Describe cutting in a NonlinearRig, or convert the system by NonlinearRig.from_linear",
         )
+    _check_shaping(rig)
     laws = [relaxations(section) for section in rig.system.string]
     grid = _with_ends(rig, _string(rig, laws, counts))
     _check_stable(rig, grid, time_step)
     memory = _memory(rig, laws, counts, time_step / 2)
     grid.viscous[:] += memory.shunt.sum(axis=0)
     grid.coupling[:] += memory.series.sum(axis=0) * time_step / 2
+    mounts = _mounts(rig, counts, time_step / 2)
+    np.add.at(grid.viscous, mounts.nodes, mounts.load)
     top_inertia = rig.gear.output_inertia if rig.gear.play > 0 else float(rig.system.top_drive.inertia)
     gear = GearPlay(rig.gear.play > 0, rig.gear.play / 2, rig.gear.damping)
     if gear.present:
         grid.coupling[0] = 0.0
-    parts = (_friction(rig, counts), memory, _rock(rig), _control(rig, time_step), _drive(rig))
+    parts = (_friction(rig, counts), memory, mounts, _rock(rig), _control(rig, time_step), _drive(rig))
     return Machine(grid, gear, *parts, top_inertia)
 
 
@@ -98,6 +104,38 @@ def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...],
     shunt, series = (gains[rows] for gains, rows in zip((shunt, series), used, strict=True))
     weights = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]
     return Memory(bool(used[0].size or used[1].size), decays[0], weights[0], decays[1], weights[1])
+
+
+def _mounts(rig: NonlinearRig, counts: tuple[int, ...], half_step: float) -> Mounts:
+    """Mounted inertias, spread over the nodes of their sections as the sections' own inertia is."""
+    nodes: list[int] = []
+    found: list[MountedInertia] = []
+    first = int(rig.gear.play > 0)
+    for section, count in zip(rig.system.string, counts, strict=True):
+        shares = np.pad(np.ones(count - 1), 1, constant_values=0.5) / count
+        for law in section.laws:
+            if isinstance(law, MountedInertia) and law.inertia > 0:
+                whole = law.inertia * section.length / law.spread
+                nodes += range(first, first + count + 1)
+                found += [replace(law, inertia=whole * share) for share in shares]
+        first += count
+    inertia, stiffness, damping = (
+        np.array([getattr(law, name) for law in found], dtype=float) for name in ("inertia", "stiffness", "damping")
+    )
+    damping = damping + stiffness * half_step
+    load = damping * inertia / (inertia + half_step * damping)
+    return Mounts(np.array(nodes, dtype=np.int64), inertia, stiffness, damping, load)
+
+
+def _check_shaping(rig: NonlinearRig) -> None:
+    """A learnt factor of drive or control has no realisation in time here."""
+    top_drive = rig.system.top_drive
+    if top_drive.shaping is not None or top_drive.controller.shaping is not None:
+        raise SettingsError(
+            "simulation",
+            "drive or control has a learnt factor, which the simulator cannot realise",
+            "Predict with the frequency responses, or describe it by filters and lag",
+        )
 
 
 def _with_ends(rig: NonlinearRig, string: SpatialGrid) -> SpatialGrid:

@@ -40,8 +40,10 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     first = float(inputs.speed_set[0] / scale if inputs.top_speed.size == 0 else inputs.top_speed[0])
     if first < 0 or (first == 0 and rock.blades and mean_bit_torque):
         raise SettingsError("simulation", "it cannot start from this rotation", "Start at rest or turning forward")
-    # relaxations take no torque at a constant speed
-    resistance = (grid.viscous - machine.memory.shunt.sum(axis=0)) * first
+    # relaxations and mounted inertias take no torque at a constant speed
+    viscous = grid.viscous - machine.memory.shunt.sum(axis=0)
+    np.subtract.at(viscous, machine.mounts.nodes, machine.mounts.load)
+    resistance = viscous * first
     resistance[-1] += mean_bit_torque
     earlier = 0.0
     if first > 0:
@@ -75,7 +77,10 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     relaxed = np.full(machine.memory.shunt.shape, first)
     twists = np.zeros(machine.memory.series.shape)
     rested = np.full(speed.size, float(first == 0))
-    return State(speed, speed.copy(), torque, slip, held, rested, memory, relaxed, twists, command, angle, angle.copy())
+    mounted = np.full(machine.mounts.nodes.size, first), np.zeros(machine.mounts.nodes.size)
+    return State(
+        speed, speed.copy(), torque, slip, held, rested, memory, relaxed, twists, *mounted, command, angle, angle.copy()
+    )
 
 
 def _weakened(static: Floats | float, dynamic: Floats | float, speed: float, law: NodeFriction | Rock) -> Floats:

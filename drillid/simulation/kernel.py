@@ -9,7 +9,18 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.simulation.drive import control_torque, drive_torque, read_speed
 from drillid.simulation.friction import chip_torque, factorise, reaction, set_levels, settle
-from drillid.simulation.parts import MEASURED, TOP_ANGLE, TWIST, Inputs, Machine, Memory, SpatialGrid, State, compiled
+from drillid.simulation.parts import (
+    MEASURED,
+    TOP_ANGLE,
+    TWIST,
+    Inputs,
+    Machine,
+    Memory,
+    Mounts,
+    SpatialGrid,
+    State,
+    compiled,
+)
 
 OUTPUTS = 7
 """Top-drive speed, its reading, command, drive torque, torque into the string, bit speed, torque on bit."""
@@ -85,6 +96,29 @@ def _relax(memory: Memory, state: State, mean: Floats, half_step: float) -> None
 
 
 @compiled
+def _add_mounts(mounts: Mounts, state: State, half_step: float, past: Floats, push: Floats) -> None:
+    """Torques of the mounted inertias' states on nodes, (M,) into `past`, and their impulse added to `push`."""
+    for k in range(mounts.nodes.size):
+        spring = mounts.stiffness[k] * state.mounted_twist[k]
+        coasting = mounts.inertia[k] * state.mounted_speed[k] + half_step * spring
+        past[k] = mounts.damping[k] * coasting / (mounts.inertia[k] + half_step * mounts.damping[k]) - spring
+        push[mounts.nodes[k]] += half_step * past[k]
+
+
+@compiled
+def _swing(mounts: Mounts, state: State, mean: Floats, half_step: float) -> None:
+    """Advance the mounted inertias by one step, trapezoidal rule."""
+    for k in range(mounts.nodes.size):
+        node = mean[mounts.nodes[k]]
+        impulse = half_step * (mounts.stiffness[k] * state.mounted_twist[k] + mounts.damping[k] * node)
+        own = (mounts.inertia[k] * state.mounted_speed[k] + impulse) / (
+            mounts.inertia[k] + half_step * mounts.damping[k]
+        )
+        state.mounted_twist[k] += 2 * half_step * (node - own)
+        state.mounted_speed[k] = 2 * own - state.mounted_speed[k]
+
+
+@compiled
 def _losses(machine: Machine, push: Floats, mean: Floats, half_step: float, past: tuple[Floats, Floats]) -> float:
     """Power dissipated in dampers and friction, W; energy stored in relaxations counts as lost until returned."""
     grid = machine.grid
@@ -122,9 +156,10 @@ def _command(machine: Machine, inputs: Inputs, state: State, step: float, n: int
 
 @compiled
 def _advance(machine: Machine, state: State, mean: Floats, step: float, n: int) -> None:
-    """Advance speeds, angles, relaxations and friction after rest by one step."""
+    """Advance speeds, angles, relaxations, mounted inertias and friction after rest by one step."""
     if machine.memory.present:
         _relax(machine.memory, state, mean, step / 2)
+    _swing(machine.mounts, state, mean, step / 2)
     state.memory[TOP_ANGLE] += step * mean[0]
     if machine.rock.blades:
         state.angle[n + 1] = state.angle[n] + step * mean[-1]
@@ -169,6 +204,7 @@ def march(
     factors = (np.empty_like(state.torque), np.empty_like(state.speed))
     levels = (np.zeros(nodes.size), np.zeros(nodes.size))
     relaxing = (np.zeros(state.speed.size), np.zeros(state.torque.size))
+    swinging = np.zeros(machine.mounts.nodes.size)
     factorise(grid, state.held, half_step, factors[0], factors[1])
     for n in range(steps[0], steps[1]):
         drive, top_mean, chips = 0.0, 0.0, 0.0
@@ -188,6 +224,7 @@ def march(
         _push(grid, state, drive, inputs.bit_torque[n], half_step, push)
         if machine.memory.present:
             _add_relaxations(machine.memory, state, half_step, relaxing, push)
+        _add_mounts(machine.mounts, state, half_step, swinging, push)
         settle(grid, nodes, levels, chips, push, state, factors, half_step, top_mean, mean)
         if imposed:
             drive = -reaction(grid, push, mean, half_step, 0)
@@ -201,4 +238,6 @@ def march(
         if account:
             energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
             energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, relaxing)
+            for k in range(swinging.size):
+                energy[DISSIPATED] -= step * swinging[k] * mean[machine.mounts.nodes[k]]
         _advance(machine, state, mean, step, n)

@@ -88,6 +88,21 @@ class Memory(NamedTuple):
     """(L, n) N m/rad, torque per unrelaxed twist of each spring."""
 
 
+class Mounts(NamedTuple):
+    """Inertias that hang on nodes by a spring and a damper, M of them."""
+
+    nodes: Integers
+    """(M,) indices of the nodes."""
+    inertia: Floats
+    """(M,) kg m²."""
+    stiffness: Floats
+    """(M,) N m/rad."""
+    damping: Floats
+    """(M,) N m s/rad, of the damper and, as its torque is implicit, half a step of the spring."""
+    load: Floats
+    """(M,) N m s/rad, part of a node's viscous damping that stands for the inertia."""
+
+
 class Control(NamedTuple):
     """Speed control in discrete time."""
 
@@ -142,6 +157,7 @@ class Machine(NamedTuple):
     gear: GearPlay
     friction: NodeFriction
     memory: Memory
+    mounts: Mounts
     rock: Rock
     control: Control
     drive: Drive
@@ -187,6 +203,10 @@ class State(NamedTuple):
     """(K, n + 1) rad/s."""
     unrelaxed_twist: Floats
     """(L, n) rad."""
+    mounted_speed: Floats
+    """(M,) rad/s, of the inertias that hang on nodes."""
+    mounted_twist: Floats
+    """(M,) rad, of their springs."""
     command: Floats
     """(past + steps,) N m."""
     angle: Floats

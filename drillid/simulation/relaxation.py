@@ -13,6 +13,7 @@ import numpy as np
 
 from drillid.arrays import Array, Floats
 from drillid.errors import SettingsError
+from drillid.physics.attachments import MountedInertia
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss
 from drillid.physics.equipment import Section
 
@@ -43,14 +44,16 @@ class Relaxations:
 
 
 def relaxations(section: Section) -> Relaxations:
-    """Fit all laws of a section. Ideal hysteretic damping, which is not causal, becomes a constant loss factor.
+    """Fit all laws of a section but mounted inertias, which move by themselves.
+
+    Ideal hysteretic damping, which is not causal, becomes a constant loss factor.
 
     Raises
     ------
     SettingsError
         If the sum misses a law by more than LARGEST_MISFIT.
     """
-    laws = [_causal(law) for law in section.laws]
+    laws = [_causal(law) for law in section.laws if not isinstance(law, MountedInertia)]
     relaxing = 1 / (FITTED[:, None] + RATES)
     ones = np.ones_like(FITTED)
     shunt = _fitted([law.shunt(section, FITTED) for law in laws], [ones, FITTED], FITTED[:, None] * relaxing)

@@ -151,13 +151,14 @@ def _check_parts(machines: Sequence[Machine]) -> None:
             machine.rock.blades > 0,
             machine.memory.shunt.shape,
             machine.memory.series.shape,
+            machine.mounts.nodes.size,
         )
         for machine in machines
     }
     if len(parts) > 1:
         raise SettingsError(
             "simulation",
-            "gear, motor, blades or damping laws with memory appear or vanish in time",
+            "gear, motor, blades, mounted inertias or damping laws with memory appear or vanish in time",
             "Keep each of them at all times, with a small parameter where it should have no effect",
         )
 

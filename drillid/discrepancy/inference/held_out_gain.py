@@ -52,6 +52,24 @@ def held_out_gain(
     return PredictiveGain(total / windows, error / windows, held_out)
 
 
+def gain_on(
+    model: SetModel,
+    held: Booleans,
+    base: tuple[Point, tuple[Extension, ...]],
+    extended: tuple[Point, tuple[Extension, ...]],
+) -> PredictiveGain:
+    """The gain on some data (W, F), by the responses alone; `base` and `extended` as in `held_out_gain`.
+
+    It is that per held-out window; where only some frequencies of windows are held out, per window.
+    """
+    before, after = _residuals(model, held, *base), _residuals(model, held, *extended)
+    total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2))
+    error = float(np.sqrt(NEIGHBOURS_SHARE_VARIANCE * np.sum(np.abs(before - after) ** 2)))
+    windows = int(np.count_nonzero(held.all(axis=1)))
+    count = windows or model.evidence.windows
+    return PredictiveGain(total / count, error / count, windows)
+
+
 def trained_without(model: SetModel, held: Booleans, start: Point, extensions: tuple[Extension, ...]) -> Point:
     """Fit of the set without the held-out data (W, F); windows held out entirely then have their deviations fitted.
 

@@ -277,8 +277,11 @@ class SetModel:
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Derivative (W, rows) of the whitened responses with respect to the size of a further cause, at zero."""
         size = Dual(np.zeros((1, 1)), np.ones(1))
-        extended = self.extended(self.window_model_at(point, extensions), [size], (further,))
-        return self._whitened(extended, 1).jacobian[:, 0]
+        return self.slopes(self.extended(self.window_model_at(point, extensions), [size], (further,)))
+
+    def slopes(self, window_model: WindowModel) -> Complex:
+        """Derivative (W, rows) of the whitened responses of a model, one of whose quantities is a Dual."""
+        return self._whitened(window_model, 1).jacobian[:, 0]
 
     def whitened_changes(self, mobility: Complex, response: Complex) -> Complex:
         """Whitened rows (W, K, rows) of changes of the mobilities and of the control's responses, (W, K, F) each."""

@@ -16,6 +16,7 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
@@ -167,7 +168,8 @@ def _missing(examination: Examination) -> Columns:
         active = (
             "" if missing.passive else " (it supplies energy in part of the band: the model is damped too much there)"
         )
-        reading = f"at the port {ports[0]}: {missing.reading}{active}"
+        learnt = f"; learnt: {learnt_words(examination)}" if examination.extensions else ""
+        reading = f"at the port {ports[0]}: {missing.reading}{active}{learnt}"
     return {
         "missing_immittance": (("frequency",), values),
         "missing_rational": (("frequency",), rational),

@@ -11,6 +11,7 @@ import numpy as np
 from drillid.arrays import Booleans, Floats
 from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.learning.elements import TERMS
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.sensor import Recording
 
@@ -117,7 +118,7 @@ def extended_window_model(examination: xr.Dataset, number: int) -> WindowModel:
     values = examination["coordinates"].values[rows].T
     of_set = examination.isel(extension=np.flatnonzero(examination["extension_set"].values == number))
     extensions = [
-        Extension(CATALOGUE[str(cause)], float(shape), tuple(np.flatnonzero(present[rows]).tolist()))
+        Extension((CATALOGUE | TERMS)[str(cause)], float(shape), tuple(np.flatnonzero(present[rows]).tolist()))
         for cause, shape, present in zip(
             of_set["extension_cause"].values,
             of_set["extension_shape"].values,

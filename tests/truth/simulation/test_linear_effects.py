@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
+from drillid.physics.attachments import MountedInertia, Relaxation, with_joint, with_law, with_lump
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss, RootDrag, StokesLayerDrag
 from drillid.physics.equipment import (
     Bit,
@@ -25,6 +26,7 @@ from drillid.physics.nonlinear import (
     Weakening,
 )
 from drillid.physics.responses import command_mobility, laplace, string_torque
+from drillid.physics.strings import String
 from drillid.simulation.simulate import SAMPLE_INTERVAL, TIME_STEP, simulate
 from tests.truth.rigs import (
     COLLARS,
@@ -75,6 +77,13 @@ def damped(*laws: DampingLaw) -> DrillingSystem:
     return replace(SYSTEM, string=(replace(PIPE, laws=laws), COLLARS))
 
 
+STRING = (PIPE, COLLARS)
+
+
+def attached(string: String) -> DrillingSystem:
+    return replace(SYSTEM, string=string)
+
+
 MATCHED = 0.5 / PIPE.characteristic_admittance
 
 
@@ -99,6 +108,10 @@ MATCHED = 0.5 / PIPE.characteristic_admittance
         pytest.param(damped(RootDrag(200.0)), id="root-drag"),
         pytest.param(damped(StokesLayerDrag(1200.0, 0.03, 0.1397, 0.1214)), id="mud-drag"),
         pytest.param(damped(ConstantLossFactor(0.02), RootDrag(100.0)), id="loss-factor-and-drag"),
+        pytest.param(damped(Relaxation(2000.0, 8.0)), id="drag-through-an-elastic-layer"),
+        pytest.param(attached(with_law(STRING, 1500.0, MountedInertia(30.0, 1.3, 0.4))), id="mounted-inertia"),
+        pytest.param(attached(with_lump(STRING, 900.0, 60.0, 80.0)), id="lump"),
+        pytest.param(attached(with_joint(STRING, 1900.0, 3e-5)), id="soft-joint"),
     ],
 )
 def test_simulated_command_mobility_has_the_effect(system: DrillingSystem) -> None:

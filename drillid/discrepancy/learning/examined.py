@@ -1,0 +1,79 @@
+"""An examination with what was learnt where its verdict is unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.screen import screen
+from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.learning.elements import TERMS
+from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
+from drillid.discrepancy.verdicts.examination import Examination
+from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
+from drillid.statistics import TWO_SIDED
+
+_MOST_SHOWN = 6
+"""Parameters of an extension that are given in words."""
+
+
+def with_learnt(examination: Examination, seed: int = 0) -> Examination:
+    """The examination with its model extended by what was learnt, where that is offered.
+
+    The verdict stays unknown, with the extension's gain on windows that it has not seen.
+
+    Parameters
+    ----------
+    seed : of the draws that give the p-value of what remains
+    """
+    is_told = any(verdict.verdict == UNKNOWN and verdict.family in unknown.CHANNELS for verdict in examination.verdicts)
+    if examination.extensions or not is_told:
+        return examination
+    learnt = learnt_extension(examination.model, examination.base)
+    if learnt is None or not learnt.offered:
+        return examination
+    generator = np.random.default_rng(seed)
+    after = screen(examination.model, learnt.fit, learnt.extensions, list(CATALOGUE.values()), generator)
+    extended = replace(examination, extended=learnt.fit, extensions=learnt.extensions, after=after)
+    verdicts = tuple(
+        _with_gain(extended, verdict, learnt) if verdict.verdict == UNKNOWN else verdict
+        for verdict in examination.verdicts
+    )
+    return replace(extended, verdicts=verdicts)
+
+
+def _with_gain(examination: Examination, verdict: Verdict, learnt: LearntExtension) -> Verdict:
+    places = [extension.shape for extension in learnt.extensions if extension.cause.is_place]
+    depth = float(np.mean(examination.model.evidence.operating_points.bit_depth))
+    return replace(
+        verdict,
+        location_m=places[0] * depth if places else float("nan"),
+        predictive_gain=learnt.gain.value,
+        predictive_gain_low=learnt.gain.low,
+        predictive_gain_high=learnt.gain.high,
+        held_out_windows=learnt.gain.windows,
+        evidence=f"{verdict.evidence}; learnt: {learnt_words(examination)}",
+    )
+
+
+def learnt_words(examination: Examination) -> str:
+    """The terms of a learnt extension with their sizes and 95 % intervals; empty without one."""
+    sizes, errors = examination.extended.point.sizes, examination.extended.size_errors
+    return words(examination.extensions, sizes, errors)
+
+
+def words(extensions: tuple[Extension, ...], sizes: Floats, errors: Floats) -> str:
+    """Terms with sizes and 95 % intervals; many of one kind by their number."""
+    parts = []
+    for extension, size, error in zip(extensions, sizes.tolist(), errors.tolist(), strict=True):
+        cause = extension.cause
+        if cause.name in TERMS:
+            place = f" at {extension.shape:.0%} of the string" if cause.is_place else ""
+            parts.append(
+                f"{cause.meaning}{place}, {cause.size.name} {size:.3g} ± {TWO_SIDED * error:.2g} {cause.size.unit}"
+            )
+    if len(parts) > _MOST_SHOWN:
+        return f"{extensions[0].cause.meaning}, {len(parts)} parameters"
+    return "; ".join(parts)

@@ -1,0 +1,197 @@
+"""Search over elements of a learnt extension: screened, fitted by maximum likelihood, kept by held-out evidence."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drillid.arrays import Complex, Floats
+from drillid.discrepancy.inference.held_out_gain import held_out_gain
+from drillid.discrepancy.inference.projection import project
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
+from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.predictive_gain import PredictiveGain
+from drillid.discrepancy.products.immittance import missing_immittance
+from drillid.physics.dual_numbers import Dual
+
+PLACES = tuple((np.arange(21) / 20).tolist())
+"""Places along the string that are screened."""
+_STEP, _FINEST = 0.02, 0.004
+"""First and last step of the search over places."""
+_FITTED = 4
+"""Screened candidates of an element that are fitted."""
+_COMPARED = 4
+"""Elements whose held-out evidence is computed."""
+_MOST_ELEMENTS = 3
+_NEAR = 0.5
+"""Share of the largest evidence of any channel from which a channel's elements are tried."""
+_POLES = 6
+"""Largest number of support points of the rational function whose poles start fits."""
+_LEAST_GAIN = 2.0
+"""Nats of training data that a further parameter must gain for its element to be compared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """The model with one more element, at its optimum."""
+
+    element: Element
+    place: float
+    extensions: tuple[Extension, ...]
+    """All extensions, those before it included."""
+    fit: SetFit
+
+
+def placed(element: Element, place: float) -> tuple[Extension, ...]:
+    """The element's terms as extensions."""
+    if element.name == "profile":
+        return tuple(Extension(TERMS[name], float(number)) for number, name in enumerate(element.terms))
+    return tuple(
+        Extension(TERMS[name], place if element.has_place and number == 0 else 0.0)
+        for number, name in enumerate(element.terms)
+    )
+
+
+def elements_for(channels: dict[str, float]) -> list[Element]:
+    """Elements that may explain a misfit, given the evidence for an unknown disturbance in each channel."""
+    most = max(channels.values())
+    near = {name for name, evidence in channels.items() if evidence >= _NEAR * most}
+    return [element for element in ELEMENTS if near.intersection(element.ports)]
+
+
+def learn(
+    model: SetModel, base: SetFit, channels: dict[str, float]
+) -> tuple[tuple[Candidate, ...], list[PredictiveGain]]:
+    """Add elements one by one as long as each predicts windows better that it was not fitted to.
+
+    Parameters
+    ----------
+    base : fit of the model without extensions
+    channels : evidence for an unknown disturbance in each channel
+
+    Returns
+    -------
+    candidates : the models with one element, two and so on
+    gains : of each over the one before it, by cross-validation
+    """
+    elements = elements_for(channels)
+    chosen: list[Candidate] = []
+    gains: list[PredictiveGain] = []
+    while len(chosen) < _MOST_ELEMENTS:
+        before = chosen[-1].fit if chosen else base
+        present = chosen[-1].extensions if chosen else ()
+        fitted = [best_of(model, before, present, element) for element in elements if _may_follow(element, chosen)]
+        promising = [each for each in fitted if before.cost - each.fit.cost > _LEAST_GAIN * each.element.order]
+        promising.sort(key=lambda each: each.fit.cost + _LEAST_GAIN * each.element.order)
+        judged = [
+            (held_out_gain(model, (before.point, present), (each.fit.point, each.extensions)), each)
+            for each in promising[:_COMPARED]
+        ]
+        judged = [pair for pair in judged if pair[0].low > 0]
+        if not judged:
+            break
+        gain, best = max(judged, key=lambda pair: pair[0].value)
+        chosen.append(best)
+        gains.append(gain)
+    return tuple(chosen), gains
+
+
+def _may_follow(element: Element, chosen: Sequence[Candidate]) -> bool:
+    """A profile cuts the string before anything is attached to it; a transfer has one factor."""
+    names = [each.element.name for each in chosen]
+    same_port = any(set(element.ports) == set(each.element.ports) for each in chosen) and not element.has_place
+    return not (same_port or (element.name == "profile" and names))
+
+
+def best_of(model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element) -> Candidate:
+    """The best fit of one more element."""
+    starts = _screened(model, before, present, element)
+    best: Candidate | None = None
+    for place, sizes in starts:
+        extensions = (*present, *placed(element, place))
+        for origin in (before.point, model.expected()):
+            point = Point(origin.shared, origin.local, np.append(before.point.sizes, sizes))
+            fit = fit_set(model, point, extensions)
+            if best is None or fit.cost < best.fit.cost:
+                best = Candidate(element, place, extensions, fit)
+    assert best is not None
+    return _refined(model, present, best) if element.has_place else best
+
+
+def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -> Candidate:
+    """The candidate at the place that fits best, by steps that are halved."""
+    step = _STEP
+    while step >= _FINEST:
+        near = []
+        for place in (best.place - step, best.place + step):
+            if 0.0 <= place <= 1.0:
+                extensions = (*present, *placed(best.element, place))
+                near.append(
+                    replace(best, place=place, extensions=extensions, fit=fit_set(model, best.fit.point, extensions))
+                )
+        closest = min(near, key=lambda each: each.fit.cost)
+        if closest.fit.cost < best.fit.cost:
+            best = closest
+        else:
+            step /= 2
+    return best
+
+
+def _screened(
+    model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element
+) -> list[tuple[float, Floats]]:
+    """Places and sizes from which fits begin: those whose first size explains most to first order."""
+    typical = np.array([TERMS[name].size.typical for name in element.terms])
+    starts = [np.array(start) * typical for start in element.starts]
+    if element.name == "mounted inertia":
+        starts += [np.array([typical[0], own, typical[2]]) for own in _rational_frequencies(model, before, present)]
+    places = PLACES if element.has_place else (0.0,)
+    tried = [(place, start) for place in places for start in starts]
+    if len(tried) <= _FITTED:
+        return tried
+    directions = np.stack([_direction(model, before, present, element, *each) for each in tried], axis=1)
+    projection = project(model, before, present, directions)
+    information = np.diag(projection.information)
+    estimate = projection.score / information
+    explained = 0.5 * np.where(estimate > 0, estimate * projection.score, 0.0)
+    limits = TERMS[element.terms[0]].size
+    chosen = []
+    for index in np.argsort(-explained)[:_FITTED]:
+        place, start = tried[index]
+        sizes = start.copy()
+        sizes[0] = np.clip(estimate[index], 0.1 * limits.typical, limits.high)
+        chosen.append((place, sizes))
+    return chosen
+
+
+def _direction(
+    model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element, place: float, sizes: Floats
+) -> Complex:
+    """Derivative (W, rows) of the whitened responses to an element's first size at zero, its others as given."""
+    further = placed(element, place)
+    own: list[Any] = [Dual(np.zeros((1, 1)), np.ones(1)), *sizes[1:].tolist()]
+    window_model = model.extended(model.window_model_at(before.point, present), own, further)
+    return model.slopes(window_model)
+
+
+def _rational_frequencies(model: SetModel, fit: SetFit, present: tuple[Extension, ...]) -> list[float]:
+    """Frequencies (Hz) of the poles, within the band, of what the model lacks at the string's ports, by AAA."""
+    from scipy.interpolate import AAA
+
+    frequency = model.evidence.frequency
+    s = 2j * np.pi * frequency
+    found: list[float] = []
+    for port in ("top", "bit"):
+        curve = missing_immittance(model, fit, port, present).values
+        with warnings.catch_warnings():
+            # few terms are wanted, whether or not they reach the tolerance
+            warnings.simplefilter("ignore", RuntimeWarning)
+            rational = AAA(np.concatenate([s, s.conj()]), np.concatenate([curve, curve.conj()]), max_terms=_POLES)
+        own = np.abs(rational.poles().imag) / (2 * np.pi)
+        found += [float(each) for each in own if frequency[0] < each < frequency[-1]]
+    return sorted({round(each, 2) for each in found})

@@ -1,0 +1,110 @@
+"""What no cause explains is learnt: an inertia that hangs on the string by a spring, simulated in time."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drillid.arrays import Complex
+from drillid.discrepancy.catalogue import WindowModel
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
+from drillid.discrepancy.learning.search import placed
+from drillid.discrepancy.sets import WellData, evidence_of, window_sets
+from drillid.physics.attachments import MountedInertia, with_law
+from drillid.physics.dual_numbers import Dual
+from drillid.physics.equipment import DrillingSystem
+from drillid.physics.responses import laplace, string_admittance
+from tests.simulated import SHALLOW, Truth, drilled
+from tests.truth.discrepancy.test_catalogue import OPERATING_POINT, S, window_model
+from tests.truth.discrepancy.wells import processed_well
+
+MOUNT = MountedInertia(inertia=8.0, frequency=1.6, loss=0.3)
+DEPTH = 480.0
+
+
+@dataclass(frozen=True)
+class Mounted(Truth):
+    """A rig on whose string an inertia hangs by a spring, half way down."""
+
+    @property
+    def system(self) -> DrillingSystem:
+        """All of the equipment."""
+        string = with_law((self.pipe, self.collars), DEPTH, MOUNT)
+        return DrillingSystem(self.top_drive, string, self.bit)
+
+
+def fitted(folder: Path, truth: Truth, seed: int) -> tuple[SetModel, SetFit]:
+    """Four windows of a rig and the base model's fit to them."""
+    well = processed_well(folder, [drilled(truth, 1200.0, seed), drilled(truth, 1200.0, seed + 1)])
+    names = ("windows", "spectra", "mobility", "fits")
+    data = WellData(well.well.rig, well.dataset("records", "records"), *(well.dataset(name, name) for name in names))
+    (rows,) = window_sets(well.well.rig, data.windows, data.fits)
+    model = SetModel(replace(evidence_of(data.at(rows)), detections=()))
+    return model, min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+
+
+@pytest.fixture(scope="module")
+def learnt(tmp_path_factory: pytest.TempPathFactory) -> LearntExtension:
+    """What is learnt of the mounted inertia."""
+    extension = learnt_extension(*fitted(tmp_path_factory.mktemp("mounted"), Mounted(**vars(SHALLOW)), 31))
+    assert extension is not None
+    return extension
+
+
+def test_a_mounted_inertia_is_learnt_where_it_hangs_and_predicts_unseen_windows(learnt: LearntExtension) -> None:
+    assert learnt.offered
+    assert [name for name, _ in learnt.elements] == ["mounted inertia"]
+    assert learnt.elements[0][1] == pytest.approx(DEPTH / SHALLOW.bit_depth, abs=0.03)
+    truth = np.array([MOUNT.inertia, MOUNT.frequency, MOUNT.loss])
+    assert np.all(np.abs(learnt.fit.point.sizes - truth) < 4 * learnt.fit.size_errors)
+
+
+def test_nothing_is_offered_where_nothing_is_wrong(tmp_path: Path) -> None:
+    extension = learnt_extension(*fitted(tmp_path, SHALLOW, 41))
+    assert extension is None or not extension.offered
+
+
+def extended(element: Element, sizes: object) -> WindowModel:
+    """The catalogue's test rig with an element half way down."""
+    model, extensions = window_model(), placed(element, 0.5)
+    for extension, size in zip(extensions, sizes, strict=True):  # type: ignore[call-overload]
+        model = extension.cause.extend(model, size, extension.shape, OPERATING_POINT)
+    return model
+
+
+def typical(element: Element) -> list[float]:
+    return [TERMS[name].size.typical for name in element.terms]
+
+
+@pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.name)
+def test_an_element_without_size_changes_nothing(element: Element) -> None:
+    sizes = [0.0, *typical(element)[1:]] if len(element.terms) in (2, 3) and element.name[0] in "md" else None
+    result = extended(element, sizes or [0.0] * len(element.terms)).mobility(S)
+    if "factor" not in element.name:
+        np.testing.assert_allclose(result, window_model().mobility(S), rtol=1e-6)
+
+
+@pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.name)
+def test_derivatives_are_those_of_central_differences(element: Element) -> None:
+    sizes = np.array(typical(element))
+    directions = np.eye(sizes.size)
+    exact = extended(element, [Dual(np.full((1, 1), size), row) for size, row in zip(sizes, directions, strict=True)])
+    slopes = exact.mobility(S).full_tangents()
+    for number, size in enumerate(sizes):
+        step = 1e-4 * size * directions[number]
+        difference = extended(element, sizes + step).mobility(S) - extended(element, sizes - step).mobility(S)
+        np.testing.assert_allclose(
+            slopes[number], difference / (2e-4 * size), rtol=1e-4, atol=1e-6 * np.abs(slopes).max()
+        )
+
+
+@pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.name)
+@pytest.mark.parametrize("share", [0.01, 1.0, 10.0])
+def test_the_string_stays_passive_at_any_size(element: Element, share: float) -> None:
+    sizes = np.clip(share * np.array(typical(element)), None, [TERMS[name].size.high for name in element.terms])
+    admittance: Complex = string_admittance(extended(element, sizes).system, laplace(np.geomspace(0.01, 10.0, 400)))
+    assert np.all(np.real(admittance) > 0)
