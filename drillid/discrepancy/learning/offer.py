@@ -12,11 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drillid.arrays import Booleans
-from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.held_out_gain import gain_on
-from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.learning.fingerprint import Fingerprint, fingerprint
 from drillid.discrepancy.learning.search import Candidate, learn
 from drillid.discrepancy.predictive_gain import PredictiveGain
 
@@ -36,6 +35,8 @@ class LearntExtension:
     """To all windows."""
     gain: PredictiveGain
     """Per window, on data that was not used."""
+    fingerprint: Fingerprint
+    """Of what was found in the data that learning saw."""
 
     @property
     def offered(self) -> bool:
@@ -54,15 +55,6 @@ def held_back(model: SetModel) -> Booleans:
     return held
 
 
-def channel_evidence(model: SetModel, fit: SetFit) -> dict[str, float]:
-    """Log Bayes factor of an unknown disturbance in each channel."""
-    found = {}
-    for channel in unknown.CHANNELS:
-        projection = project(model, fit, (), unknown.directions(model, fit, (), channel))
-        found[channel] = float(unknown.log_evidence(channel, projection.score[None], projection.information)[0])
-    return found
-
-
 def learnt_extension(model: SetModel, base: SetFit) -> LearntExtension | None:
     """Learn what a model lacks; None where no element predicts better within the data that learning sees.
 
@@ -76,13 +68,14 @@ def learnt_extension(model: SetModel, base: SetFit) -> LearntExtension | None:
     training = SetModel(evidence, model.deviation)
     start = Point(base.point.shared, base.point.local[seen_rows], base.point.sizes)
     trained = fit_set(training, start)
-    chosen, _ = learn(training, trained, channel_evidence(training, trained))
+    chosen, firsts = learn(training, trained)
     if not chosen:
         return None
     best = chosen[-1]
     fit = _on_all(model, base, best, seen_rows)
     gain = gain_on(model, held, (base.point, ()), (fit.point, best.extensions))
-    return LearntExtension(tuple((each.element.name, each.place) for each in chosen), best.extensions, fit, gain)
+    elements = tuple((each.element.name, each.place) for each in chosen)
+    return LearntExtension(elements, best.extensions, fit, gain, fingerprint(training, trained, firsts))
 
 
 def _on_all(model: SetModel, base: SetFit, best: Candidate, seen_rows: np.ndarray) -> SetFit:

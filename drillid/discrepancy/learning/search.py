@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
-from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.physics.dual_numbers import Dual
 
@@ -64,28 +64,38 @@ def elements_for(channels: dict[str, float]) -> list[Element]:
     return [element for element in ELEMENTS if near.intersection(element.ports)]
 
 
-def learn(
-    model: SetModel, base: SetFit, channels: dict[str, float]
-) -> tuple[tuple[Candidate, ...], list[PredictiveGain]]:
-    """Add elements one by one as long as each predicts windows better that it was not fitted to.
+def channel_evidence(model: SetModel, fit: SetFit, present: tuple[Extension, ...] = ()) -> dict[str, float]:
+    """Log Bayes factor of an unknown disturbance in each channel."""
+    found = {}
+    for channel in unknown.CHANNELS:
+        projection = project(model, fit, present, unknown.directions(model, fit, present, channel))
+        found[channel] = float(unknown.log_evidence(channel, projection.score[None], projection.information)[0])
+    return found
+
+
+def learn(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tuple[Candidate, ...]]:
+    """Add elements one by one as long as something unknown shows and each predicts windows it was not fitted to better.
 
     Parameters
     ----------
     base : fit of the model without extensions
-    channels : evidence for an unknown disturbance in each channel
 
     Returns
     -------
-    candidates : the models with one element, two and so on
-    gains : of each over the one before it, by cross-validation
+    chosen : the models with one element, two and so on
+    firsts : the models with every single element
     """
-    elements = elements_for(channels)
     chosen: list[Candidate] = []
-    gains: list[PredictiveGain] = []
+    firsts: tuple[Candidate, ...] = ()
     while len(chosen) < _MOST_ELEMENTS:
         before = chosen[-1].fit if chosen else base
         present = chosen[-1].extensions if chosen else ()
+        channels = channel_evidence(model, before, present)
+        if max(channels.values()) <= 0:
+            break
+        elements = elements_for(channels)
         fitted = [best_of(model, before, present, element) for element in elements if _may_follow(element, chosen)]
+        firsts = firsts or tuple(fitted)
         promising = [each for each in fitted if before.cost - each.fit.cost > _LEAST_GAIN * each.element.order]
         promising.sort(key=lambda each: each.fit.cost + _LEAST_GAIN * each.element.order)
         judged = [
@@ -95,10 +105,8 @@ def learn(
         judged = [pair for pair in judged if pair[0].low > 0]
         if not judged:
             break
-        gain, best = max(judged, key=lambda pair: pair[0].value)
-        chosen.append(best)
-        gains.append(gain)
-    return tuple(chosen), gains
+        chosen.append(max(judged, key=lambda pair: pair[0].value)[1])
+    return tuple(chosen), firsts
 
 
 def _may_follow(element: Element, chosen: Sequence[Candidate]) -> bool:
@@ -114,12 +122,15 @@ def best_of(model: SetModel, before: SetFit, present: tuple[Extension, ...], ele
     best: Candidate | None = None
     for place, sizes in starts:
         extensions = (*present, *placed(element, place))
-        for origin in (before.point, model.expected()):
-            point = Point(origin.shared, origin.local, np.append(before.point.sizes, sizes))
-            fit = fit_set(model, point, extensions)
-            if best is None or fit.cost < best.fit.cost:
-                best = Candidate(element, place, extensions, fit)
+        point = Point(before.point.shared, before.point.local, np.append(before.point.sizes, sizes))
+        fit = fit_set(model, point, extensions)
+        if best is None or fit.cost < best.fit.cost:
+            best = Candidate(element, place, extensions, fit)
     assert best is not None
+    expected = model.expected()
+    # what the base fit has absorbed of it is given back where the data sheets are the start
+    again = fit_set(model, Point(expected.shared, expected.local, best.fit.point.sizes), best.extensions)
+    best = replace(best, fit=min(best.fit, again, key=lambda each: each.cost))
     return _refined(model, present, best) if element.has_place else best
 
 
@@ -131,9 +142,8 @@ def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -
         for place in (best.place - step, best.place + step):
             if 0.0 <= place <= 1.0:
                 extensions = (*present, *placed(best.element, place))
-                near.append(
-                    replace(best, place=place, extensions=extensions, fit=fit_set(model, best.fit.point, extensions))
-                )
+                fit = fit_set(model, best.fit.point, extensions, best.fit.cost)
+                near.append(replace(best, place=place, extensions=extensions, fit=fit))
         closest = min(near, key=lambda each: each.fit.cost)
         if closest.fit.cost < best.fit.cost:
             best = closest

@@ -1,26 +1,29 @@
 """What no cause explains is learnt: an inertia that hangs on the string by a spring, simulated in time."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drillid.arrays import Complex
+from drillid.config.settings import Settings
 from drillid.discrepancy.catalogue import WindowModel
+from drillid.discrepancy.evidence import OperatingPoints
+from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.fingerprint import Fingerprint
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
 from drillid.discrepancy.learning.search import placed
-from drillid.discrepancy.sets import WellData, evidence_of, window_sets
+from drillid.fits.datasheet import data_sheet
 from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import laplace, string_admittance
-from tests.simulated import SHALLOW, Truth, drilled
+from tests.simulated import RATE, SHALLOW, WINDOW_S, Truth, drilled
 from tests.truth.discrepancy.test_catalogue import OPERATING_POINT, S, window_model
-from tests.truth.discrepancy.wells import processed_well
+from tests.truth.discrepancy.wells import DESCRIBED
 
 MOUNT = MountedInertia(inertia=8.0, frequency=1.6, loss=0.3)
 DEPTH = 480.0
@@ -37,20 +40,27 @@ class Mounted(Truth):
         return DrillingSystem(self.top_drive, string, self.bit)
 
 
-def fitted(folder: Path, truth: Truth, seed: int) -> tuple[SetModel, SetFit]:
+def fitted(truth: Truth, seed: int) -> tuple[SetModel, SetFit]:
     """Four windows of a rig and the base model's fit to them."""
-    well = processed_well(folder, [drilled(truth, 1200.0, seed), drilled(truth, 1200.0, seed + 1)])
-    names = ("windows", "spectra", "mobility", "fits")
-    data = WellData(well.well.rig, well.dataset("records", "records"), *(well.dataset(name, name) for name in names))
-    (rows,) = window_sets(well.well.rig, data.windows, data.fits)
-    model = SetModel(replace(evidence_of(data.at(rows)), detections=()))
+    samples = round(WINDOW_S * RATE)
+    stands = [drilled(truth, 2 * WINDOW_S, seed), drilled(truth, 2 * WINDOW_S, seed + 1)]
+    channels = ("torque_sweep", "speed", "torque_command")
+    windows = [
+        Series(*(stand[name][first : first + samples] for name in channels))
+        for stand in stands
+        for first in (0, samples)
+    ]
+    depth = truth.bit_depth + np.zeros(len(windows))
+    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + truth.bit_torque, np.nan * depth)
+    sheet = data_sheet(DESCRIBED, truth.top_drive.controller, truth.bit_depth)
+    model = SetModel(gather(windows, RATE, points, sheet, Settings(), detecting=False))
     return model, min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
 
 
 @pytest.fixture(scope="module")
-def learnt(tmp_path_factory: pytest.TempPathFactory) -> LearntExtension:
+def learnt() -> LearntExtension:
     """What is learnt of the mounted inertia."""
-    extension = learnt_extension(*fitted(tmp_path_factory.mktemp("mounted"), Mounted(**vars(SHALLOW)), 31))
+    extension = learnt_extension(*fitted(Mounted(**vars(SHALLOW)), 31))
     assert extension is not None
     return extension
 
@@ -63,8 +73,8 @@ def test_a_mounted_inertia_is_learnt_where_it_hangs_and_predicts_unseen_windows(
     assert np.all(np.abs(learnt.fit.point.sizes - truth) < 4 * learnt.fit.size_errors)
 
 
-def test_nothing_is_offered_where_nothing_is_wrong(tmp_path: Path) -> None:
-    extension = learnt_extension(*fitted(tmp_path, SHALLOW, 41))
+def test_nothing_is_offered_where_nothing_is_wrong() -> None:
+    extension = learnt_extension(*fitted(SHALLOW, 41))
     assert extension is None or not extension.offered
 
 
@@ -108,3 +118,12 @@ def test_the_string_stays_passive_at_any_size(element: Element, share: float) ->
     sizes = np.clip(share * np.array(typical(element)), None, [TERMS[name].size.high for name in element.terms])
     admittance: Complex = string_admittance(extended(element, sizes).system, laplace(np.geomspace(0.01, 10.0, 400)))
     assert np.all(np.real(admittance) > 0)
+
+
+def test_the_fingerprint_names_the_textbooks_element_and_is_like_itself_alone(learnt: LearntExtension) -> None:
+    found = learnt.fingerprint
+    assert "on a spring of" in found.resembles
+    again = Fingerprint.of(found.content())
+    assert found.likeness(again) > 0.5
+    other = [replace(each, values=3.0 * each.values) for each in found.described]
+    assert found.likeness(replace(found, described=tuple(other))) < 0.01

@@ -1,0 +1,162 @@
+"""The fingerprint of a learnt extension: its elements with places, sizes and covariance, and how like another's it is.
+
+A fingerprint holds the best fit of every element to the same data, so that two wells are compared in the words of one
+element even where each was told another. Two extensions are the same where some element explains both with common
+parameters: twice the loss of log-likelihood by that is a likelihood ratio with as many degrees of freedom as the
+element has parameters (Wilks 1938, Annals of Mathematical Statistics 9, 60–62).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import chdtrc
+
+from drillid.arrays import Floats
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
+from drillid.discrepancy.inference.set_model import SHARED, SetModel
+from drillid.discrepancy.learning.elements import ELEMENTS
+from drillid.discrepancy.learning.search import Candidate, placed
+
+PLACE_TOLERANCE = 0.03
+"""Of the string's length: standard deviation of the place of one and the same thing in two wells."""
+SIZE_TOLERANCE = 0.15
+"""Relative standard deviation of its sizes, as the data sheets of rigs are wrong by some percent."""
+_PLACE_STEP = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Described:
+    """One element as a description of what was found."""
+
+    element: str
+    values: Floats
+    """Sizes of its terms in their units, and its place as a share of the string where it has one."""
+    covariance: Floats
+    loss: float
+    """Nats by which it explains less than the best element."""
+
+    def content(self) -> dict[str, Any]:
+        """Plain values, from which `of` makes it again."""
+        return {
+            "element": self.element,
+            "values": self.values.tolist(),
+            "covariance": self.covariance.tolist(),
+            "loss": self.loss,
+        }
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Described:
+        """The inverse of `content`."""
+        values, covariance = (np.array(content[name], dtype=float) for name in ("values", "covariance"))
+        return cls(str(content["element"]), values, covariance, float(content["loss"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Fingerprint:
+    """What was found in one well, in the words of every element."""
+
+    gain: float
+    """Nats that the best element explains."""
+    described: tuple[Described, ...]
+
+    def content(self) -> dict[str, Any]:
+        """Plain values, from which `of` makes it again."""
+        return {"gain": self.gain, "described": [each.content() for each in self.described]}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Fingerprint:
+        """The inverse of `content`."""
+        return cls(float(content["gain"]), tuple(map(Described.of, content["described"])))
+
+    def likeness(self, other: Fingerprint) -> float:
+        """p-value of both being the same thing: the largest over the elements that describe both."""
+        theirs = {each.element: each for each in other.described}
+        values = [
+            _p_value(own, theirs[own.element]) for own in self.described if own.element in theirs and own.values.size
+        ]
+        return max(values, default=0.0)
+
+    @property
+    def resembles(self) -> str:
+        """The textbook element that comes nearest, with the share of what was found that it leaves."""
+        named = [(each, _textbook(each)) for each in self.described]
+        told = [(each.loss, text) for each, text in named if text]
+        if not told:
+            return "no textbook element"
+        loss, text = min(told)
+        return f"{text} (leaves {loss / max(self.gain, 1e-9):.0%} of it)"
+
+
+def fingerprint(model: SetModel, base: SetFit, candidates: Sequence[Candidate]) -> Fingerprint:
+    """The fingerprint of what a model lacks.
+
+    Parameters
+    ----------
+    base : fit of the model without extensions
+    candidates : the model with every single element; profiles along the string have none
+    """
+    single = [each for each in candidates if each.element.name != "profile"]
+    least = min(each.fit.cost for each in single)
+    return Fingerprint(base.cost - least, tuple(_described(model, each, each.fit.cost - least) for each in single))
+
+
+def _described(model: SetModel, candidate: Candidate, loss: float) -> Described:
+    values = candidate.fit.point.sizes
+    covariance: Floats = np.asarray(np.linalg.inv(candidate.fit.information)[SHARED:, SHARED:], dtype=float)
+    if candidate.element.has_place:
+        values = np.append(values, candidate.place)
+        covariance = np.asarray(np.pad(covariance, (0, 1)), dtype=float)
+        covariance[-1, -1] = _place_variance(model, candidate)
+    return Described(candidate.element.name, values, covariance, loss)
+
+
+def _place_variance(model: SetModel, candidate: Candidate) -> float:
+    """Variance of the place by the curvature of the cost, of which the sizes take no part."""
+    costs = [
+        fit_set(model, candidate.fit.point, placed(candidate.element, place)).cost
+        for place in np.clip([candidate.place - _PLACE_STEP, candidate.place + _PLACE_STEP], 0.0, 1.0)
+    ]
+    curvature = (sum(costs) - 2 * candidate.fit.cost) / _PLACE_STEP**2
+    return float(min(1 / max(curvature, 1e-9), 1.0))
+
+
+def _p_value(first: Described, second: Described) -> float:
+    """p-value of two descriptions by the same element being of the same thing."""
+    tolerance = (SIZE_TOLERANCE * (np.abs(first.values) + np.abs(second.values)) / 2) ** 2
+    if first.values.size > len(_terms(first.element)):
+        tolerance[-1] = 2 * PLACE_TOLERANCE**2
+    covariance = first.covariance + second.covariance + np.diag(tolerance)
+    difference = first.values - second.values
+    distance = float(difference @ np.linalg.solve(covariance, difference))
+    # an element that describes one of them worse than another does pays for that
+    return float(chdtrc(first.values.size, distance + 2 * (first.loss + second.loss)))
+
+
+def _terms(element: str) -> Sequence[str]:
+    return next(each.terms for each in ELEMENTS if each.name == element)
+
+
+def _textbook(described: Described) -> str:
+    """The element in a textbook's words; empty where it has none."""
+    values, name = described.values, described.element
+    sizes = dict(zip(_terms(name), values, strict=False))
+    if name == "inertia":
+        return f"an inertia of {sizes['learnt_inertia']:.3g} kg m² at {values[-1]:.0%} of the string"
+    if name == "damper":
+        return f"a damper of {sizes['learnt_damper']:.3g} N m s/rad at {values[-1]:.0%} of the string"
+    if name == "joint":
+        stiffness = 1e-3 / max(sizes["learnt_joint"], 1e-12)
+        return f"a series spring of {stiffness:.3g} kN m/rad at {values[-1]:.0%} of the string"
+    if name == "mounted inertia":
+        stiffness = sizes["mount_inertia"] * (2 * np.pi * sizes["mount_frequency"]) ** 2 / 1e3
+        mounted = f"an inertia of {sizes['mount_inertia']:.3g} kg m² on a spring of {stiffness:.3g} kN m/rad"
+        return f"{mounted} at {values[-1]:.0%} of the string"
+    if name.endswith("factor of order 1"):
+        port = name.split()[0]
+        lag, lead = sizes[f"{port}_pole_1"], sizes[f"{port}_zero_1"]
+        return f"a lag of {1e3 * (lag - lead):.3g} ms in the {port}"
+    return ""
