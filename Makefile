@@ -1,6 +1,6 @@
 # make demo: three simulated wells through every stage.  make test, make lint.  Needs make and python3 only.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo rigs run field bench bench-fleet blind learn discoveries test mutants lint format lock docs site tutorial clean
+.PHONY: help setup demo rigs run field bench bench-fleet blind learn discoveries test mutants lint format lock docs site tutorial gallery clean
 
 UV_VERSION := 0.13.8
 BIN := .venv/bin
@@ -31,6 +31,7 @@ help:
 	@echo "make mutants    faults put into a copy of the library on purpose, which its tests must catch; ROOMS=records for some"
 	@echo "make docs    write the generated documents again;  make lock    renew requirements.lock"
 	@echo "make site    the documentation as a site in results/site"
+	@echo "make gallery     every figure of a well of the demo, and the page that shows them"
 	@echo "make tutorial    run the tutorials, docs/*.py, and write their pages with figures"
 
 setup: $(READY) $(COMMAND)
@@ -119,6 +120,10 @@ site: $(READY)
 
 tutorial: $(READY)
 	$(BIN)/python -m scripts.write_tutorial $(TUTORIAL)
+
+# the figures of a demo well, which is run first as far as it is missing or out of date
+gallery: demo
+	$(BIN)/python -m scripts.write_gallery
 
 # uv.lock names hosts, so only its export is kept
 lock: $(READY)

@@ -12,7 +12,7 @@ from rich.console import Console
 from benchmarks.fleet.measurement import FILE, record
 from benchmarks.result import Result, result_table
 
-PARTS = ("plan", "cost", "overhead", "speedup", "flat", "nightly", "extrapolation", "kills", "fuzz")
+PARTS = ("plan", "cost", "overhead", "speedup", "flat", "nightly", "extrapolation", "kills", "fuzz", "pages")
 """Modules of this folder, each with a function `measure` that takes the console and returns a Measurement."""
 
 

@@ -1,7 +1,8 @@
-"""Commands on results that are there: draw a figure, write the report again."""
+"""Commands on results that are there: draw a figure, write the report again, look around in wells."""
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,7 @@ def add_result_commands(app: typer.Typer) -> None:
     """Add the commands of this module to the command line."""
     app.command("draw")(draw_figure)
     app.command("report")(write_pages)
+    app.command("view")(view_wells)
 
 
 def draw_figure(
@@ -70,3 +72,33 @@ def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = 
         return
     for page in pages:
         typer.echo(page)
+
+
+def view_wells(
+    configfiles: Annotated[
+        list[Path] | None, typer.Argument(help="Configurations of one run or of several to compare.")
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of this machine; 0 for any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+) -> None:
+    """Explore wells in the browser: depth, frequency and time brushed together, two wells or two runs compared.
+
+    Serves on this machine alone until it is interrupted. Exit code 1 where no well has results.
+
+    Example: drillid view config/demo/config.yaml
+    """
+    from drillid.config.settings import Settings
+    from drillid.errors import SettingsError
+    from drillid.report.explorer import start, wells
+
+    chosen = configfiles or [DEFAULT_CONFIGURATION]
+    with faults_told():
+        known = wells({str(path): Settings.from_yaml(path) for path in chosen})
+        if not known:
+            raise SettingsError(", ".join(map(str, chosen)), "no well has results", "Run the workflow first")
+    server = start(known, port)
+    typer.echo(f"http://localhost:{server.port}/ shows {len(known)} wells; Ctrl-C ends it")
+    if browser:
+        server.show("/")
+    with contextlib.suppress(KeyboardInterrupt):
+        server.io_loop.start()

@@ -52,6 +52,11 @@ def model_residuals(results: WellResults) -> Figure:
     colours: dict[str, Any] = {"norm": Normalize(-_LIMIT, _LIMIT), "cmap": SIGNED}
     models = (("residual_before", "Base model"), ("residual_after", "Extended model"))
     for axis, (name, title) in zip(images, models, strict=True):
+        if name == "residual_after" and not results.examination.sizes["extension"]:
+            note_missing(axis, "no cause is named,\nso no model is extended")
+            axis.set_xticks([])
+            depth_axis(axis, results, label=False, line=INK)
+            continue
         mesh = depth_image(axis, results, frequency, results.examination[name].values.real, **colours)
         frequency_axis(axis, results.band)
         axis.set_title(title)
@@ -66,8 +71,9 @@ def _mean_squares(axis: Axes, results: WellResults) -> None:
     frequency = results.examination["frequency"].values
     axis.axhline(1, color=MUTED, linewidth=0.9)
     before, after = (results.examination[f"residual_{end}"].values for end in ("before", "after"))
-    lines = [("residual_before", "base model", _BASE, _BASE_WIDTH)]
-    if not np.array_equal(before, after, equal_nan=True):
+    extended = not np.array_equal(before, after, equal_nan=True)
+    lines = [("residual_before", "base model", _BASE, _BASE_WIDTH if extended else _EXTENDED_WIDTH)]
+    if extended:
         lines.append(("residual_after", "extended model", _EXTENDED, _EXTENDED_WIDTH))
     for name, label, colour, width in lines:
         power = np.abs(results.examination[name].values) ** 2 / 2
@@ -133,9 +139,11 @@ def held_out(results: WellResults) -> Figure:
 def _predictions(examined: xr.Dataset, stem: str) -> list[tuple[str, str, str, float]]:
     """Variables with labels, colours and widths; one line where no cause extends the model."""
     extended = not np.array_equal(examined[f"{stem}_base"].values, examined[f"{stem}_extended"].values, equal_nan=True)
-    base = (f"{stem}_base", "base model of the other windows", _BASE, _BASE_WIDTH)
-    return [base, (f"{stem}_extended", "extended model of the other windows", _EXTENDED, _EXTENDED_WIDTH)][
-        : 1 + extended
+    if not extended:
+        return [(f"{stem}_base", "base model of the other windows", _BASE, _EXTENDED_WIDTH)]
+    return [
+        (f"{stem}_base", "base model of the other windows", _BASE, _BASE_WIDTH),
+        (f"{stem}_extended", "extended model of the other windows", _EXTENDED, _EXTENDED_WIDTH),
     ]
 
 
@@ -178,8 +186,10 @@ def reflectogram(results: WellResults) -> Figure:
     distance, level = examined["distance"].values, examined["reflection_level"].values
     axis.fill_between(distance, -level, level, color=NO_DATA, alpha=0.7, linewidth=0, label="noise")
     before, after = examined["reflection_before"].values, examined["reflection_after"].values
-    axis.plot(distance, before, color=_BASE, linewidth=_BASE_WIDTH, label="base model")
-    if not np.array_equal(before, after):
+    extended = not np.array_equal(before, after)
+    width = _BASE_WIDTH if extended else _EXTENDED_WIDTH
+    axis.plot(distance, before, color=_BASE, linewidth=width, label="base model")
+    if extended:
         axis.plot(distance, after, color=_EXTENDED, linewidth=_EXTENDED_WIDTH, label="extended model")
     rows = results.examination["window_set"].values == number
     ends = results.windows["bit_depth"].values[rows]

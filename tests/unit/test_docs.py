@@ -11,7 +11,9 @@ from drillid.config import documents as docs
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets
+from drillid.figures.captions import FIGURES
 from scripts.write_documents import commands_page
+from scripts.write_gallery import page
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = docs.documents(ROOT)
@@ -61,3 +63,8 @@ def test_a_configuration_of_the_repository_validates(name: str, monkeypatch: pyt
     settings = Settings.from_yaml(Path(name))
     rigs = {path: Rig.from_yaml(path) for path in Path(settings.rigs).glob("*.yaml")}
     assert {listing.rig_file for listing in read_sheets(settings).values()} == rigs.keys()
+
+
+def test_the_gallery_shows_every_figure_and_no_other() -> None:
+    assert (ROOT / "docs/gallery.md").read_text() == page(), "docs/gallery.md is out of date: run `make gallery`"
+    assert {path.stem for path in (ROOT / "docs/gallery").glob("*.png")} == set(FIGURES)

@@ -1,19 +1,23 @@
 "use strict";
 // Draws the charts of a well, gives them the page's colours and units, and shows the spectra of a window.
 const held = JSON.parse(document.getElementById("charts").textContent);
+const models = new Map();
 let drawn = null;
 let units = "metric";
 
 function named(name) {
-  return drawn.get_model_by_id(held.looked_up.named[name]);
+  return models.get(held.looked_up.named[name]);
 }
 
 function scaled(model, scale, factor) {
   if (typeof scale === "number") {
     const ends = { start: model.start * factor(scale), end: model.end * factor(scale) };
     const reset = { reset_start: ends.start, reset_end: ends.end };
-    const bounds = Array.isArray(model.bounds) ? { bounds: model.bounds.map((bound) => bound * factor(scale)) } : {};
-    model.setv({ ...ends, ...reset, ...bounds });
+    const { bounds } = model;
+    // bounds in the other unit would clamp the ends
+    model.bounds = null;
+    model.setv({ ...ends, ...reset });
+    model.bounds = Array.isArray(bounds) ? bounds.map((bound) => bound * factor(scale)) : bounds;
     return;
   }
   const data = { ...model.data };
@@ -28,7 +32,7 @@ function look() {
   const style = getComputedStyle(document.documentElement);
   const chosen = document.documentElement.dataset.units;
   const factor = (scale) => (chosen === units ? 1 : chosen === "oilfield" ? scale : 1 / scale);
-  for (const model of drawn.all_models) {
+  for (const model of models.values()) {
     const [tags] = model.tags ?? [];
     if (!tags) continue;
     const changes = { ...tags[chosen] };
@@ -100,15 +104,41 @@ function listen() {
   });
 }
 
+// The log plot first; the other charts one by one as soon as the page has nothing else to do
 async function draw() {
-  const { roots } = held.looked_up;
-  await Bokeh.embed.embed_items({ well: held.document }, [{ docid: "well", roots: Object.fromEntries(Object.entries(roots).map(([element, root]) => [root, element])), root_ids: Object.values(roots) }]);
-  drawn = Bokeh.documents[0];
+  await Bokeh.embed.embed_items({ well: held.document }, []);
+  [drawn] = Bokeh.documents;
+  for (const model of drawn.all_models) models.set(model.id, model);
   look();
-  listen();
   showWindow(Number(document.getElementById("window").value));
-  document.addEventListener("drillid-look", look);
-  document.documentElement.dataset.drawn = "true";
+  const charts = Object.entries(held.looked_up.roots).map(([element, root]) => [document.getElementById(element), models.get(root)]);
+  for (const [, root] of charts) drawn.remove_root(root);
+  const elements = [];
+  const views = await Bokeh.embed.add_document_standalone(drawn, document.body, elements);
+  for (const [element, root] of charts) {
+    elements.push(element);
+    drawn.add_root(root);
+    if (root === charts[0][1]) {
+      await finished(views, root);
+      listen();
+      document.addEventListener("drillid-look", look);
+      document.documentElement.dataset.drawn = "true";
+    }
+    await idle();
+  }
+  for (const [, root] of charts) await finished(views, root);
+  document.documentElement.dataset.complete = "true";
+}
+
+function idle() {
+  return new Promise((done) => { requestIdleCallback(done, { timeout: 200 }); });
+}
+
+function finished(views, root) {
+  return new Promise((done) => {
+    const ask = () => { if (views.get(root)?.has_finished()) done(); else setTimeout(ask, 20); };
+    ask();
+  });
 }
 
 draw();

@@ -17,15 +17,22 @@ OPTIONS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync"),
 )
-DRAWN = "document.documentElement.dataset.drawn === 'true' && Bokeh.documents[0].is_idle"
+DRAWN = "document.documentElement.dataset.complete === 'true'"
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+@contextmanager
+def opened_browser() -> Iterator[Any]:
+    """Chromium, ended at the end."""
     with sync_playwright() as playwright:
         started = playwright.chromium.launch(executable_path=CHROMIUM, args=list(OPTIONS))
         yield started
         started.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with opened_browser() as started:
+        yield started
 
 
 @contextmanager
@@ -70,11 +77,14 @@ def test_every_chart_is_drawn(browser: Any, fleet: Fleet) -> None:
 
 
 def test_units_change_texts_and_charts_and_back(browser: Any, fleet: Fleet) -> None:
-    depths = "Array.from(drawn.get_model_by_id(held.looked_up.named.windows).data.depth)"
+    depths = "Array.from(named('windows').data.depth)"
+    shown = "[named('depths').start, named('depths').end]"
     with opened(browser, fleet, "W1") as page:
-        metric = page.evaluate(depths)
+        metric, ends = page.evaluate(depths), page.evaluate(shown)
+        assert ends[1] < min(metric) < max(metric) < ends[0]
         page.click("text=Oilfield units")
         assert page.evaluate(depths) == pytest.approx([depth / 0.3048 for depth in metric])
+        assert page.evaluate(shown) == pytest.approx([end / 0.3048 for end in ends])
         assert page.locator(".metric:visible").count() == 0
         page.click("text=Oilfield units")
         assert page.evaluate(depths) == pytest.approx(metric)
@@ -90,14 +100,39 @@ def test_a_window_that_is_chosen_shows_its_spectra(browser: Any, fleet: Fleet) -
         assert page.locator("#window-shown").inner_text().startswith("0, ")
 
 
-def test_tracks_have_tips_with_units(browser: Any, fleet: Fleet) -> None:
-    tooltip = "[...named('windows').document.all_models].some(m => m.type === 'HoverTool' && m.active)"
+POINT = """() => {
+  const all = (view) => [view, ...[...view.children()].flatMap(all)];
+  const label = ({ model }) => model.above?.[0]?.axis_label ?? "";
+  const track = [...drawn.views_manager.roots].flatMap(all).find((view) => label(view).startsWith("Weight"));
+  const { weight, depth } = named("windows").data;
+  const { left, top } = track.el.getBoundingClientRect();
+  return [left + track.frame.x_scale.compute(weight[3]), top + track.frame.y_scale.compute(depth[3])];
+}"""
+"""Place on the screen of a window's point in the track of the weight on bit."""
+TIPS = """() => {
+  const texts = (node) => [...node.querySelectorAll("*")].filter((each) => each.shadowRoot).flatMap((each) => [
+    ...[...each.shadowRoot.querySelectorAll(".bk-tooltip-content")].map((tip) => tip.textContent),
+    ...texts(each.shadowRoot)]);
+  return texts(document).join(" ");
+}"""
+
+
+def test_a_point_under_the_mouse_tells_its_value_with_its_unit(browser: Any, fleet: Fleet) -> None:
     with opened(browser, fleet, "W1") as page:
-        assert page.evaluate(tooltip)
-        tips = page.evaluate(
-            "[...named('windows').document.all_models].filter(m => m.type === 'HoverTool').map(m => m.tooltips).flat(2)"
-        )
-        assert any(str(tip).endswith("kN") for tip in tips)
+        page.locator("#log").scroll_into_view_if_needed()
+        page.mouse.move(*page.evaluate(POINT))
+        page.wait_for_function(f"({TIPS})().includes('100 kN')")
+        page.click("text=Oilfield units")
+        page.mouse.move(5, 5)
+        page.mouse.move(*page.evaluate(POINT))
+        page.wait_for_function(f"({TIPS})().includes('klbf')")
+
+
+def test_a_click_on_a_point_shows_the_spectra_of_its_window(browser: Any, fleet: Fleet) -> None:
+    with opened(browser, fleet, "W1") as page:
+        page.locator("#log").scroll_into_view_if_needed()
+        page.mouse.click(*page.evaluate(POINT))
+        page.wait_for_function("document.getElementById('window-shown').textContent.startsWith('3, ')")
 
 
 def test_search_kind_and_order_choose_wells(browser: Any, fleet: Fleet) -> None:
