@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import correlate, find_peaks
 
 from drillid.arrays import Array, Floats, Integers
 
@@ -99,6 +98,8 @@ def clock_offset(fast_stamps: Integers, fast: Array, slow_stamps: Integers, slow
 
 def _best_lag(quick: _Series, coarse: _Series, step: float) -> float | None:
     """The offset, in whole steps, at which the records are most alike, s; None where that is not clear."""
+    from scipy.signal import find_peaks
+
     lags = int(FARTHEST_S / step)
     size = max(int(quick.at[-1] / step), 1)
     series = quick.means(step * np.arange(size + 1, dtype=np.float64))
@@ -115,6 +116,7 @@ def _best_lag(quick: _Series, coarse: _Series, step: float) -> float | None:
 
 def _correlation(series: Floats, around: Floats) -> Floats | None:
     """Correlation of a series with every part of a longer one, over what both hold, shape (lag,)."""
+    from scipy.signal import correlate
 
     def prepared(values: Floats) -> tuple[Floats, Floats]:
         known = np.isfinite(values)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import median_filter
+from scipy.special import ndtri, stdtrit
 
 from drillid.arrays import Booleans, Floats, Integers
 
@@ -48,8 +49,6 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
     rate : samples per second
     error_rate : share of good samples of Gaussian roughness that may be taken as spikes
     """
-    from scipy.stats import norm, t
-
     spiky = np.zeros(signal.size, dtype=bool)
     if signal.size < 2 * _NEIGHBOURS + 2 * _WIDEST_SPIKE:
         return spiky
@@ -57,8 +56,8 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
     changes = np.abs(np.diff(signal))
     quantum = changes[changes > 0].min() if np.any(changes > 0) else 0.0
     around = 2 * round(_LOCAL_S * rate / 2) + 1
-    roughness = np.pad(median_filter(np.abs(deviation[2:-2]), around, mode="reflect"), 2, mode="edge") / norm.isf(0.25)
-    limit = t.isf(error_rate / 2, _MEDIAN_DEGREES * around) * np.maximum(roughness, quantum / 2)
+    roughness = np.pad(median_filter(np.abs(deviation[2:-2]), around, mode="reflect"), 2, mode="edge") / -ndtri(0.25)
+    limit = -stdtrit(_MEDIAN_DEGREES * around, error_rate / 2) * np.maximum(roughness, quantum / 2)
     suspects = np.flatnonzero((np.abs(deviation) > limit) & (limit > 0))
     if suspects.size == 0:
         return spiky

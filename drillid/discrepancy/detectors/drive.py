@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.special import stdtr
-from scipy.stats import binom
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
@@ -100,6 +99,8 @@ def ceiling_score(series: Floats) -> Score | None:
     two quantisation steps of that value, no more than half come within one. The binomial p-value counts times
     between which the series is lower, as successive samples are not independent.
     """
+    from scipy.stats import binom
+
     top = float(series.max())
     step = quantisation_step(series) or _SAME * max(abs(top), float(np.ptp(series)))
     reached, near = _times(series > top - step / 2), _times((series > top - 3 * step / 2) & (series <= top - step / 2))

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
-from scipy.stats import binom
 
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
@@ -200,6 +199,8 @@ def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | 
     In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. Lines of
     windows of another length have other frequencies: those of the commonest length count. None where windows have none.
     """
+    from scipy.stats import binom
+
     lines = [detection.lines for detection in own if detection.lines is not None]
     if len(lines) < len(own):
         return None

@@ -7,7 +7,6 @@ Econometrica 48, 817–838, for blocks); Student's t accounts for the few blocks
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.special import fdtrc, ndtr, ndtri, stdtr
 
 from drillid.arrays import Floats, Indices
@@ -211,6 +210,8 @@ def _setting_at_unity(settings: Floats, ratio: Floats, amplitude: Floats, deviat
     Between settings the amplitude follows a monotone cubic in their logarithm (Fritsch and Butland 1984, SIAM Journal
     on Scientific and Statistical Computing 5, 300–304).
     """
+    from scipy.interpolate import PchipInterpolator
+
     if settings.size < 2 or not np.isfinite(settings).all():
         return _size_of_setting(settings, ratio)
     order = np.argsort(settings)
