@@ -58,6 +58,7 @@ run: setup
 
 field: $(READY)
 	$(BIN)/python -m benchmarks.field.start_up
+	$(BIN)/python -m benchmarks.field.transfer
 
 # times are those of one core
 bench: export OPENBLAS_NUM_THREADS := 1

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.discoveries.jackknife import jackknife_error
 from benchmarks.field.log import FieldLog
 from benchmarks.field.start_up import BOUNDS, DEPTH, FITTED_S, JITTER
-from benchmarks.field.well_b import EQUIPMENT, SURVEY
+from benchmarks.field.well_b import PUBLISHED, SURVEY
 from drillid.arrays import Floats
 from drillid.physics.nonlinear import NonlinearRig
 from drillid.simulation.start_up import RATE, WellFriction, rig_at, start_up
@@ -64,7 +64,7 @@ def misses(friction: WellFriction, fitted: tuple[str, ...], log: FieldLog, stiff
     middle = (log.bit_slowest + log.bit_fastest) / 2
     rows: dict[str, list[Floats]] = {name: [] for name in SERIES}
     for factor in JITTER:
-        rig = rig_at(DEPTH, SURVEY, EQUIPMENT, replace(friction, sliding=friction.sliding * factor))
+        rig = rig_at(DEPTH, SURVEY, PUBLISHED, replace(friction, sliding=friction.sliding * factor))
         made = start_up(_stiffened(rig, stiffness), log.top_speed, _SIMULATED_STEP)
         rows["torque"].append((made.torque - log.torque[: made.torque.size]) * SERIES["torque"][0])
         rows["bit speed"].append((made.recorded_bit_speed() - middle[: made.torque.size]) * SERIES["bit speed"][0])
