@@ -60,22 +60,26 @@ class DatasetSchema:
                 f"variables missing: {sorted(missing)}, undeclared: {sorted(map(str, undeclared))}",
                 "Make the dataset and its schema in drillid/datasets/identified.py agree",
             )
-        result = dataset.copy()
+        import xarray as xr
+
+        # one construction at the end, as each assignment to a dataset aligns all of its variables
+        columns: dict[str, Any] = {}
         for name, declared in self.variables.items():
-            if result[name].dims != declared.dims:
+            variable = dataset.variables[name]
+            if variable.dims != declared.dims:
                 raise DatasetError(
                     f"{self.title}, variable {name}",
-                    f"dimensions are {result[name].dims}, declared are {declared.dims}",
+                    f"dimensions are {variable.dims}, declared are {declared.dims}",
                     "Make the dataset and its schema in drillid/datasets/identified.py agree",
                 )
             kept = {} if declared.dtype.startswith("datetime") else declared.attributes()
             kept = kept or {"long_name": declared.long_name}
-            result[name] = (declared.dims, _cast(result[name].values, declared.dtype), kept)
-        result = result.set_coords(
-            [name for name in self.variables if name in self.coordinates or (name,) == self.variables[name].dims]
-        )
-        result.attrs = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
-        return result
+            columns[name] = (declared.dims, _cast(variable.values, declared.dtype), kept)
+        along = {name for name, declared in self.variables.items() if (name,) == declared.dims}
+        chosen = along.union(self.coordinates, dataset.coords)
+        coordinates = {name: columns.pop(name) for name in self.variables if name in chosen}
+        described = {"Conventions": "CF-1.11", "title": self.title, "source": "drillid", **attributes}
+        return xr.Dataset(columns, coordinates, described)
 
     def empty(self) -> xr.Dataset:
         """The dataset without any row."""
