@@ -33,6 +33,12 @@ def test_what_is_fitted_before_holds_afterwards(log: FieldLog) -> None:
     assert f"{torque:15.2f}" in table(log)
 
 
+def test_a_lighter_assembly_holds_less_than_a_stiffer_pipe(log: FieldLog) -> None:
+    """With two more figures it fits no better what it has seen, and predicts the rest worse."""
+    lighter, *_, stiffer = (misfits(model, log, ((SEEN_S, FITTED_S),))[0] for model in MODELS.values())
+    assert np.all(stiffer < lighter)
+
+
 def test_values_are_those_that_are_fitted(log: FieldLog) -> None:
     for model in MODELS.values():
         again = model.with_values(model.values)
