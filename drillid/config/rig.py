@@ -58,6 +58,7 @@ _THINNEST_WALL = 1e-4
 Share = Annotated[Fraction, Between(1e-6, 1, "dimensionless", ("%",))]
 ProportionalGain = Annotated[TorsionalDamping, Between(10, 1e6, "N m s/rad", ("kN m s/rad", "kN m/rpm"), or_zero=True)]
 IntegralGain = Annotated[TorsionalStiffness, Between(1, 1e7, "N m/rad", ("kN m/rad",), or_zero=True)]
+ControlInterval = Annotated[Seconds, Between(1e-6, 0.5, "s", ("ms",))]
 FilterTime = Annotated[Seconds, Between(0, 5, "s", ("ms",))]
 DriveInertia = Annotated[TorsionalInertia, Between(1, 1e5, "kg m^2", ("t m^2",))]
 OuterDiameter = Annotated[Metres, Between(0.02, 0.8, "m", ("mm", "in", "cm"))]
@@ -283,8 +284,11 @@ class Rig(Strict):
     """Log files of other shapes; the first whose pattern fits a file holds for it."""
     controller: SpeedControl | None = None
     """Speed controller; where it is not given, it is estimated from the logged torque command."""
+    control_interval: ControlInterval | None = None
+    """Interval at which the control reads the speed and holds its command in between; where it is not given, anything
+    up to 50 ms is thought possible, as far as the log does not show it."""
     drive_delay: StatedDelay | None = None
-    """Delay of the drive."""
+    """Delay of the drive, with the half interval for which its command is held in the mean."""
     top_drive_inertia: StatedInertia | None = None
     """Inertia of the top drive."""
     pipe: DrillPipe | None = None

@@ -58,6 +58,8 @@ class DataSheet:
     """Of the pipe's length as waves see it."""
     clock_error: float = CLOCK_ERROR
     """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
+    control_interval: float = np.nan
+    """s, at which the control reads the speed and holds its command; NaN where data sheets are silent."""
 
     @property
     def equipment(self) -> KnownEquipment:
@@ -86,6 +88,8 @@ def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
     stated: dict[str, Any] = {"controller_relative": rig.controller.relative if rig.controller else np.inf}
     if rig.drive_delay:
         stated |= {"delay": rig.drive_delay.value, "delay_error": rig.drive_delay.tolerance}
+    if rig.control_interval:
+        stated["control_interval"] = rig.control_interval
     if rig.top_drive_inertia:
         inertia = rig.top_drive_inertia
         stated |= {"inertia_td": inertia.value, "inertia_td_error": inertia.relative * inertia.value}

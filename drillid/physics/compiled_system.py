@@ -134,10 +134,12 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
         order,
         np.array([2 * np.sin(np.pi * (2 * pair + 1) / (2 * order)) for pair in range(order // 2)]),
     )
+    clock_variance = recording.clock_jitter * recording.clock_jitter + recording.hold_variance
+    delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
     quantities = [
-        *(recording.scale, recording.clock_offset, recording.clock_jitter, recording.filter_frequency),
+        *(recording.scale, recording.clock_offset, clock_variance, recording.filter_frequency),
         *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter),
-        *(top_drive.inertia, top_drive.delay, top_drive.delay_jitter, top_drive.gain, top_drive.lag),
+        *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag),
         *(motor.stiffness, motor.damping, motor.inertia),
         *(system.bit.inertia, bit.amplitude, bit.blade_time),
         *(bit.damping if isinstance(more, float) and more == 0 else bit.damping + more for more in course),

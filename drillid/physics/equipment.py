@@ -134,6 +134,9 @@ class TopDrive:
     """s, root mean square of a normal variation of the delay."""
     shaping: Shaping | None = None
     """Further factor of D."""
+    hold_variance: Quantity = 0.0
+    """s², what control that samples and holds adds to the variance of the delay, as in
+    `drillid.physics.held_control`."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
 
 @dataclass(frozen=True)
 class Recording:
-    """How one channel is recorded, R(s) = c e^(−s t₀ + s²σ²/2) B(s); the defaults record the true signal.
+    """How one channel is recorded, R(s) = c e^(−s t₀ + s²(σ² + v)/2) B(s); the defaults record the true signal.
 
     B is a Butterworth low pass (Butterworth 1930, Experimental Wireless 7, 536–541). Gaussian
     time-stamp jitter σ acts by the mean over its distribution, as does the jitter of a drive's delay.
@@ -29,6 +29,9 @@ class Recording:
     """t₀, s; positive where the row at time t holds the signal of t − t₀."""
     clock_jitter: Quantity = 0.0
     """σ, s, root mean square."""
+    hold_variance: Quantity = 0.0
+    """v, s², what readings between the steps of a held command add to the variance of the time stamps, as in
+    `drillid.physics.held_control`."""
     filter_frequency: Quantity = np.inf
     """Hz, half-power frequency of B."""
     filter_order: int = 2
@@ -41,7 +44,8 @@ class Recording:
 
     def transfer(self, s: Complex) -> Complex:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
-        clock = np.exp(np.square(s * self.clock_jitter) / 2 - s * self.clock_offset)
+        variance = self.clock_jitter * self.clock_jitter + self.hold_variance
+        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset)
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
         )

@@ -17,8 +17,8 @@ from drillid.arrays import Floats, Integers
 from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, root, through_section
 
 RECORDING, CONTROL, TOP_DRIVE, MOTOR, BIT, COURSE = 0, 4, 8, 13, 16, 19
-"""Where the quantities of each part begin in a row: scale, clock offset, clock jitter and filter frequency of the
-recording; P, I and the filters of speed and torque; inertia, delay, delay jitter, gain and lag of the top drive;
+"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock and filter frequency of the
+recording; P, I and the filters of speed and torque; inertia, delay, variance of the delay, gain and lag of the top drive;
 stiffness, damping and inertia of the motor; inertia of the bit, amplitude and blade time of its regenerative cutting;
 damping at the bit in every part of the window. κ, δ, drag and loss factor of every line follow, then length and polar
 moment of every section."""
@@ -81,20 +81,20 @@ def _add(table: Floats, which: int, j: int, value: complex) -> None:
 @compiled
 def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> None:
     """Drive, control and clock of the recording."""
-    jitter, offset = values[RECORDING + 2], values[RECORDING + 1]
+    clock_variance, offset = values[RECORDING + 2], values[RECORDING + 1]
     proportional, integral = values[CONTROL], values[CONTROL + 1]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
-    delay, delay_jitter, gain, lag = values[9], values[10], values[11], values[12]
+    delay, variance, gain, lag = values[9], values[10], values[11], values[12]
     compensated, compensation_filter = constants[0], constants[1]
     for j in range(BLOCK):
         s = complex(0.0, omega[j])
         compensation = compensated * s * inverse(1.0 + compensation_filter * s)
         filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * s)
         square = 0.5 * omega[j] * omega[j]
-        delayed = falling(complex(square * delay_jitter * delay_jitter, delay * omega[j]))
+        delayed = falling(complex(square * variance, delay * omega[j]))
         write(table, CONTROL_ROW, j, (complex(proportional, -integral / omega[j]) - compensation) * filters)
         write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s))
-        write(table, RECORD_ROW, j, falling(complex(square * jitter * jitter, offset * omega[j])))
+        write(table, RECORD_ROW, j, falling(complex(square * clock_variance, offset * omega[j])))
         write(table, _TO_DRIVE, j, complex(0.0, 0.0))
         write(table, _TO_CONTROL, j, complex(0.0, 0.0))
         write(table, MOBILITY_ROW, j, complex(0.0, 0.0))
@@ -254,13 +254,13 @@ def _down_bit(
 @compiled
 def _down_drive(values: Floats, omega: Floats, table: Floats, slopes: Floats, of_control: Floats) -> None:
     """Derivatives to the quantities of drive and control; those of the control's own response beside them."""
-    gain, lag, jitter = values[11], values[12], values[10]
+    gain, lag = values[11], values[12]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
     for j in range(BLOCK):
         s, drive, response = complex(0.0, omega[j]), read(table, _DRIVE, j), read(table, CONTROL_ROW, j)
         to_drive, to_control = read(table, _TO_DRIVE, j) * drive, read(table, _TO_CONTROL, j)
         write(slopes, 9, j, -s * to_drive)
-        write(slopes, 10, j, -omega[j] * omega[j] * jitter * to_drive)
+        write(slopes, 10, j, -0.5 * omega[j] * omega[j] * to_drive)
         write(slopes, 11, j, to_drive * (1.0 / gain))
         write(slopes, 12, j, -s * to_drive * inverse(1.0 + lag * s))
         on_speed, on_torque = inverse(1.0 + speed_filter * s), inverse(1.0 + torque_filter * s)
@@ -280,7 +280,7 @@ def _recorded(
     values: Floats, is_filtered: bool, omega: Floats, table: Floats, slopes: Floats, of_control: Floats
 ) -> None:
     """Mobility and control's response as recorded, and their derivatives to the recording."""
-    scale, jitter = values[RECORDING], values[RECORDING + 2]
+    scale = values[RECORDING]
     for j in range(BLOCK):
         unscaled = read(table, RECORD_ROW, j)
         record = scale * unscaled
@@ -288,13 +288,13 @@ def _recorded(
         write(table, RECORD_ROW, j, record)
         write(table, MOBILITY_ROW, j, mobility)
         write(table, CONTROL_ROW, j, response)
-        s, square = complex(0.0, omega[j]), omega[j] * omega[j] * jitter
+        s, half_square = complex(0.0, omega[j]), 0.5 * omega[j] * omega[j]
         write(slopes, 0, j, mobility * (1.0 / scale))
         write(slopes, 1, j, -s * mobility)
-        write(slopes, 2, j, -square * mobility)
+        write(slopes, 2, j, -half_square * mobility)
         write(of_control, 0, j, -response * (1.0 / scale))
         write(of_control, 1, j, s * response)
-        write(of_control, 2, j, square * response)
+        write(of_control, 2, j, half_square * response)
     if is_filtered:
         for j in range(BLOCK):
             logarithm = read(table, _LOGARITHM, j)

@@ -164,6 +164,7 @@ def draw_data_sheet(generator: np.random.Generator, equipment: Equipment) -> Dat
         polar_moment_error=moment_relative * moment,
         length_relative=equipment.length_relative,
         clock_error=CLOCK_ERROR,
+        control_interval=equipment.control_interval,
     )
 
 

@@ -26,7 +26,7 @@ _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 
 @dataclass(frozen=True, eq=False)
 class Normal:
-    """Normal equations of a set about a point, for its shared coordinates and n sizes; P = 11 + n."""
+    """Normal equations of a set about a point, for its shared coordinates and n sizes; P = 13 + n."""
 
     total: Floats
     """(P, P) of all windows' rows."""
@@ -80,7 +80,7 @@ class SetFit:
     information: Floats
     """(P, P), curvature of the cost in shared coordinates and sizes, the windows' deviations eliminated."""
     off_data_sheet: Floats
-    """(11,) how far the shared coordinates lie off their priors, in standard deviations of these."""
+    """(13,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
     @property
     def pulls(self) -> float:

@@ -1,7 +1,8 @@
 """One model of a set of windows: coordinates shared by all, coordinates that vary from window to window, causes.
 
-Eleven parameters describe a window: the eight of the transmission line, the two gains of the control, and the offset
-between the clocks of speed and torque; scaled to be of order one they are the model's coordinates. They are shared by
+Thirteen parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
+between the clocks of speed and torque, and what control that samples and holds adds to the variances of the delay and of
+the speed's time stamps; scaled to be of order one they are the model's coordinates. They are shared by
 the set, and four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window
 to window. Each has a Gaussian prior: from the data sheets where they state a value, else as wide as rigs differ.
 """
@@ -20,6 +21,7 @@ from drillid.fits.datasheet import COMMAND_BANDS
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
+from drillid.physics.held_control import hold_variance_prior, reading_variance_prior
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -39,6 +41,8 @@ COORDINATES = (
     "P",
     "I",
     "clock",
+    "hold",
+    "reading",
 )
 """Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes."""
 SHARED = len(COORDINATES)
@@ -47,11 +51,11 @@ LOCAL = (0, 1, 6, 7)
 """Indices of the coordinates that deviate from window to window."""
 DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
-_KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01
+_KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _HOLD = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 1e-4
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
-LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0])
-HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0])
+LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, -10.0, -10.0])
+HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 20.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 _CONTROL_FLOOR = 3e-3
 """Relative error of the control's response that all windows have in common, from the sampling of the control and from
@@ -86,7 +90,7 @@ class Point:
     """Coordinates of a set and sizes of its causes."""
 
     shared: Floats
-    """(11,) coordinates shared by all windows."""
+    """(13,) coordinates shared by all windows."""
     local: Floats
     """(W, 4) deviations of each window from them."""
     sizes: Floats
@@ -100,7 +104,7 @@ class Linearised:
     residual: Complex
     """(W, rows); real and imaginary part are standard normal where the model is right."""
     jacobian: Complex
-    """(W, 11 + extensions, rows) of the modelled responses, whitened."""
+    """(W, 13 + extensions, rows) of the modelled responses, whitened."""
 
     def mobility_chi2(self, frequencies: int) -> float:
         """Sum of squared residuals of the mobilities, which come first among the rows."""
@@ -143,7 +147,7 @@ class SetModel:
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
-        """Prior mean and standard deviation of the shared coordinates, each (11,)."""
+        """Prior mean and standard deviation of the shared coordinates, each (13,)."""
         sheet = self.evidence.data_sheet
         lump = np.hypot(1.0, sheet.collar_relative * self.collar_inertia / _LUMP)
         mean = [1.5, 0.0, 0.0, 0.0, sheet.delay / _DELAY, sheet.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -151,6 +155,9 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
+        held = hold_variance_prior(sheet.control_interval, sheet.delay, sheet.delay_error)
+        read = reading_variance_prior(sheet.control_interval, sheet.clock_error)
+        mean, error = [*mean, held[0] / _HOLD, read[0] / _HOLD], [*error, held[1] / _HOLD, read[1] / _HOLD]
         return np.array(mean), np.minimum(error, _WIDE)
 
     @property
@@ -209,8 +216,8 @@ class SetModel:
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
-        """The model of all windows from their eleven coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock = coordinates
+        """The model of all windows from their thirteen coordinates, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, hold, reading = coordinates
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
@@ -221,15 +228,15 @@ class SetModel:
             proportional=self.controller.proportional * (1 + proportional),
             integral=self.controller.integral * (1 + integral),
         )
-        top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller)
+        top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold)
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
-            Recording(clock_offset=_CLOCK * clock),
+            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading),
         )
 
     def coordinates(self, point: Point) -> Floats:
-        """Coordinates of every window, shape (11, W, 1)."""
+        """Coordinates of every window, shape (13, W, 1)."""
         values = np.tile(point.shared[:, None], (1, self.evidence.windows))
         values[list(LOCAL)] += point.local.T
         return values[..., None]
