@@ -19,10 +19,18 @@ from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.errors import EstimationError
-from drillid.fits.datasheet import DataSheet, data_sheet, stated_controller, stored_controller, with_logged_gains
+from drillid.fits.datasheet import (
+    DataSheet,
+    data_sheet,
+    stated_controller,
+    stored_controller,
+    with_held_control,
+    with_logged_gains,
+)
 from drillid.fits.window_fit import fit, measured_rows, with_fitted_gains
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.responses import closed_loop_responses
+from drillid.records.quality import held_interval
 from drillid.spectra.cross_spectra import stacked
 from drillid.spectra.local_polynomial import local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
@@ -33,6 +41,9 @@ if TYPE_CHECKING:
     from drillid.config.rig import Rig
     from drillid.config.settings import Settings
     from drillid.spectra.cross_spectra import Spectra
+
+_SHOWING = 3
+"""Windows of a set from whose rows an interval of the control is read."""
 
 
 def gather_well(
@@ -70,6 +81,9 @@ def gather_well(
         record = WindowRecord(sweep, speed, command, rate, periods[row], fitted[row], known[row])
         return [detection.content() for detection in detect(record)]
 
+    shown = np.flatnonzero(np.isfinite(fitted).all(axis=1))[:_SHOWING]
+    channels = (window_channels(records, windows, int(row)) for row in shown)
+    sheet = with_held_control(sheet, [held_interval(read[:2], rate) for read in channels])
     known = [replace(sheet.equipment, controller=stored_controller(fits.isel(window=row))) for row in range(depth.size)]
     memo = memo or Memo(WellInMemory(), "discrepancy")
     contents = [windows["key"].values.tolist(), fitted.tolist(), periods, map(repr, known)]
@@ -157,7 +171,8 @@ def gather(
     periods = np.array([sweep_period(window.sweep, rate, settings.spectra.frequency_minimum_hz) for window in windows])
     spectra = _spectra(windows, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    known = with_logged_gains(sheet, spectra)
+    held = [held_interval((window.sweep, window.speed), rate) for window in windows]
+    known = with_held_control(with_logged_gains(sheet, spectra), held)
     fits = [
         fit(measured, known.equipment, known.prior(float(depth)), settings.fits)
         for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)

@@ -98,6 +98,18 @@ AMPLITUDE_REACH = Rule(
     "0.1 % of true amplitudes lie farther off",
     "make blind: detections_named",
 )
+UNEVEN_ROWS = Rule(
+    1.2e-3,
+    "standard deviation of the age of a record's rows, s, from which it hides jitter of the drive",
+    "half more than the jump at the end of a sweep's period gives in even rows; a hold of 4 ms makes as much",
+    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew",
+)
+STEPPED_ROWS = Rule(
+    2e-3,
+    "the same, s, from which rows in steps hide a slew of the drive",
+    "lines between samples at 50 ms make less, a hold of 7 ms as much",
+    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew",
+)
 LINE_KEPT = Rule(
     2.0,
     "log ratio above which a spectral line is kept for pooling over windows",

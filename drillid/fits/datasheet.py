@@ -18,6 +18,8 @@ from drillid.physics.parameters import DELAY, INERTIA_TD, LENGTH, POLAR_MOMENT
 from drillid.physics.responses import laplace
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from drillid.config.rig import Rig
 
 _CONTRADICTION = 4.0
@@ -138,6 +140,14 @@ def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
     errors = np.sqrt(np.diag(together)) / np.maximum(np.abs(mean), _LEAST_GAIN_ERROR)
     controller = replace(sheet.controller, proportional=float(mean[0]), integral=float(mean[1]))
     return replace(sheet, controller=controller, gain_errors=(float(errors[0]), float(errors[1])))
+
+
+def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
+    """The data sheet with the interval of the control that the windows' logs show, NaN where one does not."""
+    shown = np.array(held)[np.isfinite(held)]
+    if np.isfinite(sheet.control_interval) or not shown.size:
+        return sheet
+    return replace(sheet, control_interval=float(np.median(shown)))
 
 
 def stored_controller(fit: xr.Dataset) -> Controller:

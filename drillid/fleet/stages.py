@@ -41,7 +41,10 @@ _MOBILITY = (("mobility", "mobility"), ("mobility", "stacks"))
 _FITS = (("fits", "fits"), ("fits", "stack_fits"))
 _JOINT = ("fits", "joint")
 _DISCREPANCY = (("discrepancy", "discrepancy"), ("discrepancy", "examination"))
-_DATA_SHEET = ("name", "controller", "control_interval", "drive_delay", "top_drive_inertia", "pipe", "collars", "hole_sections")
+_DATA_SHEET = (
+    *("name", "controller", "control_interval", "drive_delay", "top_drive_inertia"),
+    *("pipe", "collars", "hole_sections"),
+)
 _ENGINE = ("spectra", "mobility", "fits", "discrepancy")
 
 STAGES: dict[str, Stage] = {

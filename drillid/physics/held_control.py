@@ -3,16 +3,16 @@
 A command that is held for h is late by a uniformly distributed time: the drive is multiplied by
 (1 − e^(−sh))/(sh) = e^(−sh/2) sinh(sh/2)/(sh/2), a delay by h/2, which counts as part of T_d, and a variance of h²/12
 (Åström and Wittenmark 1997, Computer-Controlled Systems, chapters 2 and 3). The readings fold what the steps of the
-command add at multiples of their rate. There the top drive's inertia J is the load, whose speed at the readings follows without
-approximation: where the drive itself is late by m + f intervals, m whole ones and a part f,
+command add at multiples of their rate. There the top drive's inertia J is the load, whose speed at the readings follows
+exactly: where the drive itself is late by m + f intervals, m whole ones and a part f,
 
     z^(−m) (1 − f + f/z) h/(J (z − 1)) = e^(−sT_d)/(J s) (1 + s²h² (f(1 − f)/2 − 1/24) + …),   z = e^(sh),
 
 so that altogether the variance is v = h² (f(1 − f) − 1/12): h²/12 in the mean over f, and between −h²/12 and h²/6.
 
 Under a constant torque the speed runs in a straight line between two readings. A recorder whose clock differs from the
-control's, by a part g of an interval, holds the mean of both: the earlier with weight g, so that its time stamps have the
-variance h² g(1 − g).
+control's, by a part g of an interval, holds the mean of both: the earlier with weight g, so that its time stamps have
+the variance h² g(1 − g).
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ _SHARES = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
 
 
 def hold_variance(interval: ArrayLike, delay: ArrayLike) -> Floats:
-    """v of the drive, s², from the interval h and the whole delay T_d, which includes h/2; both in s, and broadcast."""
+    """V of the drive, s², from the interval h and the whole delay T_d, which includes h/2; both in s, and broadcast."""
     interval = np.asarray(interval, dtype=float)
     return _spread(interval, np.asarray(delay, dtype=float) - interval / 2) - interval**2 / 12
 

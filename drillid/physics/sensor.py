@@ -29,14 +29,14 @@ class Recording:
     """t₀, s; positive where the row at time t holds the signal of t − t₀."""
     clock_jitter: Quantity = 0.0
     """σ, s, root mean square."""
-    hold_variance: Quantity = 0.0
-    """v, s², what readings between the steps of a held command add to the variance of the time stamps, as in
-    `drillid.physics.held_control`."""
     filter_frequency: Quantity = np.inf
     """Hz, half-power frequency of B."""
     filter_order: int = 2
     shaping: Shaping | None = None
     """Further factor of R."""
+    hold_variance: Quantity = 0.0
+    """v, s², what readings between the steps of a held command add to the variance of the time stamps, as in
+    `drillid.physics.held_control`."""
 
     def __post_init__(self) -> None:
         if self.filter_order < 1:

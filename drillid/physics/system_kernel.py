@@ -17,11 +17,11 @@ from drillid.arrays import Floats, Integers
 from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, root, through_section
 
 RECORDING, CONTROL, TOP_DRIVE, MOTOR, BIT, COURSE = 0, 4, 8, 13, 16, 19
-"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock and filter frequency of the
-recording; P, I and the filters of speed and torque; inertia, delay, variance of the delay, gain and lag of the top drive;
-stiffness, damping and inertia of the motor; inertia of the bit, amplitude and blade time of its regenerative cutting;
-damping at the bit in every part of the window. κ, δ, drag and loss factor of every line follow, then length and polar
-moment of every section."""
+"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock and filter frequency of
+the recording; P, I and the filters of speed and torque; inertia, delay, variance of the delay, gain and lag of the top
+drive; stiffness, damping and inertia of the motor; inertia of the bit, amplitude and blade time of its regenerative
+cutting; damping at the bit in every part of the window. κ, δ, drag and loss factor of every line follow, then length
+and polar moment of every section."""
 PER_LINE, PER_SECTION = 4, 2
 FIXED = 2
 """Number of constants before those of the lines: compensated inertia and the filter of its compensation."""

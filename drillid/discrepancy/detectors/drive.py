@@ -17,7 +17,7 @@ from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
-from drillid.discrepancy.rules import CLEAR_DETECTION
+from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
 from drillid.physics.limits import rate_limited
 from drillid.records.quality import quantisation_step
 
@@ -63,17 +63,20 @@ class TorqueRateLimitDetector(Detector):
     reconstructed, as that does not show changes between samples.
     """
 
-    def candidate(self, name: str, inspection: Inspection) -> Candidate:
+    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """Speed response to the torque missing under each of a range of rate limits."""
         residual, rate = inspection.residual, inspection.residual.record.rate
-        limits = np.quantile(np.abs(np.gradient(residual.command) * rate), 1 - _BEYOND)
-        missing = rate_limited(np.ascontiguousarray(residual.command), limits / rate) - residual.command
+        if residual.time_error > STEPPED_ROWS:
+            return None
+        command = residual.command
+        limits = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
+        missing = rate_limited(np.ascontiguousarray(command), limits / rate) - command
         columns = _response_to_missing(residual, missing, memory=True)
         return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True, at_unit_amplitude=True)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Constant slopes of the logged command, where it is logged behind its limit; else None."""
-        if not inspection.residual.record.has_command:
+        """Constant slopes of the logged command, where it is logged behind its limit, in even rows; else None."""
+        if not inspection.residual.record.has_command or inspection.residual.time_error > STEPPED_ROWS:
             return None
         found = ceiling_score(np.abs(np.diff(inspection.residual.command)))
         rate = inspection.residual.record.rate
@@ -87,8 +90,10 @@ class DelayJitterDetector(Detector):
     # coarse quantisation, contact of gear teeth and a limited drive also make noise that grows with the sweep
     excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
-    def score(self, name: str, inspection: Inspection) -> Score:
-        """Regression of the noise power on the square of the command's slope."""
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """Regression of the noise power on the square of the command's slope; None where rows are as uneven."""
+        if inspection.residual.time_error > UNEVEN_ROWS:
+            return None
         return jitter_score(inspection.residual, inspection.unexplained)
 
 

@@ -34,6 +34,8 @@ _LEAST_POWER, _BEYOND_SWEEP = 1e-4, 1.25
 """Share of the sweep's largest line power below which a line counts as unexcited; harmonics are removed up to this
 factor times the highest excited frequency."""
 
+_MOST_POWER, _SMOOTH = 0.95, 1.5
+"""Share of the sweep's power that lies below its highest frequency, and how far above that its edges reach."""
 _MOST_STEPS = 4
 """Largest number of torque steps subtracted from a window; a torque that steps more often is no change of rock."""
 
@@ -144,6 +146,18 @@ class ResidualRecord:
             return self.record.command[: self.samples]
         controller = self.system.top_drive.controller
         return self.sweep - self.filtered(control(controller, self.s), self.speed - self.speed.mean())
+
+    @cached_property
+    def time_error(self) -> float:
+        """Standard deviation of the rows' time stamps, s: what of the sweep is too rough for its own band, per slope.
+
+        Rows that hold the last sample of a slower control, or lie on lines between its samples, are of different ages.
+        """
+        lines = rfft((self.sweep - self.sweep.mean()) * self.taper)
+        power = np.cumsum(np.abs(lines) ** 2)
+        smooth = self.frequency <= _SMOOTH * self.frequency[np.searchsorted(power, _MOST_POWER * power[-1])]
+        rough, slope = (irfft(values, self.samples) for values in (lines * ~smooth, lines * self.s * smooth))
+        return float(np.sqrt(np.mean(rough**2) / max(np.mean(slope**2), np.finfo(float).tiny)))
 
     def filtered(self, transfer: Complex, series: Floats) -> Floats:
         """A series (..., samples) filtered by a transfer function (line,), the window taken as periodic."""

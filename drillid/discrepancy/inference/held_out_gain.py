@@ -40,7 +40,7 @@ def held_out_gain(
             held[:, fold::2] = True
         before += _residuals(model, held, *base)
         after += _residuals(model, held, *extended)
-    pulls_before, pulls_after = (fit_set(model, *variant).off_data_sheet for variant in (base, extended))
+    pulls_before, pulls_after = (fit_set(model, *variant).pulls for variant in (base, extended))
     total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2) + np.sum(pulls_before**2 - pulls_after**2))
     # given the difference of two predictions the gain is linear in the noise; its variance is that difference squared
     error = float(

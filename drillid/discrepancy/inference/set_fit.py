@@ -8,6 +8,7 @@ import numpy as np
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
+    HEAVY_TAILED,
     HIGHEST,
     LOCAL,
     LOWEST,
@@ -83,9 +84,11 @@ class SetFit:
     """(13,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
     @property
-    def pulls(self) -> float:
-        """Half the sum of squared pulls of the data sheets on the shared coordinates."""
-        return 0.5 * float(np.sum(self.off_data_sheet**2))
+    def pulls(self) -> Floats:
+        """(13,) the same as normal variables of the same log density relative to its peak: half their squares add to
+        the cost.
+        """
+        return np.sign(self.off_data_sheet) * np.sqrt(2 * _off_cost(self.off_data_sheet))
 
     @property
     def size_errors(self) -> Floats:
@@ -220,10 +223,29 @@ def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension,
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    """Precision of the priors of shared coordinates and sizes about a point, and their right side."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
-    mean = np.concatenate([model.prior_mean, np.zeros(typical.size)])
-    error = np.concatenate([model.prior_error, typical])
-    return error**-2.0, (mean - np.concatenate([point.shared, point.sizes])) / error**2
+    off = np.append((point.shared - model.prior_mean) / model.prior_error, point.sizes / typical)
+    error = np.append(model.prior_error, typical)
+    precision = error**-2.0
+    heavy = list(HEAVY_TAILED)
+    precision[heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[heavy] ** 2)
+    return precision, -precision * off * error
+
+
+def _prior_cost(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> float:
+    """Cost of the priors of shared coordinates and sizes."""
+    typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
+    off = np.append((point.shared - model.prior_mean) / model.prior_error, point.sizes / typical)
+    return float(np.sum(_off_cost(off)))
+
+
+def _off_cost(off: Floats) -> Floats:
+    """Cost of coordinates that lie off their priors by so many standard deviations, each."""
+    cost = 0.5 * off**2
+    heavy = list(HEAVY_TAILED)
+    cost[heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[heavy] ** 2 / STUDENT_TAIL)
+    return np.asarray(cost, dtype=float)
 
 
 def _precision(model: SetModel, point: Point) -> Floats:
@@ -246,7 +268,7 @@ def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) 
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
     prior, pull = _priors(model, point, extensions)
-    cost = 0.5 * float(np.sum(pull**2 / prior)) + float(np.sum(_window_costs(model, point, sums.squares)))
+    cost = _prior_cost(model, point, extensions) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
         sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
     )

@@ -1,10 +1,11 @@
 """One model of a set of windows: coordinates shared by all, coordinates that vary from window to window, causes.
 
 Thirteen parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
-between the clocks of speed and torque, and what control that samples and holds adds to the variances of the delay and of
-the speed's time stamps; scaled to be of order one they are the model's coordinates. They are shared by
-the set, and four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window
-to window. Each has a Gaussian prior: from the data sheets where they state a value, else as wide as rigs differ.
+between the clocks of speed and torque, and what control that samples and holds adds to the variances of the delay and
+of the speed's time stamps; scaled to be of order one they are the model's coordinates. They are shared by the set, and
+four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window to window.
+Each has a prior: from the data sheets where they state a value, else as wide as rigs differ. It is Gaussian, or
+Student's t where a value is now and then plainly wrong.
 """
 
 from dataclasses import dataclass, replace
@@ -51,6 +52,9 @@ LOCAL = (0, 1, 6, 7)
 """Indices of the coordinates that deviate from window to window."""
 DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
+HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
+"""Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
+Student's t with STUDENT_TAIL degrees of freedom."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _HOLD = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 1e-4
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
@@ -113,7 +117,7 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Sums over the rows of each window about a point, for coordinates and sizes; P = 11 + extensions."""
+    """Sums over the rows of each window about a point, for coordinates and sizes; P = 13 + extensions."""
 
     each: Floats
     """(W, P, P) products of the derivatives."""
@@ -217,7 +221,9 @@ class SetModel:
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
         """The model of all windows from their thirteen coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, hold, reading = coordinates
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, hold, reading = (
+            coordinates
+        )
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)

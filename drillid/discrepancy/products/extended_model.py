@@ -75,7 +75,8 @@ def window_model_of(
     controller = Controller(column["proportional"], column["integral"], column["speed_filter"], column["torque_filter"])
     top_drive = TopDrive(column["inertia_td"], column["delay"], controller, hold_variance=column["delay_variance"])
     system = DrillingSystem(top_drive, string, Bit(column["inertia_bit"], column["damping_bha"]))
-    window_model = WindowModel(system, Recording(clock_offset=column["clock_offset"], hold_variance=column["clock_variance"]))
+    recording = Recording(clock_offset=column["clock_offset"], hold_variance=column["clock_variance"])
+    window_model = WindowModel(system, recording)
     operating_point = OperatingPoint(column["mean_speed"], column["mean_torque"], column["depth_length"])
     for extension, size in zip(extensions, sizes, strict=True):
         present = size * extension.present(len(column["kappa"]))

@@ -108,7 +108,7 @@ def _refuted(examination: Examination, cause: str) -> bool:
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
     rows = 2 * int(np.count_nonzero(model.weight))
-    return base.pulls > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
+    return 0.5 * float(np.sum(base.pulls**2)) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
 
 
 def _with_own_detections(
@@ -285,7 +285,7 @@ def _distinguishable(
 def _distance(model: SetModel, first: FittedCause, second: FittedCause, others: tuple[Extension, ...]) -> float:
     """Standard deviations between the predictions of two fitted causes, parameters of the data sheet included."""
     left, right = (model.residual(cause.fit.point, (*others, cause.extension)) for cause in (first, second))
-    shared = first.fit.off_data_sheet - second.fit.off_data_sheet
+    shared = first.fit.pulls - second.fit.pulls
     local = (first.fit.point.local - second.fit.point.local) / model.deviation
     return float(np.sqrt(np.sum(np.abs(left - right) ** 2) + np.sum(shared**2) + np.sum(local**2)))
 

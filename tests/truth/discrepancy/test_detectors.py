@@ -25,6 +25,7 @@ from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential
 from drillid.physics.limits import rate_limited
 from drillid.physics.nonlinear import Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, Weakening
 from drillid.physics.parameters import DAMPING_BHA
+from drillid.records.quality import held_interval
 from drillid.simulation.recorder import Recorder, Tone
 from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
 from tests.simulated import LEAD_IN_S, RATE, SHALLOW, WINDOW_S, Truth
@@ -196,6 +197,18 @@ def test_delay_jitter() -> None:
     top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
     rig = replace(RIG, system=replace(SHALLOW.system, top_drive=top_drive))
     assert _has_size(_plain(records(rig, 60)[0], "delay_jitter"), 0.014**2)
+
+
+def test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew() -> None:
+    (record,) = records(RIG, 5)
+    # samples at 50 ms, held in rows at 20 ms
+    rows = np.floor(np.floor(np.arange(record.sweep.size) / 2.5) * 2.5).astype(int)
+    held = replace(record, **{name: getattr(record, name)[rows] for name in ("sweep", "speed", "command")})
+    found = detections_of(held)
+    assert "delay_jitter" not in found
+    assert "torque_rate_limit" not in found
+    assert held_interval((held.sweep, held.speed), RATE) == pytest.approx(0.05, rel=1e-3)
+    assert np.isnan(held_interval((record.sweep, record.speed), RATE))
 
 
 def test_once_per_revolution() -> None:
