@@ -171,7 +171,7 @@ def gather(
     periods = np.array([sweep_period(window.sweep, rate, settings.spectra.frequency_minimum_hz) for window in windows])
     spectra = _spectra(windows, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    held = [held_interval((window.sweep, window.speed), rate) for window in windows]
+    held = [held_interval(np.stack([window.sweep, window.speed]), rate) for window in windows]
     known = with_held_control(with_logged_gains(sheet, spectra), held)
     fits = [
         fit(measured, known.equipment, known.prior(float(depth)), settings.fits)

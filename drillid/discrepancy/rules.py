@@ -269,6 +269,12 @@ LEFT_UNEXPLAINED = Rule(
     "e⁴ = 55 to 1, less than the penalty of a second cause",
     _ENGINE + "test_what_the_catalogue_lacks_has_no_name_of_another",
 )
+LEFT_CHI2 = Rule(
+    1.4,
+    "χ² per residual that an extended model may leave, whatever it explained: else the cause is only the nearest known",
+    "the most that an error of the noise estimate makes where the model is right",
+    "tests/truth/discrepancy/test_closure.py::test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains",
+)
 SHADOW_OF_EVIDENCE = Rule(
     0.02,
     "share of the evidence for a cause that may remain beside it as a residue of its own",

@@ -44,9 +44,10 @@ def hold_variance_prior(interval: float, delay: float, delay_error: float) -> tu
     delay, delay_error : s, T_d and its standard uncertainty, infinite where it is not known
     """
     intervals = _intervals(interval)
-    # any delay is as good as another beyond a whole interval
-    delays = delay + delay_error * ndtri(_SHARES) if np.isfinite(delay_error) else LONGEST * _SHARES
-    return _moments(hold_variance(intervals, delays[:, None]))
+    # of a delay that is not known, any part of an interval is as likely as another
+    known = np.isfinite(delay_error)
+    delays = delay + delay_error * ndtri(_SHARES)[:, None] if known else intervals * _SHARES[:, None]
+    return _moments(hold_variance(intervals, delays))
 
 
 def reading_variance_prior(interval: float, clock_error: float) -> tuple[float, float]:

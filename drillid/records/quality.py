@@ -73,17 +73,17 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
     return spiky
 
 
-def held_interval(channels: tuple[Floats, ...], rate: float) -> float:
+def held_interval(channels: Floats, rate: float) -> float:
     """Interval at which a record that holds its values between them was sampled, s; NaN where it does not show.
 
     All channels then repeat a row at once, so that runs of equal rows have two successive lengths at most.
 
     Parameters
     ----------
-    channels : each of shape (time,)
+    channels : shape (channel, time)
     rate : rows per second
     """
-    changed = np.any([np.diff(channel) != 0 for channel in channels], axis=0)
+    changed = np.any(np.diff(channels, axis=1) != 0, axis=0)
     lengths = np.diff(np.flatnonzero(changed))
     if not lengths.size or changed.mean() > 1 - _LEAST_HELD:
         return float("nan")

@@ -17,6 +17,7 @@ from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     DISTINCT,
+    LEFT_CHI2,
     LEFT_UNEXPLAINED,
     PAIR_FIRST_WITHIN,
     PLACE_CONFIDENCE,
@@ -72,13 +73,14 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
         if alternative is not None:
             chosen, after = alternative
     total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
-    is_incomplete = after.p_value < CLOSURE_RATE and remaining_evidence(after) > max(
-        LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total
-    )
+    left = max(LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total)
+    above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * _residuals(model)
+    is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > left or above_noise)
     if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or is_incomplete:
-        return _unknown(examination, max(before.unknown_evidence, 0.0))
+        nearest = class_name([fit.name for _, fit in chosen]) if is_incomplete else ""
+        return _unknown(examination, max(before.unknown_evidence, 0.0), nearest=nearest)
     extensions, extended = _bounded_in_depth(model, tuple(fit.extension for _, fit in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen))
@@ -107,8 +109,12 @@ def _refuted(examination: Examination, cause: str) -> bool:
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
-    rows = 2 * int(np.count_nonzero(model.weight))
-    return 0.5 * float(np.sum(base.pulls**2)) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * rows
+    return 0.5 * float(np.sum(base.pulls**2)) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
+
+
+def _residuals(model: SetModel) -> int:
+    """Number of residuals of the mobilities, real and imaginary parts."""
+    return 2 * int(np.count_nonzero(model.weight))
 
 
 def _with_own_detections(
@@ -298,9 +304,11 @@ def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Pr
     return held_out_gain(result.model, (start, without), (point, result.extensions))
 
 
-def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
+def _unknown(
+    examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = (), nearest: str = ""
+) -> Examination:
     """The verdict unknown: something is wrong, and no cause of the catalogue explains it with a significant predictive
-    gain on held-out data.
+    gain on held-out data; the `nearest` leaves residuals above the noise.
     """
     channel = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
     operating_points = examination.model.evidence.operating_points
@@ -312,7 +320,7 @@ def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verd
         to_m=float(operating_points.hole_depth.max()),
         evidence=(
             f"linear responses, p-value {examination.before.p_value:.2g} where nothing is wrong"
-            f"{unproved_names(unproved)}"
+            f"{unproved_names(unproved)}{f'; the nearest known effect is {nearest}' if nearest else ''}"
         ),
         what_would_separate=_localised(examination, channel),
         evidence_nats=log_evidence,

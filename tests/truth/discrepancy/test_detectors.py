@@ -207,8 +207,8 @@ def test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew() -> None:
     found = detections_of(held)
     assert "delay_jitter" not in found
     assert "torque_rate_limit" not in found
-    assert held_interval((held.sweep, held.speed), RATE) == pytest.approx(0.05, rel=1e-3)
-    assert np.isnan(held_interval((record.sweep, record.speed), RATE))
+    assert held_interval(np.stack([held.sweep, held.speed]), RATE) == pytest.approx(0.05, rel=1e-3)
+    assert np.isnan(held_interval(np.stack([record.sweep, record.speed]), RATE))
 
 
 def test_once_per_revolution() -> None:

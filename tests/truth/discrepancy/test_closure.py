@@ -1,0 +1,61 @@
+"""What a cause leaves must be noise, however much it explains: a string that no catalogue holds, from the simulator."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from drillid.config.settings import Settings
+from drillid.discrepancy.evidence import OperatingPoints
+from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.excitation.torques import coloured_noise, exponential_sweeps
+from drillid.fits.datasheet import DataSheet
+from drillid.physics.equipment import DrillingSystem, Section
+from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
+from tests.simulated import DEEP, LEAD_IN_S, RATE, WINDOW_S
+
+STEP, NOISE, SPEED = 0.005, 100.0, 10.5
+PIECE, RIPPLE, PERIOD = 50.0, 0.45, 600.0
+"""m, share of the polar moment, m."""
+
+
+def rippled(pipe: Section) -> tuple[Section, ...]:
+    """The pipe with a wall that is thicker and thinner in turn."""
+    begins = np.arange(0.0, pipe.length, PIECE)
+    moments = pipe.polar_moment * (1 + RIPPLE * np.sin(2 * np.pi * (begins + PIECE / 2) / PERIOD))
+    return tuple(replace(pipe, length=PIECE, polar_moment=float(moment)) for moment in moments)
+
+
+def test_a_ripple_of_the_wall_is_unknown_however_much_a_cause_explains() -> None:
+    steps = round((LEAD_IN_S + WINDOW_S) / STEP)
+    noise = coloured_noise(np.random.default_rng(3), steps, STEP, NOISE, 2.0)
+    result = simulate(
+        DrillingSystem(DEEP.top_drive, (*rippled(DEEP.pipe), DEEP.collars), DEEP.bit),
+        exponential_sweeps(np.arange(steps) * STEP, DEEP.sweep_amplitude),
+        np.full(steps, SPEED),
+        DEEP.bit_torque + noise,
+        mean_bit_torque=DEEP.bit_torque,
+        time_step=STEP,
+    )
+    sweep = exponential_sweeps(result.time, DEEP.sweep_amplitude)
+    channels = (sweep, result.speed_reading, result.torque_command)
+    window = Series(*(values[round(LEAD_IN_S / SAMPLE_INTERVAL) :] for values in channels))
+    depth, mean = np.array([DEEP.bit_depth]), np.array([SPEED])
+    points = OperatingPoints(depth, depth, mean, np.array([DEEP.bit_torque]), np.array([np.nan]))
+    sheet = DataSheet(
+        DEEP.top_drive.controller,
+        collar_length=float(DEEP.collars.length),
+        collar_polar_moment=float(DEEP.collars.polar_moment),
+        delay=float(DEEP.top_drive.delay),
+        delay_error=0.004,
+        inertia_td=float(DEEP.top_drive.inertia),
+        inertia_td_error=0.02 * float(DEEP.top_drive.inertia),
+        polar_moment=float(DEEP.pipe.polar_moment),
+        polar_moment_error=0.05 * float(DEEP.pipe.polar_moment),
+        length_relative=0.02,
+        control_interval=SAMPLE_INTERVAL / 8,
+    )
+    (verdict,) = examine(gather([window], RATE, points, sheet, Settings())).verdicts
+    assert verdict.verdict == UNKNOWN
+    assert "the nearest known effect is" in verdict.evidence
