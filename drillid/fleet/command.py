@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FrameType
 
 from drillid.config.files import read_yaml
-from drillid.fleet.installation import PLUGINS, snakemake_words, workflow_folder
+from drillid.fleet.installation import plugin_folders, snakemake_words
 from drillid.fleet.lock import RUN, identity
 from drillid.fleet.provenance import PACKAGE
 
@@ -61,8 +61,8 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
 
 
 def _path() -> str:
-    """Python's path, on which Snakemake finds its plugin for the progress, and that the library."""
-    places = [str((workflow_folder() / PLUGINS).resolve()), os.environ.get("PYTHONPATH"), str(PACKAGE.parent)]
+    """Python's path, on which Snakemake finds its plugins, and these the library."""
+    places = [*map(str, plugin_folders()), os.environ.get("PYTHONPATH"), str(PACKAGE.parent)]
     return os.pathsep.join(filter(None, places))
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 
 from drillid.errors import SettingsError
 
 SNAKEFILE = "Snakefile"
 PROFILE = Path("workflow/profiles/default")
-PLUGINS = Path("workflow/plugins")
-"""Of Snakemake, which finds them by their names."""
+_PLUGINS = Path("workflow/plugins")
 _LIBRARY = Path(__file__).resolve().parents[1]
 _PLACES = (Path(), _LIBRARY / "checkout", _LIBRARY.parent)
 _DEMO = Path("config/demo")
@@ -47,6 +47,19 @@ def snakemake_words(profile: Path) -> list[str]:
         raise SettingsError(str(profile), "is no folder with a profile", f"Take {PROFILE}, or correct the path")
     place = [] if folder == Path() else ["--snakefile", str(folder / SNAKEFILE)]
     return [*place, "--workflow-profile", str(found)]
+
+
+def plugin_folders() -> list[Path]:
+    """Folders with plugins of Snakemake, which finds them by their names where Python's path leads there.
+
+    Raises
+    ------
+    SettingsError
+        If there is no workflow.
+    """
+    # without Snakemake's own plugin for Kubernetes the one that changes it cannot be imported
+    found = {"progress": True, "kubernetes": find_spec("snakemake_executor_plugin_kubernetes") is not None}
+    return [(workflow_folder() / _PLUGINS / name).resolve() for name, usable in found.items() if usable]
 
 
 def write_example(folder: Path) -> list[Path]:
