@@ -6,6 +6,7 @@ UV_VERSION := 0.13.8
 BIN := .venv/bin
 COMMAND := $(BIN)/drillid
 READY := .venv/ready
+KERNELS := .venv/kernels
 PROFILE ?= workflow/profiles/default
 TUTORIAL ?= docs
 JOBS ?=
@@ -34,12 +35,17 @@ help:
 	@echo "make gallery     every figure of a well of the demo, and the page that shows them"
 	@echo "make tutorial    run the tutorials, docs/*.py, and write their pages with figures"
 
-setup: $(READY) $(COMMAND)
+setup: $(READY) $(COMMAND) $(KERNELS)
 
 $(READY): requirements.lock
 	python3 -m venv .venv
 	$(BIN)/python -m pip install --quiet uv==$(UV_VERSION)
 	$(BIN)/uv pip sync --require-hashes --compile-bytecode --python $(BIN)/python requirements.lock
+	touch $@
+
+# made here with a line for each, so that the first wells need not wait for them
+$(KERNELS): $(READY) drillid/compiled.py $(shell find drillid/physics drillid/fits drillid/simulation -name '*.py' 2>/dev/null)
+	$(BIN)/python -m scripts.compile_kernels
 	touch $@
 
 $(COMMAND): scripts/drillid.sh $(READY)

@@ -16,6 +16,9 @@ from drillid.fleet.stages import STAGES
 from tests.workflow.toys import ROOT
 
 LOG = "results/raw/D03_20250601T0600.csv.gz"
+KERNELS = ROOT / ".venv/kernels"
+"""Is newer than all sources of the compiled functions in the cache beside it."""
+CACHE = ROOT / ".venv/numba"
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +35,8 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "figures": {"dpi": 60},
     }
     (folder / "demo.yaml").write_text(yaml.safe_dump(settings))
+    if CACHE.is_dir():
+        shutil.copytree(CACHE, folder / "numba")
     run(folder)
     return folder
 
@@ -39,6 +44,7 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(folder: Path) -> str:
     """Run the repository's own workflow in `folder`; its output."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment["NUMBA_CACHE_DIR"] = str(folder / "numba")
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--cores", "1"]
     done = subprocess.run(
         [*command, "--scheduler", "greedy", "--configfile", "demo.yaml", "--show-failed-logs"],
@@ -58,6 +64,20 @@ def test_the_depth_dataset_holds_what_the_simulator_was_given(demo: Path) -> Non
         found = depth[["accepted", "inertia_td"]].load()
     assert found["accepted"].item()
     assert found["inertia_td"].item() == pytest.approx(WELLS["D03"].system(0).top_drive.inertia, rel=0.03)
+
+
+def test_make_setup_had_compiled_all_that_a_well_needs(demo: Path) -> None:
+    sources = [
+        path
+        for room in ("compiled.py", "physics", "fits", "simulation")
+        for path in (ROOT / "drillid").glob(f"{room}*")
+    ]
+    files = [file for path in sources for file in ([path] if path.is_file() else path.rglob("*.py"))]
+    if not KERNELS.exists() or KERNELS.stat().st_mtime < max(file.stat().st_mtime for file in files):
+        pytest.skip("needs `make setup` after an edit of compiled functions")
+    before, after = ({path.relative_to(folder) for path in folder.rglob("*.nbc")} for folder in (CACHE, demo / "numba"))
+    assert after
+    assert sorted(after - before) == []
 
 
 def test_nothing_is_found_in_a_well_in_which_nothing_is_hidden(demo: Path) -> None:
