@@ -33,5 +33,5 @@ def files(results: Path, stages: Sequence[str]) -> dict[str, bytes]:
         str(path.relative_to(results)): path.read_bytes()
         for folder in folders
         for path in folder.rglob("*")
-        if path.is_file() and path.name != "key.json"
+        if path.is_file() and path.name not in ("key.json", ".inputs.json")
     }
