@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import TypeVar
 
 import drillid
-from drillid.config.settings import Settings, SimulateSettings, WindowsSettings
+from drillid.config.settings import SimulateSettings
 from drillid.demo.wells import write_demo_log
 from drillid.fleet.lock import held
 
 Result = TypeVar("Result")
 
 ROOT = Path(__file__).resolve().parents[1]
-WELL, RIG = "D01", ROOT / "config/demo/rigs/alfa.yaml"
-"""Of the demo; what is hidden in it lies deeper."""
+WELL, RIG = "D03", ROOT / "config/demo/rigs/charlie.yaml"
+"""Of the demo; a well whose windows are accepted, so that they are examined as a set."""
 
 
 def main() -> None:
@@ -42,13 +42,13 @@ def timed(kernels: str, work: Callable[[], Result]) -> Result:
 
 
 def simulate(log: Path) -> None:
-    """Two windows of a stand."""
-    write_demo_log(WELL, 0, log, SimulateSettings(drilling_s=620.0, connection_s=20.0))
+    """A stand of two windows."""
+    write_demo_log(WELL, 0, log, SimulateSettings(connection_s=20.0))
 
 
 def identify(log: Path) -> drillid.Identification:
     """Both windows' fits, and the joint one."""
-    return drillid.identify(log, RIG, Settings(windows=WindowsSettings(length_s=300.0)))
+    return drillid.identify(log, RIG)
 
 
 if __name__ == "__main__":
