@@ -31,8 +31,8 @@ def test_the_page_of_commands_is_what_the_command_line_says() -> None:
 
 
 def test_the_settings_on_the_page_on_clusters_are_valid() -> None:
-    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/clusters.md").read_text(), re.DOTALL)
-    found = [Settings.checked(yaml.safe_load(block), "docs/clusters.md").fleet.scheduler for block in blocks]
+    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/how-to/clusters.md").read_text(), re.DOTALL)
+    found = [Settings.checked(yaml.safe_load(block), "docs/how-to/clusters.md").fleet.scheduler for block in blocks]
     assert [bool(each and each.slurm) for each in found] == [True, False]
     assert found[1] is not None
     assert found[1].kubernetes is not None
