@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Complex, Floats
+from drillid.arrays import Booleans, Complex, Floats
 from drillid.datasets.store import Problem
 from drillid.errors import EstimationError
 from drillid.fits.window_fit import Prior
@@ -167,16 +167,26 @@ def logged_gains(spectra: xr.Dataset, filters: Controller) -> tuple[Floats, Floa
     error that all windows have in common and that is independent in COMMAND_BANDS bands, from the sampling of the
     control and from interpolated rows; more windows do not reduce it. None where no command is logged.
     """
-    s = laplace(spectra["frequency"].values)
-    taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
-    unfiltered = taken_back.values * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
+    s, logged = laplace(spectra["frequency"].values), logs_command(spectra)
+    unfiltered = _taken_back(spectra) * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
     weight = np.abs(spectra["cross_speed"].values)
-    logged = np.isfinite(unfiltered).all(axis=1) & np.isfinite(weight).all(axis=1)
     if not logged.any():
         return None
     found = [_gains_of_window(*row, s) for row in zip(unfiltered[logged], weight[logged], strict=True)]
     gains, covariances = (np.stack(part) for part in zip(*found, strict=True))
     return np.median(gains, axis=0), np.mean(covariances, axis=0)
+
+
+def logs_command(spectra: xr.Dataset) -> Booleans:
+    """Whether the gains of the control can be read from each window's logged torque command, shape (window,)."""
+    weight = spectra["cross_speed"].values
+    return np.asarray(np.isfinite(_taken_back(spectra)).all(axis=1) & np.isfinite(weight).all(axis=1))
+
+
+def _taken_back(spectra: xr.Dataset) -> Complex:
+    """What the control takes back per speed, as recorded, (window, frequency)."""
+    taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
+    return np.asarray(taken_back.values)
 
 
 def _gains_of_window(response: Complex, weight: Floats, s: Complex) -> tuple[Floats, Floats]:

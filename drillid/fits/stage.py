@@ -16,6 +16,7 @@ from drillid.fits.datasheet import (
     DataSheet,
     contradicted_controller,
     data_sheet,
+    logs_command,
     stated_controller,
     with_logged_gains,
 )
@@ -39,19 +40,24 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     mobility, stacks = folders.read("mobility", "mobility").load(), folders.read("mobility", "stacks").load()
     bit_depth = folders.read("windows", "windows")["bit_depth"].values
     controller, numbers = stated_controller(well.rig, spectra), spectra["window"].values
-    rows = measured_rows(mobility)
+    rows, reads_own = measured_rows(mobility), logs_command(spectra) & (well.rig.controller is None)
 
     def completed_fits(
         name: str, contents: xr.Dataset, depth: Floats, members: list[Indices], dimension: str
     ) -> xr.Dataset:
-        of_rows = zip(contents["key"].values.tolist(), depth.tolist(), strict=True)
-        keys, measured = row_keys(folders.basis, list(of_rows), vars(controller)), measured_rows(contents)
+        # gains that its own windows show depend on no others, so that fits stay as they are in a well that grows
+        own_gains = [bool(reads_own[windows].any()) for windows in members]
+        gains = [None if own else vars(controller) for own in own_gains]
+        of_rows = zip(contents["key"].values.tolist(), depth.tolist(), gains, strict=True)
+        keys, measured = row_keys(folders.basis, list(of_rows)), measured_rows(contents)
+
+        def sheet(row: int) -> DataSheet:
+            own = spectra.isel(window=members[row])
+            known = stated_controller(well.rig, own) if own_gains[row] else controller
+            return with_logged_gains(data_sheet(well.rig, known, depth[row]), own)
 
         def make(missing: list[int]) -> xr.Dataset:
-            sheets = [
-                with_logged_gains(data_sheet(well.rig, controller, depth[row]), spectra.isel(window=members[row]))
-                for row in missing
-            ]
+            sheets = [sheet(row) for row in missing]
             return _fit_rows([measured[row] for row in missing], depth[missing], sheets, settings.fits, dimension)
 
         return completed(folders.earlier("fits", name), keys, dimension, make)
