@@ -5,7 +5,7 @@ from rich.console import Console
 
 from benchmarks.field.log import read_field_log
 from benchmarks.field.start_up import DATA, FITTED_S
-from benchmarks.field.transfer import MODELS, SEEN_S, misfits, table
+from benchmarks.field.transfer import MODELS, SEEN_S, table
 from benchmarks.learn.measurement import Measurement
 from benchmarks.result import Result
 
@@ -17,7 +17,7 @@ def measure(console: Console) -> Measurement:
         return Measurement()
     log = read_field_log(DATA)
     console.print(table(log))
-    ((torque, bit),) = misfits(list(MODELS.values())[-1], log, ((SEEN_S, FITTED_S),))
+    ((torque, bit),) = list(MODELS.values())[-1].misfits(log, [(SEEN_S, FITTED_S)])
     return Measurement(
         [
             Result(

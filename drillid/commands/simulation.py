@@ -47,3 +47,42 @@ def simulate_start_up(
         write_start_up(simulated, speed, output, first_time)
     typer.echo(summary(simulated, depth))
     typer.echo(f"written to {output}")
+
+
+@simulations.command("fit-start-up")
+def fit_start_up(
+    well: Annotated[Path, typer.Argument(help="YAML description of top drive, string, mud and friction.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV with t_s, td_rpm_measured, torque_knm_measured and, where measured, bit_rpm_min_measured and "
+            "bit_rpm_max_measured."
+        ),
+    ],
+    depth: Annotated[float, typer.Option(help="Depth of the bit along the hole, m.")],
+    survey: Annotated[
+        Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
+    ],
+    seen: Annotated[float, typer.Option(min=0.1, max=1.0, help="Share of the log that is fitted to.")] = 0.6,
+    fitted: Annotated[str, typer.Option(help="What is fitted, separated by commas; what holds elsewhere too.")] = "",
+    evaluations: Annotated[int, typer.Option(min=1, help="Most simulations of the fit.")] = 300,
+    output: Annotated[Path, typer.Option(help="YAML with the fitted values.")] = Path("results/fitted.yaml"),
+) -> None:
+    """Fit a described well to the first part of a measured start of rotation, and judge it on the rest."""
+    from drillid.config.described_well import DescribedWell, write_fitted
+    from drillid.simulation.start_up_files import read_start_up, read_survey
+    from drillid.simulation.start_up_fit import USUAL, StartUpModel
+
+    with faults_told():
+        described, measured = DescribedWell.from_yaml(well), read_start_up(log)
+        names = tuple(name.strip() for name in fitted.split(",")) if fitted else USUAL
+        equipment, friction = described.described_equipment, described.described_friction
+        before = StartUpModel(equipment, read_survey(survey), depth, friction, names, "assembly_rest" not in names)
+        last = seen * measured.duration
+        after = before.fit(measured, last, evaluations)
+        spans = [(0.0, last), *([(last, measured.duration)] if seen < 1 else [])]
+        for name, model in (("described", before), ("fitted", after)):
+            for (begin, end), (torque, bit) in zip(spans, model.misfits(measured, spans), strict=True):
+                typer.echo(f"{name:9} {begin:5.1f} to {end:5.1f} s: torque {torque:5.2f} kN m, bit {bit:5.1f} rpm rms")
+        write_fitted(well, after.friction, after.equipment.pipe_shear_modulus, output)
+    typer.echo(f"written to {output}")

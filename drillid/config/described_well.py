@@ -1,13 +1,17 @@
 """A well described for the simulation of its start of rotation: top drive, string, mud and friction."""
 
-from dataclasses import fields
+from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Annotated
 
+import yaml
 from pydantic import Field
 
 from drillid.config.bounds import Between
+from drillid.config.files import read_yaml
 from drillid.config.rig import DriveInertia, IntegralGain, PartLength, ProportionalGain, Tube
 from drillid.config.validation import Strict
+from drillid.errors import SettingsError
 from drillid.physics.equipment import Controller, TopDrive
 from drillid.simulation.start_up import WellEquipment, WellFriction
 from drillid.units import Density, Pressure
@@ -95,3 +99,21 @@ class DescribedWell(Strict):
     def described_friction(self) -> WellFriction:
         """Friction of the simulation."""
         return WellFriction(**{field.name: getattr(self.friction, field.name) for field in fields(WellFriction)})
+
+
+def write_fitted(described: Path, friction: WellFriction, modulus: float, path: Path) -> None:
+    """Write a description with another friction and shear modulus (Pa) of the pipe; all else is as it was described.
+
+    Raises
+    ------
+    SettingsError
+        If the description cannot be read, or the other not be written.
+    """
+    content = dict(read_yaml(described))
+    content["pipe_shear_modulus"] = f"{modulus / 1e9:.5g} GPa"
+    content["friction"] = {name: float(f"{value:.6g}") for name, value in asdict(friction).items()}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+    except OSError as error:
+        raise SettingsError(str(path), f"it cannot be written: {error}", "Give another --output") from error

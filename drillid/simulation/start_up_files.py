@@ -9,6 +9,7 @@ from drillid.arrays import Floats
 from drillid.errors import LogError
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import RATE, STATISTICS_DELAY, StartUp
+from drillid.simulation.start_up_fit import MeasuredStartUp
 from drillid.units import RPM
 
 if TYPE_CHECKING:
@@ -92,6 +93,32 @@ def read_top_speed(path: Path) -> tuple[float, Floats]:
         )
     regular = np.arange(time[0], time[-1] + 0.5 / RATE, 1 / RATE)
     return float(time[0]), np.asarray(np.interp(regular, time, speed), dtype=float)
+
+
+def read_start_up(path: Path) -> MeasuredStartUp:
+    """A measured start of rotation from a CSV file with the columns of `read_top_speed` and torque_knm_measured.
+
+    The least and greatest speed of the bit in each half second, bit_rpm_min_measured and bit_rpm_max_measured, may be
+    missing.
+
+    Raises
+    ------
+    LogError
+        As `read_top_speed`, and if a torque is missing.
+    """
+    first, speed = read_top_speed(path)
+    table = read_table(path, ("t_s", "torque_knm_measured"))
+    regular = first + np.arange(speed.size) / RATE
+
+    def series(name: str, unit: float) -> Floats:
+        if name not in table:
+            return np.full(speed.size, np.nan)
+        return np.asarray(unit * np.interp(regular, table["t_s"], table[name].to_numpy(float)), dtype=float)
+
+    torque = series("torque_knm_measured", 1e3)
+    if not np.all(np.isfinite(torque)):
+        raise LogError(str(path), "a torque is missing", "Fill or cut the gap")
+    return MeasuredStartUp(speed, torque, series("bit_rpm_min_measured", RPM), series("bit_rpm_max_measured", RPM))
 
 
 def ramped_speed(rpm: float, ramp: float, duration: float) -> Floats:

@@ -18,7 +18,7 @@ from benchmarks.discoveries.motor_fit import CANDIDATES, fit_motor, halves
 from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
-from benchmarks.field.log import misfit, read_field_log
+from benchmarks.field.log import read_field_log
 from benchmarks.field.start_up import LADDER, jittered_misfits
 from benchmarks.microstrip import CONNECTED, PLAIN, fit_line, read_ends
 from benchmarks.microstrip import DATA as LINE
@@ -30,6 +30,7 @@ from drillid.fits.window_fit import Prior, fit
 from drillid.physics.parameters import PARAMETERS
 from drillid.records import stage as records
 from drillid.simulation.start_up import RATE, STATISTICS_DELAY
+from drillid.simulation.start_up_fit import misfit
 from drillid.windows import stage as windows
 from tests.simulated import DEEP, SHALLOW
 from tests.truth.measured import SETTINGS, measured

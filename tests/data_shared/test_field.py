@@ -9,9 +9,10 @@ import pytest
 import typer
 
 from benchmarks.field import start_up as field
-from benchmarks.field.log import FieldLog, misfit, read_field_log
+from benchmarks.field.log import FieldLog, read_field_log
 from benchmarks.field.start_up import DATA, JITTER, LADDER, jittered_misfits, run, simulated_misfit, table, write
 from drillid.simulation.start_up import RATE, TIME_STEP
+from drillid.simulation.start_up_fit import misfit
 from tests.drawn import check_visible, kept_figures, line
 
 

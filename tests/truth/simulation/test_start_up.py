@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.field.log import FieldLog, misfit, read_field_log
+from benchmarks.field.log import FieldLog, read_field_log
 from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.errors import LogError, SettingsError
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import RATE, StartUp, WellFriction, rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey
+from drillid.simulation.start_up_fit import misfit
 from drillid.units import RPM, STANDARD_GRAVITY
 
 SLIDING = WellFriction(0.1, kappa=3000.0, delta=1e9)
