@@ -44,6 +44,8 @@ class Recorder:
     """Recorded per true value; −1 for a wrong sign, 1.3558 for ft-lbf read as N m."""
     resolution: float = 0.0
     """Quantisation step of the recorded values; 0 for none."""
+    held: float = 0.0
+    """s, interval of samples that rows hold until the next one; 0 where every row is a sample of its own."""
 
     def record(self, signal: Floats, signal_interval: float, generator: np.random.Generator | None = None) -> Floats:
         """Rows of a signal.
@@ -107,10 +109,11 @@ class Recorder:
 
     def _shown_times(self, rows: Floats) -> Floats:
         """Times of the signal in the rows at given times, s."""
-        return np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
+        shown = np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
+        return np.floor(shown / self.held) * self.held if self.held > 0 else shown
 
     def _sampled(self, signal: Floats, time: Floats, every: int, shown: Floats) -> Floats:
-        if self.clock_offset == 0.0 and self.clock_drift == 0.0:
+        if self.clock_offset == 0.0 and self.clock_drift == 0.0 and self.held == 0.0:
             return signal[::every]
         from scipy.interpolate import make_interp_spline
 

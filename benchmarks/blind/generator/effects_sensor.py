@@ -35,6 +35,10 @@ def _recorder_filter(world: World, size: float, context: Context) -> World:
     return world.with_recorder(filter_frequency=1 / (2 * np.pi * size), filter_order=filter_order(context.shape))
 
 
+def _sample_and_hold(world: World, size: float, context: Context) -> World:
+    return world.with_recorder(held=size)
+
+
 def _quantisation(world: World, size: float, context: Context) -> World:
     return world.with_recorder(resolution=size)
 
@@ -53,6 +57,7 @@ EFFECTS = (
     Effect("clock_offset", _clock_offset, (3e-5, 0.3), signed=True),
     Effect("clock_drift", _clock_drift, (1e-7, 2e-3), signed=True),
     Effect("recorder_filter", _recorder_filter, (0.0045, 0.15)),
+    Effect("sample_and_hold", _sample_and_hold, (0.01, 0.3)),
     Effect("quantisation", _quantisation, (0.01, 1.0), linear=False),
     Effect("aliased_tone", _aliased_tone, (3e-5, 0.1), linear=False),
     Effect("once_per_revolution", _once_per_revolution, (1e-5, 0.05), linear=False),

@@ -73,7 +73,11 @@ class World:
         """Recording of the speed, at an elapsed share of a window of a length in seconds."""
         recorder = self.recorder
         offset = recorder.clock_offset + recorder.clock_drift * seconds * (share - 0.5)
-        return Recording(recorder.scale, offset, 0.0, recorder.filter_frequency, recorder.filter_order)
+        # rows that hold a sample are late by a uniformly distributed time
+        offset, variance = offset + recorder.held / 2, recorder.held**2 / 12
+        return Recording(
+            recorder.scale, offset, 0.0, recorder.filter_frequency, recorder.filter_order, hold_variance=variance
+        )
 
 
 def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats | None = None) -> World:

@@ -61,7 +61,7 @@ class ClockOffset(Cause):
     name, family, port = "clock_offset", "sensor", "clock"
     headline = "the speed is stamped {size} {later} than the torque: set the recorder's clocks by one source"
     meaning = "speed and torque are stamped by clocks that differ"
-    looks_like = ("drive_lag", "recorder_filter")
+    looks_like = ("drive_lag", "recorder_filter", "sample_and_hold")
     separated_by = "the logged torque command, or a tighter tolerance of the drive's delay"
     action = "Have the recorder's clocks set by one source; until then shift the speed by the offset."
     size = Size("offset", "s", 0.05, -1.0, 1.0)
@@ -82,7 +82,7 @@ class RecorderFilter(Cause):
     name, family, port = "recorder_filter", "sensor", "sensor"
     headline = "the recorder smooths the speed over {size}: ask for the record before its filter"
     meaning = "the recorder filters the speed"
-    looks_like = ("clock_offset", "drive_lag")
+    looks_like = ("clock_offset", "drive_lag", "sample_and_hold")
     separated_by = "the logged torque command, or a sweep to higher frequency"
     action = "Ask for the record before its filter, or write the filter into the rig's data sheet."
     size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
@@ -95,6 +95,32 @@ class RecorderFilter(Cause):
         corner = 1 / (2 * np.pi * (size + _LEAST_LAG))
         return replace(
             window_model, recording=replace(window_model.recording, filter_frequency=corner, filter_order=int(shape))
+        )
+
+
+class SampleAndHold(Cause):
+    """The recorded speed holds the last of rarer samples."""
+
+    name, family, port = "sample_and_hold", "sensor", "sensor"
+    headline = "the recorded speed is renewed every {size} only: ask for each of its samples"
+    meaning = "the recorder holds a speed that is sampled more seldom than it writes rows"
+    looks_like = ("clock_offset", "drive_lag", "recorder_filter")
+    separated_by = "the logged torque command, or a sweep to higher frequency"
+    action = "Ask for the speed at the rate of the other channels, or write its interval into the rig's data sheet."
+    size = Size("interval", "s", 0.03, 0.0, 0.5)
+
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
+        """A speed that is late by a uniformly distributed time, up to the size."""
+        recording = window_model.recording
+        return replace(
+            window_model,
+            recording=replace(
+                recording,
+                clock_offset=recording.clock_offset + size / 2,
+                hold_variance=recording.hold_variance + size * size / 12,
+            ),
         )
 
 
@@ -155,5 +181,15 @@ class OncePerRevolution(Cause):
     detector = RevolutionDetector()
 
 
-CAUSES = (SpeedScale, SignOrUnit, ClockOffset, RecorderFilter, ClockDrift, Quantisation, AliasedTone, OncePerRevolution)
+CAUSES = (
+    SpeedScale,
+    SignOrUnit,
+    ClockOffset,
+    RecorderFilter,
+    SampleAndHold,
+    ClockDrift,
+    Quantisation,
+    AliasedTone,
+    OncePerRevolution,
+)
 """What the catalogue takes from this file."""

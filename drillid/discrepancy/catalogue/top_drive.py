@@ -18,7 +18,7 @@ class DriveLag(Cause):
     name, family, port = "drive_lag", "drive", "drive"
     headline = "the drive answers {size} late: have its torque loop checked"
     meaning = "the drive's torque follows its command with a lag, not only after a delay"
-    looks_like = ("clock_offset", "recorder_filter")
+    looks_like = ("clock_offset", "recorder_filter", "sample_and_hold")
     separated_by = "a sweep to higher frequency, or a tighter tolerance of the drive's delay"
     action = "Tune the speed control for the lag, and ask the drive's maker for the torque loop's bandwidth."
     size = Size("time constant", "s", 0.03, 0.0, 0.3)

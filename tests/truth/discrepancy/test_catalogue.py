@@ -108,9 +108,9 @@ def test_the_catalogue_holds_the_vocabulary_of_verdicts() -> None:
     told = """
         drive_lag actuator_gain torque_limit torque_rate_limit delay_jitter controller_gain speed_filter torque_filter
         speed_scale clock_offset clock_drift quantisation aliased_tone once_per_revolution sign_or_unit recorder_filter
-        gear_backlash extra_section tapered_string local_damping_zone mud_drag hysteretic_damping coulomb_contact
-        wave_speed distributed_bha motor_compliance regenerative_cutting stribeck_cutting stuck_slip_regimes
-        length_growth parameter_drift regime_change
+        sample_and_hold gear_backlash extra_section tapered_string local_damping_zone mud_drag hysteretic_damping
+        coulomb_contact wave_speed distributed_bha motor_compliance regenerative_cutting stribeck_cutting
+        stuck_slip_regimes length_growth parameter_drift regime_change
     """
     assert CATALOGUE.keys() == set(told.split())
 
@@ -130,6 +130,13 @@ def test_faults_of_the_record_multiply_the_mobility(name: str, shape: float, siz
     """A record that is late by τ shows exp(−sτ), one behind a Butterworth low pass 1/B(s)."""
     ratio = mobility(CATALOGUE[name], size, shape) / window_model().mobility(S)
     np.testing.assert_allclose(ratio, np.broadcast_to(factor, ratio.shape), rtol=1e-6)
+
+
+def test_a_held_record_is_late_by_a_uniformly_distributed_time() -> None:
+    interval = 0.03
+    ratio = mobility(CATALOGUE["sample_and_hold"], interval, 0.0) / window_model().mobility(S)
+    held = (1 - np.exp(-S * interval)) / (S * interval)
+    np.testing.assert_allclose(ratio, np.broadcast_to(held, ratio.shape), rtol=2e-3)
 
 
 @pytest.mark.parametrize(
