@@ -19,6 +19,7 @@ def add_result_commands(app: typer.Typer) -> None:
     app.command("draw")(draw_figure)
     app.command("report")(write_pages)
     app.command("view")(view_wells)
+    app.command("promote")(promote_learnt)
 
 
 def draw_figure(
@@ -102,3 +103,25 @@ def view_wells(
         server.show("/")
     with contextlib.suppress(KeyboardInterrupt):
         server.io_loop.start()
+
+
+def promote_learnt(
+    examination: Annotated[Path, typer.Argument(help="Examination dataset of a well, examination.zarr.")],
+    name: Annotated[str, typer.Argument(help="Name of the cause, lower case words joined by underscores.")],
+    output: Annotated[Path, typer.Option(help="Module that is written.")],
+    number: Annotated[int, typer.Option("--set", min=0, help="Set of windows in which it was learnt.")] = 0,
+) -> None:
+    """Write what was learnt in a set of windows as a module of the catalogue, to be read, corrected and added to it.
+
+    Example: drillid promote results/main/discrepancy/W1/examination.zarr soft_joint --output soft_joint.py
+    """
+    import xarray as xr
+
+    from drillid.discrepancy.learning.promotion import write_module
+    from drillid.errors import SettingsError
+
+    with faults_told():
+        if not examination.is_dir():
+            raise SettingsError(str(examination), "there is no such dataset", "Give the examination.zarr of a well")
+        write_module(xr.open_zarr(examination, consolidated=False), number, name, str(examination), output)
+    typer.echo(f"written to {output}")

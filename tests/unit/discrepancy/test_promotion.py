@@ -1,0 +1,72 @@
+"""What was learnt becomes a module of the catalogue, whose cause at size one is the extension and at zero nothing."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from drillid.commands import app
+from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
+from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.learning.elements import TERMS
+from drillid.discrepancy.learning.promotion import module_source
+from drillid.errors import SettingsError
+from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
+from drillid.physics.responses import laplace
+from drillid.physics.sensor import Recording
+
+S = laplace(np.geomspace(0.05, 4.0, 40))
+POINT = OperatingPoint(*(np.array([[value]]) for value in (10.0, 5e3, 2000.0)))
+LEARNT = {"mount_inertia": (0.5, 20.0), "mount_frequency": (0.0, 1.5), "mount_loss": (0.0, 0.3)}
+
+
+def model() -> WindowModel:
+    pipe = Section(POINT.length, 1.6e-5, 100.0, 3e8)
+    return WindowModel(
+        DrillingSystem(TopDrive(1000.0, 0.03, Controller(1500.0, 800.0)), (pipe,), Bit(50.0, 60.0)), Recording()
+    )
+
+
+def loaded(path: Path) -> Cause:
+    spec = importlib.util.spec_from_file_location("promoted", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    (cause,) = module.CAUSES
+    found: Cause = cause()
+    return found
+
+
+def test_the_generated_cause_is_what_was_learnt(tmp_path: Path) -> None:
+    names, values = list(LEARNT), list(LEARNT.values())
+    dataset = xr.Dataset(
+        {
+            "extension_set": ("extension", np.zeros(3, dtype=int)),
+            "extension_cause": ("extension", np.array(names, dtype=object)),
+            "extension_shape": ("extension", [shape for shape, _ in values]),
+            "extension_size": ("extension", [size for _, size in values]),
+        }
+    )
+    dataset.to_zarr(tmp_path / "examination.zarr", consolidated=False, zarr_format=3)
+    path = tmp_path / "shaker.py"
+    result = CliRunner().invoke(app, ["promote", str(tmp_path / "examination.zarr"), "shaker", "--output", str(path)])
+    assert result.exit_code == 0, result.output
+    cause, extended = loaded(path), model()
+    for name, (shape, size) in LEARNT.items():
+        extended = TERMS[name].extend(extended, size, shape, POINT)
+    np.testing.assert_allclose(cause.extend(model(), 1.0, 0.0, POINT).mobility(S), extended.mobility(S))
+    np.testing.assert_allclose(cause.extend(model(), 0.0, 0.0, POINT).mobility(S), model().mobility(S))
+    assert cause.name == "shaker"
+    assert cause.is_linear
+
+
+def test_a_name_that_is_none_and_a_set_without_anything_learnt_are_refused() -> None:
+    extension = Extension(TERMS["learnt_joint"], 0.5)
+    with pytest.raises(SettingsError, match="cannot name"):
+        module_source("Soft Joint", [extension], np.array([1e-5]), "a well")
+    with pytest.raises(SettingsError, match="no learnt extension"):
+        module_source("soft_joint", [], np.empty(0), "a well")
