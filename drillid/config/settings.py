@@ -25,7 +25,7 @@ class WindowsSettings(Strict):
     """Length of a window, in s."""
     shortest_share: float = Field(default=0.6, gt=0, le=1)
     """Shortest window, as a share of the length: what a gap, a stuck sensor or a change leaves over is a window too. It
-    should hold three periods of the sweep: with two, noise between the lines is stated 8 % too small."""
+    should hold three periods of the sweep: with two, half of the lines are the sweep's and few tell the noise."""
     overlap: float = Field(default=0.0, ge=0, le=0.95)
     """Share of a window that overlaps with the next one."""
     rotating_rpm: float = Field(default=10.0, gt=0, le=300)

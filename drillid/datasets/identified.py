@@ -30,7 +30,10 @@ def _parameters(row: str) -> dict[str, Variable]:
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_p_value": Variable((row,), "float64", "1", "p-value of chi-squared under the fitted model"),
         "mismatch": Variable(
-            (row,), "float64", "1", "factor by which residuals exceed the noise; standard errors leave it out"
+            (row,),
+            "float64",
+            "1",
+            "factor by which residuals exceed the noise; errors hold what is alike over frequencies",
         ),
         "accepted": Variable((row,), "bool", "", "the fit is accepted"),
         "reason": Variable((row,), "str", "", "why the fit is not accepted"),

@@ -14,6 +14,7 @@ from drillid.arrays import Array, Booleans, Complex, Floats
 from drillid.datasets.codes import Gate, Identifiability
 from drillid.fits.intervals import QUANTILE, intervals
 from drillid.fits.likelihood import Data, curvature
+from drillid.fits.sandwich import error_factors
 from drillid.fits.search import from_scaled, starting_points, thin, to_scaled
 from drillid.fits.solver import follow
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, compiled_line
@@ -98,7 +99,8 @@ class Fit:
     residual_dof: float
     probability: float
     mismatch: float
-    """Factor by which residuals exceed the noise, which errors do not hold; 1 where they may be noise."""
+    """Factor by which residuals exceed the noise; 1 where they may be noise. Errors hold what of it is alike over
+    neighbouring frequencies."""
     accepted: bool
     reason: str
 
@@ -247,6 +249,36 @@ def _covariance(data: Data, prior: Prior, scaled: Floats) -> Floats:
     return np.asarray(inverse * np.outer(slopes, slopes), dtype=float)
 
 
+def _error_factors(
+    measured: Measured, mobility: Complex, derivatives: Complex, known: KnownEquipment, prior: Prior, value: Floats
+) -> Floats:
+    """Factors (8,) on standard errors for what residuals alike over neighbouring frequencies tell of the model.
+
+    Parameters
+    ----------
+    mobility, derivatives : at the optimum `value`, (frequency,) and (8, frequency)
+    known : with the fitted gains
+    """
+    gains = _gain_columns(known, prior, laplace(measured.frequency))
+    precision = np.where(np.isfinite(prior.error), prior.error**-2.0, 0.0)
+    precision[DELTA] = (np.log(_USUAL_FACTOR) * value[DELTA]) ** -2.0
+    return error_factors(
+        mobility - measured.mobility,
+        np.concatenate([derivatives, -(mobility**2) * gains]),
+        measured.variance,
+        np.minimum(measured.degrees_of_freedom, _MOST_FREEDOM),
+        np.append(precision, np.ones(len(gains))),
+    )[: value.size]
+
+
+def _widened(ends: tuple[Floats, Floats], point: Floats, factors: Floats) -> Iterator[Floats]:
+    """Ends of the scaled intervals in SI, farther from the optimum by factors (8,), within the bounds."""
+    low, high = to_scaled(BOUNDS)
+    low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
+    best = np.clip(point[: factors.size], low, high)
+    return (from_scaled(np.clip(best + factors * (end - best), low, high)) for end in ends)
+
+
 def _judge(
     data: Data,
     measured: Measured,
@@ -258,15 +290,16 @@ def _judge(
 ) -> Fit:
     value = from_scaled(points[0, : len(PARAMETERS)])
     gains = 1 + prior.gains * (points[0, len(PARAMETERS) :] if len(data.gains) else 0.0)
-    lower, upper = (from_scaled(end) for end in _interval(data, prior, points, costs))
+    fitted = with_fitted_gains(known, gains)
+    mobility, derivatives = command_mobility_with_derivatives(value, fitted, laplace(measured.frequency))
+    factors = _error_factors(measured, mobility, derivatives, fitted, prior, value)
+    lower, upper = _widened(_interval(data, prior, points, costs), points[0], factors)
     status = _status(lower, upper)
     covariance = _covariance(data, prior, points[0])
     deviation = np.sqrt(np.diag(covariance))
     error = _errors(value, lower, upper, status)
-    error[DELTA] = deviation[DELTA]
+    error[DELTA] = factors[DELTA] * deviation[DELTA]
     at_bound = np.minimum(value - BOUNDS[0], BOUNDS[1] - value) < _NEAR_BOUND * error
-    fitted = with_fitted_gains(known, gains)
-    mobility, _ = command_mobility_with_derivatives(value, fitted, laplace(measured.frequency))
     total = float(np.sum(np.abs((mobility - measured.mobility) * measured.weight) ** 2))
     lost = (value.size - np.count_nonzero(at_bound | np.isfinite(prior.value))) / 2
     dof = 2 * (measured.frequency.size - lost)
