@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drillid.arrays import Floats
 from drillid.datasets.measured import WINDOW_COORDINATES
-from drillid.datasets.store import Problem, window_place
+from drillid.datasets.store import Problem, windows_place
 from drillid.fits.joint.coordinates import GAINS, SHARED, WALKING
 from drillid.fits.joint.fit import JointFit, joint_fit
 from drillid.fits.joint.smoother import forward
@@ -115,13 +115,17 @@ def _nothing(windows: int) -> xr.Dataset:
 
 
 def _problems(fit: JointFit, fits: xr.Dataset) -> list[Problem]:
-    """A row for each window that counts less because it contradicts the others."""
+    """A row for the windows that count less because they contradict the others."""
+    rows = np.flatnonzero(fit.weight < 1)
+    if not rows.size:
+        return []
+    least, most = 100 * fit.weight[rows].min(), 100 * fit.weight[rows].max()
+    counted = f"{least:.0f} %" if rows.size == 1 else f"{least:.0f} to {most:.0f} %"
     return [
         Problem(
-            window_place(fits, row),
-            f"contradicts the windows around it (p-value {fit.agreement[row]:.1g}) or has residuals larger than its "
-            f"noise; it counts {100 * fit.weight[row]:.0f} % in the joint fit",
+            windows_place(fits, rows.tolist()),
+            f"contradicts the windows around it (p-value {fit.agreement[rows].min():.1g}) or has residuals larger than "
+            f"its noise; it counts {counted} in the joint fit",
             "Look at its residuals and at the log of that time",
         )
-        for row in np.flatnonzero(fit.weight < 1).tolist()
     ]
