@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,8 +35,12 @@ _WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results", "mirror"}
 """Settings without effect on the report."""
 
 
-def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> None:
+def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dict[str, float]:
     """Write the pages of the wells, as far as anything in them has changed, and then that of the fleet.
+
+    Returns
+    -------
+    Time of one core that each well's page took, s.
 
     Raises
     ------
@@ -51,15 +56,17 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> Non
     problems = read_table(results / "problems.csv", dtype=str, keep_default_na=False)
     basis = [source_hash("drillid.report.page", "drillid.config.rig"), template_hash(), name, drillid.__version__]
     neighbours = dict(zip(wells, zip(["", *wells], [*wells[1:], ""], strict=False), strict=True))
-    summaries = [
-        _summary(settings, WellFolders(results, well), listings[well], problems, neighbours[well], basis)
-        for well in wells
-    ]
+    summaries, spent = list[dict[str, Any]](), dict[str, float]()
+    for well in wells:
+        began, folders = time.process_time(), WellFolders(results, well)
+        summaries.append(_summary(settings, folders, listings[well], problems, neighbours[well], basis))
+        spent[well] = time.process_time() - began
     kept = {name, *(f"{well}.{end}" for well in wells for end in ("html", "json"))}
     for path in pages.iterdir():
         if path.name not in kept:
             path.unlink()
     write_whole(results / "report.html", fleet_page(settings, results, summaries))
+    return spent
 
 
 def _summary(

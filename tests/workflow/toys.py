@@ -104,6 +104,7 @@ def write_report(settings, results, wells):
     for well in wells:
         (results / "report" / (well + ".html")).write_text(well)
     (results / "report.html").write_text(" ".join(wells))
+    return dict.fromkeys(wells, 0.0)
 '''
 
 RIG = """
