@@ -243,8 +243,8 @@ def _kind(what: str) -> str:
 
 
 def _place(where: str) -> str:
-    """The place without the number of a window, which a late log before it changes."""
-    return re.sub(r"window \d+ at", "window at", where)
+    """The place without the numbers of windows, which a late log before them changes."""
+    return re.sub(r"windows? [\d, to]+ at", "window at", where)
 
 
 def _time(nanoseconds: int) -> str:

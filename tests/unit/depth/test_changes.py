@@ -159,6 +159,16 @@ def test_problems_that_differ_in_their_numbers_are_one_kind(tmp_path: Path) -> N
     assert (row["change"], row["stage"], row["where"], row["count"]) == ("new_problem", "fits", "window 0 at 0.5 m", 3)
 
 
+def test_numbers_of_windows_that_a_late_log_shifts_are_no_new_problem(tmp_path: Path) -> None:
+    make(tmp_path)
+    before, after = (
+        ("W1", "fits", f"windows {listed} at 1000.0 to 1030.0 m", "refused", "Look")
+        for listed in ("2 to 3, 5", "4 to 5, 7")
+    )
+    changes(tmp_path, problems=(before,))
+    assert changes(tmp_path, problems=(after,)) == []
+
+
 def test_a_run_without_report_is_told_in_the_next_and_a_repeated_report_tells_the_same(tmp_path: Path) -> None:
     make(tmp_path)
     changes(tmp_path)
