@@ -12,7 +12,10 @@ from rich.console import Console
 from benchmarks.learn.measurement import FILE, record
 from benchmarks.result import Result, result_table
 
-PARTS: tuple[str, ...] = ("field_start",)
+PARTS: tuple[str, ...] = (
+    "recovered",
+    "field_start",
+)
 """Modules of this folder, each with a function `measure` that takes the console and returns a Measurement."""
 
 

@@ -4,18 +4,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from drillid.arrays import Complex
 from drillid.config.settings import Settings
-from drillid.discrepancy.catalogue import WindowModel
+from drillid.discrepancy.base_rates import BaseRates
+from drillid.discrepancy.catalogue import CATALOGUE, WindowModel
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.learning.fingerprint import Fingerprint
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
 from drillid.discrepancy.learning.search import placed
+from drillid.discrepancy.products.extended_model import extended_window_model, extension_variables
+from drillid.discrepancy.sets import ExaminedSet
+from drillid.discrepancy.verdicts.examination import Examination
+from drillid.discrepancy.verdicts.verdict import Verdict
 from drillid.fits.datasheet import data_sheet
 from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.dual_numbers import Dual
@@ -58,9 +66,15 @@ def fitted(truth: Truth, seed: int) -> tuple[SetModel, SetFit]:
 
 
 @pytest.fixture(scope="module")
-def learnt() -> LearntExtension:
+def mounted() -> tuple[SetModel, SetFit]:
+    """Windows of the rig with a mounted inertia, and the base model's fit to them."""
+    return fitted(Mounted(**vars(SHALLOW)), 31)
+
+
+@pytest.fixture(scope="module")
+def learnt(mounted: tuple[SetModel, SetFit]) -> LearntExtension:
     """What is learnt of the mounted inertia."""
-    extension = learnt_extension(*fitted(Mounted(**vars(SHALLOW)), 31))
+    extension = learnt_extension(*mounted)
     assert extension is not None
     return extension
 
@@ -71,6 +85,21 @@ def test_a_mounted_inertia_is_learnt_where_it_hangs_and_predicts_unseen_windows(
     assert learnt.elements[0][1] == pytest.approx(DEPTH / SHALLOW.bit_depth, abs=0.03)
     truth = np.array([MOUNT.inertia, MOUNT.frequency, MOUNT.loss])
     assert np.all(np.abs(learnt.fit.point.sizes - truth) < 4 * learnt.fit.size_errors)
+
+
+def test_a_learnt_extension_is_stored_and_read_as_a_named_cause_is(
+    mounted: tuple[SetModel, SetFit], learnt: LearntExtension
+) -> None:
+    model, base = mounted
+    before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
+    unknown = Verdict("unknown", "upper string", 0.9, 0.0, 1000.0)
+    examination = Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates())
+    extended = replace(examination, extended=learnt.fit, extensions=learnt.extensions)
+    assert "an inertia hangs on the string by a spring" in learnt_words(extended)
+    variables = extension_variables([ExaminedSet(np.arange(4), extended)], 4)
+    stored = xr.Dataset(variables | {"window_set": ("window", np.zeros(4, dtype=int))})
+    again = extended_window_model(stored, 0).mobility(model.s)
+    np.testing.assert_allclose(again, model.predicted(learnt.fit.point, learnt.extensions), rtol=1e-9)
 
 
 def test_nothing_is_offered_where_nothing_is_wrong() -> None:
