@@ -71,7 +71,7 @@ def _print(found: Inspection) -> None:
         typer.echo(f"{where}: {what}. {remedy}")
     typer.echo(f"\n{found.windows} usable windows")
     for row in found.segments.to_dict("records"):
-        used = row["reason"] or f"{row['windows']} windows"
+        used = row["reason"] or f"{row['windows']} window{'s' if row['windows'] != 1 else ''}"
         typer.echo(f"  {row['start']} {row['duration_s']:8.1f} s  {row['state']}: {used}")
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from drillid.commands.output import faults_told
+from drillid.commands.output import Json, faults_told, print_json
 
 simulations = typer.Typer(no_args_is_help=True, help="Simulate a rig in time.")
 
@@ -29,11 +29,14 @@ def simulate_start_up(
     ramp: Annotated[float, typer.Option(min=1.0, help="Seconds of the ramp.")] = 15.0,
     duration: Annotated[float, typer.Option(min=5.0, max=3600.0, help="Seconds, where no file is given.")] = 60.0,
     output: Annotated[Path, typer.Option(help="CSV that is written.")] = Path("results/start_up.csv"),
+    as_json: Json = False,
 ) -> None:
     """Start of rotation off bottom of a described well, at any depth of any hole.
 
     The output has the columns t_s, td_rpm, torque_knm (of the drive, its own inertia's included), bit_rpm (as a
     downhole record shows it, whose half-second statistics are stamped at their end) and bit_rpm_now (of the bit).
+
+    Example: drillid simulate start-up benchmarks/field/well_b.yaml --depth 2200 --survey survey.csv
     """
     from drillid.config.described_well import DescribedWell
     from drillid.simulation.start_up import rig_at, start_up
@@ -45,6 +48,9 @@ def simulate_start_up(
         rig = rig_at(depth, read_survey(survey), described.described_equipment, described.described_friction)
         simulated = start_up(rig, speed)
         write_start_up(simulated, speed, output, first_time)
+    if as_json:
+        print_json({"output": output, "summary": summary(simulated, depth).splitlines()})
+        return
     typer.echo(summary(simulated, depth))
     typer.echo(f"written to {output}")
 

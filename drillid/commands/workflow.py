@@ -1,12 +1,17 @@
 """Commands around the workflow: run it, check what it would be given, explain what it made."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from drillid.commands.output import Json, faults_told, print_json, print_rows
+
+if TYPE_CHECKING:
+    from drillid.fleet.command import RunOutcome
 
 Profile = Annotated[Path, typer.Option(help="Workflow profile.")]
 Jobs = Annotated[str, typer.Option(help="Cores to use, or jobs on a cluster; the profile's by default.")]
@@ -29,6 +34,7 @@ def run_workflow(
     profile: Profile = DEFAULT_PROFILE,
     jobs: Jobs = "",
     strict: Annotated[bool, typer.Option(help="End with code 3 where wells failed.")] = True,
+    as_json: Json = False,
 ) -> None:
     """Run the workflow of this folder; all other words go to Snakemake: targets, --dry-run, --until fits …
 
@@ -39,11 +45,17 @@ def run_workflow(
     from drillid.fleet.command import run
 
     with faults_told():
-        code = run(context.args, profile, configfile, jobs, strict)
-    raise typer.Exit(code)
+        ended = run(context.args, profile, configfile, jobs, strict)
+    _end(ended, as_json)
 
 
-def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "") -> None:
+def _end(ended: RunOutcome, as_json: bool) -> NoReturn:
+    if as_json:
+        print_json({"exit_code": ended.code, **ended.wells})
+    raise typer.Exit(ended.code)
+
+
+def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "", as_json: Json = False) -> None:
     """Simulate the raw logs of three small wells and take them to results/demo/report.html.
 
     Example: drillid demo
@@ -52,8 +64,8 @@ def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "") -> None:
     from drillid.fleet.installation import write_demo
 
     with faults_told():
-        code = run([], profile, write_demo(), jobs, strict=True)
-    raise typer.Exit(code)
+        ended = run([], profile, write_demo(), jobs, strict=True)
+    _end(ended, as_json)
 
 
 def write_example(
@@ -108,12 +120,16 @@ def check_configuration(
 
 def explain_result(
     path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
+    as_json: Json = False,
 ) -> None:
     """How a result came to be: stages, code, settings, checksums of the logs and versions behind it.
 
     Example: drillid explain results/demo/depth/D01/depth.zarr
     """
-    from drillid.fleet.explain import explain
+    from drillid.fleet.explain import explain, stages_behind
 
     with faults_told():
-        typer.echo(explain(path))
+        if as_json:
+            print_json(stages_behind(path))
+        else:
+            typer.echo(explain(path))

@@ -13,8 +13,10 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from drillid.config.files import read_yaml
 from drillid.fleet.installation import plugin_folders, snakemake_words
@@ -29,8 +31,21 @@ _GRACE_S = 10.0
 """Time for all processes to end by themselves before they are killed, s."""
 
 
-def run(arguments: Sequence[str], profile: Path, configuration: Path | None, jobs: str, strict: bool) -> int:
-    """Run the workflow of the current folder; its exit code, or FAILED_WELLS.
+@dataclass(frozen=True)
+class RunOutcome:
+    """How a run ended.
+
+    code : exit code of the workflow, or FAILED_WELLS
+    wells : number of `wells`, reason of each `failed` one, those `unfinished`, and all as a `line`; empty where the run
+        did not come so far
+    """
+
+    code: int
+    wells: dict[str, Any]
+
+
+def run(arguments: Sequence[str], profile: Path, configuration: Path | None, jobs: str, strict: bool) -> RunOutcome:
+    """Run the workflow of the current folder.
 
     Parameters
     ----------
@@ -57,7 +72,7 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
         wells = json.loads(outcome.read_text()) if outcome.is_file() else {}
     if wells:
         print(wells["line"], file=sys.stderr)
-    return FAILED_WELLS if code == 0 and strict and wells.get("failed") else code
+    return RunOutcome(FAILED_WELLS if code == 0 and strict and wells.get("failed") else code, wells)
 
 
 def _path() -> str:

@@ -76,20 +76,30 @@ def explain(path: Path) -> str:
     SettingsError
         If it lies below no such folder, or the stage never finished there.
     """
-    results, stage, well = _place(path.absolute())
+    _, stage, well = _place(path.absolute())
     lines = [f"{path} is of the stage {stage} of the well {well}."]
-    waiting, explained = [stage], set[str]()
+    for name, content in stages_behind(path).items():
+        lines += _of_stage(name, content)
+    return "\n".join(lines)
+
+
+def stages_behind(path: Path) -> dict[str, dict[str, Any]]:
+    """What each stage recorded of itself, from the file's own back to the records: the content of its key.json.
+
+    Parameters, errors : as of `explain`
+    """
+    results, stage, well = _place(path.absolute())
+    waiting, found = [stage], dict[str, dict[str, Any]]()
     while waiting:
         name = waiting.pop(0)
-        if name in explained:
+        if name in found:
             continue
-        explained.add(name)
         content = stored(results / name / well)
         if not content:
             raise SettingsError(str(results / name / well), "was never finished", "Run the workflow again")
-        lines += _of_stage(name, content)
+        found[name] = content
         waiting += sorted(content.get("upstream", {}), key=list(STAGES).index, reverse=True)
-    return "\n".join(lines)
+    return found
 
 
 def _place(path: Path) -> tuple[Path, str, str]:

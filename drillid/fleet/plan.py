@@ -100,10 +100,12 @@ class Plan:
             os.utime(report, (0, 0))
 
     def outcome(self) -> dict[str, Any]:
-        """How many wells failed, and the run's closing line."""
+        """How many wells there are, why some failed, which were not finished, and the closing line of the run."""
         results, wells = Path(self.settings.results), tuple(self.wells)
         failed = failed_wells(results, wells)
-        return {"failed": len(failed), "line": closing_line(wells, failed, unfinished_wells(results, wells))}
+        unfinished = unfinished_wells(results, wells)
+        line = closing_line(wells, failed, unfinished)
+        return {"wells": len(wells), "failed": failed, "unfinished": list(unfinished), "line": line}
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
         """Take the wells' keys and problems away, so that the stage and what follows are done again in any case."""

@@ -1,5 +1,6 @@
 """The command line: what it writes, and what it says where it cannot."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from drillid.commands import app
+from drillid.fleet.command import RunOutcome
 from drillid.simulation.start_up_files import COLUMNS, ramped_speed
 from drillid.units import RPM
 
@@ -98,3 +100,17 @@ def test_the_proof_needs_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     result = CliRunner().invoke(app, ["blind"])
     assert result.exit_code == 1
     assert "checkout" in result.stderr
+
+
+def test_a_run_tells_programs_how_it_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    wells = {"wells": 2, "failed": {"W1": "records: a.csv: is empty"}, "unfinished": [], "line": "1 of 2 wells failed"}
+    monkeypatch.setattr("drillid.fleet.command.run", lambda *_: RunOutcome(3, wells))
+    done = CliRunner().invoke(app, ["run", "--json"])
+    assert done.exit_code == 3
+    assert json.loads(done.stdout) == {"exit_code": 3, **wells}
+
+
+@pytest.mark.parametrize("command", [command.name for command in app.registered_commands if command.name != "blind"])
+def test_every_command_has_an_example(command: str) -> None:
+    said = CliRunner().invoke(app, [command, "--help"]).stdout
+    assert f"Example: drillid {command}" in said

@@ -19,6 +19,7 @@ from drillid.identification import Identification
 from tests import raw_logs
 from tests.simulated import RATE, SHALLOW, drilled
 
+ROOT = Path(__file__).resolve().parents[2]
 DESCRIPTION = """
 name: small rig
 time: {column: Time}
@@ -83,6 +84,14 @@ def test_figures_and_verdicts_come_when_they_are_asked_for(identified: Identific
     assert identified.draw("command_mobility_fitted").axes
     with pytest.raises(SettingsError, match="command_mobility_fitted"):
         identified.draw("no such figure")
+
+
+def test_the_example_of_the_readme_runs_as_it_stands(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    example = (ROOT / "README.md").read_text().partition("```python\n")[2].partition("```")[0]
+    assert len(example.splitlines()) <= 10
+    monkeypatch.chdir(folder)
+    exec(compile(example, "README.md", "exec"), {})
+    assert (folder / "mobility.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_what_cannot_be_identified_is_refused_with_its_reason(folder: Path, tmp_path: Path) -> None:

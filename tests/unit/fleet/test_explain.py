@@ -1,11 +1,14 @@
 """How a result came to be, in words."""
 
 import hashlib
+import json
 import os
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from drillid.commands import app
 from drillid.config.settings import Settings
 from drillid.config.sheets import Listing
 from drillid.errors import SettingsError
@@ -28,6 +31,16 @@ def test_it_names_the_log_with_its_checksum_and_the_code(tmp_path: Path) -> None
     assert "the code as it is now" in text
     assert "interpolate_up_to_s" in text
     assert "numpy" in text
+
+
+def test_programs_get_the_same_as_json(tmp_path: Path) -> None:
+    (tmp_path / "toy.yaml").write_text(RIG)
+    log = tmp_path / "a.csv"
+    log.write_text("Time,SWEEP,RPM,DMEA\n")
+    listing = Listing("W1", tmp_path / "toy.yaml", (log,))
+    process_well(Task("records", listing, Settings(), tmp_path / "results", fleet._LOADED))
+    done = CliRunner().invoke(app, ["explain", str(tmp_path / "results/records/W1"), "--json"])
+    assert str(log) in json.loads(done.stdout)["records"]["inputs"]
 
 
 def test_anything_else_is_refused(tmp_path: Path) -> None:
