@@ -53,11 +53,9 @@ $(COMMAND): scripts/drillid.sh $(READY)
 
 demo: setup
 	$(RUN) --configfile config/demo/config.yaml
-	@echo "The report is $(CURDIR)/results/demo/report.html"
 
 rigs: setup
 	$(RUN) --configfile config/shared-rigs/config.yaml
-	@echo "The report is $(CURDIR)/results/shared-rigs/report.html"
 
 run: setup
 	$(RUN)

@@ -36,8 +36,8 @@ class RunOutcome:
     """How a run ended.
 
     code : exit code of the workflow, or FAILED_WELLS
-    wells : number of `wells`, reason of each `failed` one, those `unfinished`, and all as a `line`; empty where the run
-        did not come so far
+    wells : number of `wells`, reason of each `failed` one, those `unfinished`, all as a `line`, and the path of the
+        `report` where there is one; empty where the run did not come so far
     """
 
     code: int
@@ -71,7 +71,7 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
         code = _supervised(command, os.environ | {RUN: identity(), OUTCOME: str(outcome), "PYTHONPATH": _path()})
         wells = json.loads(outcome.read_text()) if outcome.is_file() else {}
     if wells:
-        print(wells["line"], file=sys.stderr)
+        print(wells["line"], *([f"The report is {wells['report']}"] if "report" in wells else []), file=sys.stderr)
     return RunOutcome(FAILED_WELLS if code == 0 and strict and wells.get("failed") else code, wells)
 
 

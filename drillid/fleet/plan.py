@@ -105,7 +105,9 @@ class Plan:
         failed = failed_wells(results, wells)
         unfinished = unfinished_wells(results, wells)
         line = closing_line(wells, failed, unfinished)
-        return {"wells": len(wells), "failed": failed, "unfinished": list(unfinished), "line": line}
+        report = results.absolute() / "report.html"
+        told = {"report": str(report)} if report.exists() else {}
+        return {"wells": len(wells), "failed": failed, "unfinished": list(unfinished), "line": line, **told}
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
         """Take the wells' keys and problems away, so that the stage and what follows are done again in any case."""
