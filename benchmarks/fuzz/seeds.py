@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,11 +21,11 @@ Write = Callable[[pd.DataFrame], bytes]
 
 
 def logs() -> list[pd.DataFrame]:
-    """Drilling, drilling with a connection, and drilling with faults, 12 to 20 s each; stamps in UTC."""
-    whole = drilling(12.0)
-    connected = pd.concat([drilling(12.0), standstill(8.0, START + pd.Timedelta(seconds=12), 2000.144)])
-    faulty = drilling(16.0, 2).drop(index=[*range(100, 103), *range(300, 360)])
-    faulty.loc[[20, 500], "RPM"] = 0.0
+    """Drilling, drilling with a connection, and drilling with faults, 5 to 8 s each; stamps in UTC."""
+    whole = drilling(5.0)
+    connected = pd.concat([drilling(5.0), standstill(3.0, START + pd.Timedelta(seconds=5), 2000.06)])
+    faulty = drilling(7.0, 2).drop(index=[*range(40, 43), *range(150, 190)])
+    faulty.loc[[20, 250], "RPM"] = 0.0
     faulty["HOLE"] = faulty["HOLE"].where(faulty.index % 50 == 0)
     return [log.reset_index(drop=True) for log in (whole, connected, faulty)]
 
@@ -82,7 +83,7 @@ def feather(log: pd.DataFrame) -> bytes:
 def excel(log: pd.DataFrame) -> bytes:
     """An Excel workbook."""
     buffer = io.BytesIO()
-    log.head(200).to_excel(buffer, index=False)
+    log.head(40).to_excel(buffer, index=False)
     return buffer.getvalue()
 
 
@@ -168,17 +169,20 @@ def netcdf(log: pd.DataFrame) -> bytes:
 
 
 def zarr(log: pd.DataFrame) -> bytes:
-    """A zarr store, its files in a zip archive without compression."""
-    import warnings
+    """A zarr store as xarray writes them, its files in a zip archive without compression."""
+    import zarr
 
-    import xarray as xr
-
-    columns = {str(name): ("row", _plain(log[name])) for name in log.columns}
-    with TemporaryDirectory() as name, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        xr.Dataset(columns).to_zarr(Path(name) / "log.zarr", zarr_format=2)
-        files = {path: path.read_bytes() for path in sorted(Path(name, "log.zarr").rglob("*")) if path.is_file()}
-        return archive({str(path.relative_to(Path(name, "log.zarr"))): content for path, content in files.items()})
+    files = dict[str, Any]()
+    store = zarr.storage.MemoryStore(files)
+    group = zarr.create_group(store, zarr_format=2)
+    for name in log.columns:
+        values, attributes = _plain(log[name]), dict[str, Any]()
+        if values.dtype.kind == "M":
+            values = values.astype("datetime64[ns]").astype(np.int64)
+            attributes = {"units": "nanoseconds since 1970-01-01", "calendar": "proleptic_gregorian"}
+        attributes["_ARRAY_DIMENSIONS"] = ["row"]
+        group.create_array(str(name), data=values, attributes=attributes)
+    return archive({path: content.to_bytes() for path, content in sorted(files.items())})
 
 
 def archive(files: Mapping[str, bytes], packing: int = zipfile.ZIP_STORED) -> bytes:

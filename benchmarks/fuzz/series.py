@@ -1,5 +1,6 @@
 """A series of mutated files in a process of its own, with limits of time and memory for each file."""
 
+import gc
 import json
 import os
 import resource
@@ -68,6 +69,8 @@ def _in_child(first: int, stop: int, seed: int) -> Iterator[Outcome]:
         os.close(read)
         code = 1
         try:
+            # what is imported already need not be looked at by each collection of garbage
+            gc.freeze()
             with os.fdopen(write, "w", buffering=1) as lines:
                 for number in range(first, stop):
                     lines.write(json.dumps(asdict(attempt(number, seed))) + "\n")

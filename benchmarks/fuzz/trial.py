@@ -24,7 +24,7 @@ from drillid.records.stage import regular_record
 from drillid.windows import stage as windows
 from tests.raw_logs import RIG
 
-SETTINGS = Settings.checked({"windows": {"length_s": 5.0}}, "fuzz")
+SETTINGS = Settings.checked({"windows": {"length_s": 2.0}}, "fuzz")
 _TABLES_CHANGED = 0.6
 """Share of files whose table is changed before it is written."""
 _LEFT_OUT = 0.1
