@@ -5,8 +5,8 @@ import json
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,8 @@ class WellFolders:
     """Hash of code, settings and rig description that the stage at work uses: a part of the key of all its rows."""
     name: str = ""
     """What people call the well, which the datasets say; by default as its folder is called."""
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    """Attributes of all datasets that the stage at work writes: what they come from."""
 
     def stage(self, stage: str) -> Path:
         """Folder of one stage's outputs for this well."""
@@ -104,7 +106,7 @@ class WellFolders:
         """Conform a dataset to its schema and write it; a half-written store never has the final name."""
         path = self.stage(stage) / f"{name}.zarr"
         path.parent.mkdir(parents=True, exist_ok=True)
-        conformed = DATASETS[name].conform(dataset, well=self.name or self.well, **attributes)
+        conformed = DATASETS[name].conform(dataset, well=self.name or self.well, **self.provenance, **attributes)
         _finish(_written(conformed, path), path, path.with_suffix(SUFFIX))
 
     @contextlib.contextmanager
@@ -129,10 +131,10 @@ class WellFolders:
         if kept:
             os.replace(self.aside(stage) / f"{name}.zarr", temporary)
             untouched = stamps(temporary)
-            _cut(temporary, kept)
+            _cut(temporary, kept, self.provenance)
 
         def append(piece: xr.Dataset) -> None:
-            conformed = DATASETS[name].conform(piece, well=self.name or self.well, **attributes)
+            conformed = DATASETS[name].conform(piece, well=self.name or self.well, **self.provenance, **attributes)
             if temporary.exists():
                 conformed.to_zarr(temporary, append_dim="time", consolidated=False)
             else:
@@ -208,11 +210,13 @@ def _opened(folder: Path, stage: str, name: str) -> xr.Dataset:
     return dataset
 
 
-def _cut(path: Path, samples: int) -> None:
+def _cut(path: Path, samples: int, attributes: Mapping[str, str]) -> None:
     """Shorten a series in place; its last chunk is filled up as that of a series which never was longer."""
     import zarr
 
-    for _, array in zarr.open_group(str(path), mode="r+", use_consolidated=False).arrays():
+    group = zarr.open_group(str(path), mode="r+", use_consolidated=False)
+    group.attrs.update(attributes)
+    for _, array in group.arrays():
         whole = -(-samples // array.chunks[0]) * array.chunks[0]
         if array.shape[0] > samples:
             array[samples:whole] = array.fill_value

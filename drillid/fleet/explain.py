@@ -10,9 +10,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import drillid
+from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import stored, write_whole
-from drillid.fleet.provenance import source_hash
+from drillid.fleet.provenance import digest, numerical_versions, source_hash
 from drillid.fleet.stages import STAGES
 from drillid.formats.description import Unusable
 from drillid.formats.remote import local_file, url_of
@@ -33,8 +35,8 @@ def known_inputs(folder: Path) -> dict[str, list[str]]:
     return content if isinstance(content, dict) else {}
 
 
-def inputs_of(paths: Sequence[Path], folder: Path, known: Mapping[str, list[str]]) -> dict[str, str]:
-    """SHA-256 of every file that is there, by its path or URL; remembered in the stage's folder.
+def inputs_of(paths: Sequence[Path], known: Mapping[str, list[str]] | None = None) -> dict[str, list[str]]:
+    """State and SHA-256 of every file that is there, by its path or URL.
 
     As in git's index, a file whose size, time and place on the disk are as they were is not read again.
 
@@ -42,7 +44,7 @@ def inputs_of(paths: Sequence[Path], folder: Path, known: Mapping[str, list[str]
     ----------
     known : of an earlier run, from `known_inputs`
     """
-    found, elsewhere = dict[str, list[str]](), remote_states(paths)
+    found, elsewhere, known = dict[str, list[str]](), remote_states(paths), known or {}
     for path in paths:
         name, state = url_of(path) or str(path), elsewhere[path] if path in elsewhere else _local_state(path)
         if state and name in known and known[name][0] == state:
@@ -50,8 +52,12 @@ def inputs_of(paths: Sequence[Path], folder: Path, known: Mapping[str, list[str]
             continue
         with contextlib.suppress(OSError, Unusable), local_file(path) as local, local.open("rb") as file:
             found[name] = [state, hashlib.file_digest(file, "sha256").hexdigest()]
+    return found
+
+
+def remember_inputs(folder: Path, found: Mapping[str, list[str]]) -> None:
+    """Keep what `inputs_of` found in a stage's folder."""
     write_whole(folder / _INPUTS, json.dumps(found))
-    return {name: digest for name, (_, digest) in found.items()}
 
 
 def _local_state(path: Path) -> str:
@@ -62,6 +68,30 @@ def _local_state(path: Path) -> str:
         return ""
     settled = time.time() - status.st_mtime > _SETTLED_S
     return f"{status.st_size} {status.st_mtime_ns} {status.st_ino}" if settled else ""
+
+
+def inputs_behind(folders: WellFolders) -> dict[str, str]:
+    """SHA-256 of the rig description and the logs that a well's results come from, by path; empty before any stage."""
+    first = next(name for name, stage in STAGES.items() if not stage.reads)
+    found = stored(folders.stage(first)).get("inputs", {})
+    return found if isinstance(found, dict) else {}
+
+
+def attributes_of(key: Mapping[str, Any], inputs: Mapping[str, str]) -> dict[str, str]:
+    """Attributes by which a dataset tells what it comes from, the same for the same inputs wherever these lie.
+
+    Parameters
+    ----------
+    key : content of the stage's key
+    inputs : SHA-256 by path
+    """
+    versions = {"drillid": drillid.__version__, **numerical_versions()}
+    return {
+        "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
+        "code_hash": key["source"],
+        "configuration_hash": digest([key["settings"], key["rig"]]),
+        "input_sha256": "\n".join(sorted(f"{found}  {Path(path).name}" for path, found in inputs.items())),
+    }
 
 
 def explain(path: Path) -> str:

@@ -32,7 +32,7 @@ from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
-from drillid.fleet.explain import inputs_of, known_inputs
+from drillid.fleet.explain import attributes_of, inputs_behind, inputs_of, known_inputs, remember_inputs
 from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.progress import SHOWN
@@ -161,7 +161,10 @@ def _processed(task: Task) -> Outcome:
     failed = _failed_key(key, task.listing)
     if stored_key(folder) in (key["key"], failed["key"]):
         return Outcome(task.listing.name, "kept", len(_read_problems(folder / PROBLEMS)))
-    folders, known = replace(folders, basis=key["basis"]), known_inputs(folder)
+    read = {} if stage.reads else inputs_of([task.listing.rig_file, *task.listing.logs], known_inputs(folder))
+    inputs = {name: checksum for name, (_, checksum) in read.items()}
+    provenance = attributes_of(key, inputs_behind(folders) if stage.reads else inputs)
+    folders = replace(folders, basis=key["basis"], provenance=provenance)
     set_aside(folders, stage.name)
     end = _End("empty")
     if all(folders.has(*dataset) for dataset in stage.reads):
@@ -172,7 +175,8 @@ def _processed(task: Task) -> Outcome:
     if not end.trace:
         content = failed if end.status == "failed" else key
         # beside the key, not in it: how the numbers came to be, for `drillid explain`
-        inputs = {} if stage.reads else inputs_of([task.listing.rig_file, *task.listing.logs], folder, known)
+        if read:
+            remember_inputs(folder, read)
         files = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
         beside = {"status": end.status, "versions": numerical_versions(), "inputs": inputs, "files": files}
         write_whole(folder / KEY, json.dumps({**content, **beside}, indent=1))

@@ -124,6 +124,14 @@ FAULTS = (
         "logs without a window end without a word",
     ),
     Fault(
+        "formats",
+        "drillid/formats/rows_without_data.py",
+        "elif not whole or (times and not any(_has_digit(bare, column) for column in times)):",
+        "elif not whole or (times and not any(_has_digit(bare, column) for column in times)) or True:",
+        ("tests/unit/formats/test_rows_without_data.py",),
+        "the last rows of every log are taken for its footer",
+    ),
+    Fault(
         "inspection",
         "drillid/inspection/sweep.py",
         "if sweep is not None and (sweep.period_s > 0 or named):",

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import psutil
 
+from drillid.fleet.crate import CRATE
 from tests.workflow.toys import ROOT, Checkout
 
 WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"], "W3": ["d.csv"]}
@@ -53,8 +54,8 @@ def family(process: subprocess.Popen[str]) -> list[psutil.Process]:
 
 
 def digests(results: Path) -> dict[str, str]:
-    """Contents of everything that a user reads; logs, timings and locks differ from run to run."""
-    kept = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith(".")]
+    """Contents of everything that a user reads; logs, timings, locks and the run's dates differ from run to run."""
+    kept = [path for path in results.rglob("*") if path.is_file() and not path.name.startswith((".", CRATE))]
     apart = {results / name for name in ("logs", "benchmarks")}
     return {
         str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -74,8 +75,10 @@ def kill_some_process(checkout: Checkout, seconds: float, draw: random.Random) -
     running.communicate(timeout=120)
 
 
-def write_wells(checkout: Checkout) -> None:
+def write_wells(checkout: Checkout, batch_size: int = 1) -> None:
     """Three wells, and a profile by which a run goes on where one of them fails."""
     checkout.sheets(WELLS)
+    with (checkout.root / "config/config.yaml").open("a") as configuration:
+        configuration.write(f"\nfleet: {{batch_size: {batch_size}, processes: 1}}\n")
     (checkout.root / "profile").mkdir()
     (checkout.root / "profile/config.yaml").write_text("scheduler: greedy\nkeep-going: true\nrerun-incomplete: true\n")

@@ -1,68 +1,59 @@
 """`drillid run` killed at any moment, started twice, stopped, and with wells that fail: what it leaves, how it ends."""
 
 import random
+import shutil
 import signal
 import time
+from pathlib import Path
 
 import psutil
 import pytest
 
 from tests.workflow.killed import digests, family, kill_some_process, make_started, run, started, write_wells
-from tests.workflow.toys import Checkout
+from tests.workflow.toys import Checkout, new_checkout
 
 POINTS = 4
 """`make bench-fleet` tries twenty, one run each."""
+FIRST = ("--until", "records")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Checkout, float]:
+    """Three wells in one batch that went through all stages, and how long that took, s."""
+    checkout = new_checkout(tmp_path_factory.mktemp("undisturbed"))
+    write_wells(checkout, batch_size=25)
+    began = time.monotonic()
+    done = run(checkout)
+    assert done.returncode == 0, done.stderr
+    checkout.journal()
+    return checkout, time.monotonic() - began
 
 
 @pytest.fixture
-def wells(checkout: Checkout) -> Checkout:
-    write_wells(checkout)
-    return checkout
+def wells(undisturbed: tuple[Checkout, float], tmp_path: Path) -> Checkout:
+    """A copy of these wells with their results."""
+    return Checkout(shutil.copytree(undisturbed[0].root, tmp_path / "checkout"))
 
 
-def test_a_run_killed_at_any_moment_ends_as_an_undisturbed_one(wells: Checkout) -> None:
-    """Any process of the run is killed outright, time and again; each next run takes up by itself."""
-    began = time.monotonic()
-    assert run(wells).returncode == 0
-    duration = time.monotonic() - began
-    undisturbed = digests(wells.root / "results/main")
-    (wells.root / "results").rename(wells.root / "undisturbed")
-    draw = random.Random(4)
-    for _ in range(POINTS):
-        kill_some_process(wells, draw.uniform(0.3, 0.8) * duration, draw)
-    last = run(wells)
-    assert last.returncode == 0, last.stderr
-    assert digests(wells.root / "results/main") == undisturbed
-
-
-def test_a_second_run_at_once_is_refused_and_the_first_goes_on(wells: Checkout) -> None:
+def test_a_second_run_at_once_is_refused_and_a_signal_ends_all_processes_of_the_first(wells: Checkout) -> None:
     (wells.root / "raw/d.csv").write_text("slow")
-    first = started(wells)
+    first = started(wells, *FIRST)
     until = time.monotonic() + 60
     while not (wells.root / "journal.txt").exists() and time.monotonic() < until:
         time.sleep(0.1)
-    second = run(wells)
+    second = run(wells, *FIRST)
     assert second.returncode == 1
     assert "another run works on these results (process" in second.stderr
     assert first.poll() is None
+    processes = family(first)
+    assert len(processes) > 3
     first.send_signal(signal.SIGTERM)
     first.communicate(timeout=30)
-
-
-def test_a_signal_ends_all_processes(wells: Checkout) -> None:
-    (wells.root / "raw/d.csv").write_text("slow")
-    running = started(wells)
-    until = time.monotonic() + 60
-    while not (wells.root / "journal.txt").exists() and time.monotonic() < until:
-        time.sleep(0.1)
-    processes = family(running)
-    running.send_signal(signal.SIGTERM)
-    running.communicate(timeout=30)
-    assert running.returncode == 128 + signal.SIGTERM
+    assert first.returncode == 128 + signal.SIGTERM
     _, alive = psutil.wait_procs(processes, timeout=5)
     assert not alive
     (wells.root / "raw/d.csv").write_text("samples")
-    assert run(wells).returncode == 0
+    assert run(wells, *FIRST).returncode == 0
 
 
 def test_a_signal_to_make_ends_all_processes(wells: Checkout) -> None:
@@ -82,15 +73,15 @@ def test_a_signal_to_make_ends_all_processes(wells: Checkout) -> None:
 
 def test_failed_wells_are_named_and_decide_the_exit_code(wells: Checkout) -> None:
     (wells.root / "raw/c.csv").write_text("bad")
-    done = run(wells)
+    done = run(wells, *FIRST)
     assert done.returncode == 3
     assert "1 of 3 wells failed: W-2 (records: c.csv: is bad). See problems.csv for the remedies." in done.stderr
     # a plain line a stage where there is no terminal, and no banner of any job
-    assert "records: 3 of 3 job(s) done, 1 well(s) failed\n" in done.stderr
+    assert "records: 1 of 1 job(s) done, 1 well(s) failed\n" in done.stderr
     assert "rule records" not in done.stderr
-    assert run(wells, "--no-strict").returncode == 0
+    assert run(wells, *FIRST, "--no-strict").returncode == 0
     (wells.root / "raw/c.csv").write_text("samples")
-    done = run(wells)
+    done = run(wells, *FIRST)
     assert done.returncode == 0
     assert "3 of 3 wells done." in done.stderr
 
@@ -99,44 +90,58 @@ def test_a_corrected_rig_description_is_noticed_wherever_it_was_wrong(wells: Che
     """The records use only time and channels of it, but none of it is believed while a part is wrong."""
     rig = wells.root / "config/rigs/toy.yaml"
     right = rig.read_text()
-    rig.write_text(right + "pipe: {outer_diameter: 4 in, inner_diameter: 5 in}\n")
-    done = run(wells)
+    # as another description, that the wells are not what they were
+    wrong = right.replace("RPM", "TURNS") + "pipe: {outer_diameter: 4 in, inner_diameter: 5 in}\n"
+    rig.write_text(wrong)
+    done = run(wells, *FIRST)
     assert done.returncode == 3
     assert "3 of 3 wells failed" in done.stderr
-    rig.write_text(right + "pipe: {outer_diameter: 5 in, inner_diameter: 4 in}\n")
-    assert run(wells).returncode == 0
-    wells.journal()
-    rig.write_text(right + "pipe: {outer_diameter: 5 in, inner_diameter: 4.1 in}\n")
-    assert run(wells).returncode == 0
-    assert not [line for line in wells.journal() if line.startswith(("records", "windows"))]
+    corrected = wrong.replace("4 in", "5.5 in")
+    rig.write_text(corrected)
+    assert run(wells, *FIRST).returncode == 0
+    assert len(wells.journal()) == 3
+    rig.write_text(corrected.replace("5 in}", "4.9 in}"))
+    assert run(wells, *FIRST).returncode == 0
+    assert wells.journal() == []
 
 
 def test_what_nobody_foresaw_is_tried_again_by_the_next_run(wells: Checkout) -> None:
     (wells.root / "raw/c.csv").write_text("crash")
-    done = run(wells)
+    done = run(wells, *FIRST)
     assert done.returncode == 3
     assert "nobody foresaw this" in done.stderr
     wells.journal()
-    assert run(wells).returncode == 3
-    assert "records W-2" in wells.journal()
+    assert run(wells, *FIRST).returncode == 3
+    assert wells.journal() == ["records W-2"]
 
 
 def test_a_damaged_key_is_no_key(wells: Checkout) -> None:
-    assert run(wells).returncode == 0
-    wells.journal()
     (wells.root / "results/main/fits/W-2/key.json").write_text("")
-    assert run(wells).returncode == 0
-    journal = wells.journal()
-    assert "fits W-2" in journal
-    assert "fits W1" not in journal
-    assert "records W-2" not in journal
+    assert run(wells, "--until", "fits").returncode == 0
+    assert wells.journal() == ["fits W-2"]
 
 
 def test_a_fault_of_the_machine_fails_the_job_and_no_other_well(wells: Checkout) -> None:
     (wells.root / "raw/c.csv").write_text("full")
-    done = run(wells)
+    (wells.root / "raw/d.csv").write_text("other samples")
+    done = run(wells, *FIRST)
     assert done.returncode == 1
     assert "1 of 3 wells failed: W-2" in done.stderr
-    assert (wells.root / "results/main/depth/W1/key.json").exists()
+    assert sorted(wells.journal()) == ["records W-2", "records W3"]
+    assert (wells.root / "results/main/records/W3/key.json").exists()
     (wells.root / "raw/c.csv").write_text("samples")
-    assert run(wells).returncode == 0
+    assert run(wells, *FIRST).returncode == 0
+
+
+def test_a_run_killed_at_any_moment_ends_as_an_undisturbed_one(undisturbed: tuple[Checkout, float]) -> None:
+    """Any process of the run is killed outright, time and again; each next run takes up by itself."""
+    wells, duration = undisturbed
+    expected = digests(wells.root / "results/main")
+    for folder in ("results", ".snakemake"):
+        shutil.rmtree(wells.root / folder)
+    draw = random.Random(4)
+    for _ in range(POINTS):
+        kill_some_process(wells, draw.uniform(0.3, 0.8) * duration, draw)
+    last = run(wells)
+    assert last.returncode == 0, last.stderr
+    assert digests(wells.root / "results/main") == expected

@@ -1,10 +1,13 @@
 """The workflow as a whole with toy stages: what runs, what is left alone, and what stops only itself."""
 
+import hashlib
 import os
 from collections.abc import Iterable
+from pathlib import Path
 
 import pandas as pd
 import pytest
+from rocrate.rocrate import ROCrate
 
 from drillid.fleet.stages import STAGES
 from tests.workflow.toys import RIG, Checkout
@@ -42,9 +45,9 @@ def test_replacing_a_log_and_adding_a_well_process_those_wells_alone(finished: C
     assert set(finished.would_run()) == jobs(STAGES, ["W-2"])
     os.utime(finished.root / "raw/c.csv")
     finished.sheets({**TWO_WELLS, "W3": ["d.csv"]})
-    finished.run()
-    assert sorted(finished.journal()) == all_stages("W-2", "W3")
-    assert (finished.root / "results/main/report.html").read_text() == "W1 W-2 W3"
+    assert set(finished.would_run()) == jobs(STAGES, ["W-2", "W3"])
+    finished.run("--until", "windows")
+    assert sorted(finished.journal()) == ["records W-2", "records W3", "windows W-2", "windows W3"]
 
 
 def test_a_page_that_is_gone_is_written_again(finished: Checkout) -> None:
@@ -62,6 +65,7 @@ def test_in_a_batch_only_the_changed_well_is_done_again(finished: Checkout) -> N
     finished.run(*ONE_BATCH)
     assert sorted(finished.journal()) == all_stages("W1", "W3")
     assert (finished.root / "results/main/windows/W-2/windows.zarr").is_dir()
+    assert (finished.root / "results/main/report.html").read_text() == "W1 W-2 W3"
 
 
 AFTER_FITS = ("fits", "discrepancy", "depth", "figures")
@@ -136,3 +140,23 @@ def test_a_mistake_in_a_sheet_or_setting_is_one_sentence_with_its_row(checkout: 
 
 def test_the_workflow_lints_clean(finished: Checkout) -> None:
     assert "Congratulations" in finished.run("--lint")
+
+
+def test_the_run_is_described_as_a_crate(finished: Checkout) -> None:
+    """Read by the library of others: the workflow, what it was given with its checksums, and what it made."""
+    results = finished.root / "results/main"
+    crate = ROCrate(results)
+    assert crate.mainEntity["programmingLanguage"]["name"] == "Snakemake"
+    assert Path(crate.mainEntity.id.removeprefix("file://")).name == "Snakefile"
+    assert {profile.id.rpartition("/")[0] for profile in crate.root_dataset["conformsTo"]} >= {
+        "https://w3id.org/ro/wfrun/process",
+        "https://w3id.org/ro/wfrun/workflow",
+    }
+    run = crate.dereference("#run")
+    assert run["instrument"] is crate.mainEntity
+    logs = {entity["name"]: entity["sha256"] for entity in run["object"] if entity.type == "File"}
+    assert set(logs) == {"a.csv", "b.csv", "c.csv", "toy.yaml", "wells.tsv", "logs.tsv"}
+    assert logs["a.csv"] == hashlib.sha256((finished.root / "raw/a.csv").read_bytes()).hexdigest()
+    made = {entity.id for entity in run["result"]}
+    assert {"fits/W-2/", "depth/W1/", "report.html"} <= made
+    assert all((results / name).exists() for name in made)

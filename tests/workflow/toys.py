@@ -17,6 +17,7 @@ SHARED = (
     "datasets",
     "fleet",
     "formats",
+    "__init__.py",
     "__main__.py",
     "units",
     "arrays.py",

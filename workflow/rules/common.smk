@@ -97,7 +97,11 @@ def everything():
     # a file that is missing between others is remade only where it is a target
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [
-        f"<results>/{name}" for name in ("fleet.zarr", "problems.csv", "verdicts.csv", "changes.csv", "report.html")
+        f"<results>/{name}"
+        for name in (
+            *("fleet.zarr", "problems.csv", "verdicts.csv", "changes.csv", "report.html"),
+            "ro-crate-metadata.json",
+        )
     ]
     return stages + expand("<results>/figures/{well}", well=PLAN.wells) + tables
 

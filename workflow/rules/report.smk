@@ -18,6 +18,7 @@ rule report:
             category="Report",
             labels={"report": "fleet"},
         ),
+        crate="<results>/ro-crate-metadata.json",
     log:
         "<logs>/report.log",
     benchmark:

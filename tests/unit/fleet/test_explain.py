@@ -14,7 +14,7 @@ from drillid.config.sheets import Listing
 from drillid.errors import SettingsError
 from drillid.fleet import explain as explain_module
 from drillid.fleet import run as fleet
-from drillid.fleet.explain import explain, inputs_of, known_inputs
+from drillid.fleet.explain import explain, inputs_of, known_inputs, remember_inputs
 from drillid.fleet.run import Task, process_well
 from tests.workflow.toys import RIG
 
@@ -54,15 +54,17 @@ def test_a_log_is_read_again_only_where_its_state_has_changed(tmp_path: Path, mo
         path.write_text(path.name)
     os.utime(log, (1e9, 1e9))
     assert known_inputs(tmp_path) == {}
-    first = inputs_of([log, new, tmp_path / "missing.csv"], tmp_path, {})
-    assert first == {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in (log, new)}
+    first = inputs_of([log, new, tmp_path / "missing.csv"])
+    sums = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in (log, new)}
+    assert {name: checksum for name, (_, checksum) in first.items()} == sums
+    remember_inputs(tmp_path, first)
     read: list[Path] = []
     local = explain_module.local_file
     monkeypatch.setattr(explain_module, "local_file", lambda path: read.append(path) or local(path))
     # a file that was just written may change once more without a trace in its time
-    assert inputs_of([log, new], tmp_path, known_inputs(tmp_path)) == first
+    assert inputs_of([log, new], known_inputs(tmp_path)) == first
     assert read == [new]
     log.write_text("changed")
     os.utime(log, (1e9, 1e9 + 1))
-    assert inputs_of([log], tmp_path, known_inputs(tmp_path))[str(log)] == hashlib.sha256(b"changed").hexdigest()
+    assert inputs_of([log], known_inputs(tmp_path))[str(log)][1] == hashlib.sha256(b"changed").hexdigest()
     assert read == [new, log]

@@ -1,6 +1,7 @@
 """One well through one stage: what is left alone, what is done again, and how failures end."""
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -9,9 +10,12 @@ from typing import Any
 
 import pandas as pd
 import pytest
+import xarray as xr
 
+import drillid
 from drillid.config.settings import FitsSettings, Settings, WindowsSettings
 from drillid.config.sheets import Listing, Well
+from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError, SettingsError
 from drillid.fleet import run as fleet
@@ -137,6 +141,29 @@ def test_the_key_says_what_the_folder_was_made_from(task: Task, stage: Callable[
         *("status", "versions", "inputs", "files")
     }
     assert key["settings"] == {"records": Settings().records.model_dump()}
+
+
+def test_a_dataset_says_what_it_comes_from(task: Task, stage: Callable[[Process], None]) -> None:
+    def write(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+        for name in ("records", "logs"):
+            folders.write("records", name, DATASETS[name].empty())
+        return []
+
+    def attributes() -> dict[str, Any]:
+        assert process_well(task).status == "done"
+        return dict(xr.open_zarr(task.results / "records/W1/records.zarr").attrs)
+
+    stage(write)
+    first, log = attributes(), task.listing.logs[0]
+    key = json.loads((task.results / "records/W1/key.json").read_text())
+    assert first["code_hash"] == key["source"]
+    assert f"drillid {drillid.__version__}, numba " in first["versions"]
+    assert f"{hashlib.sha256(log.read_bytes()).hexdigest()}  a.csv" in first["input_sha256"].splitlines()
+    log.write_text("other samples")
+    second = attributes()
+    assert {name for name in first if first[name] != second[name]} == {"input_sha256"}
+    log.write_text("samples")
+    assert attributes() == first, "the same inputs, the same attributes"
 
 
 def test_a_process_with_older_code_refuses_to_work(task: Task) -> None:

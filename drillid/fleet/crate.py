@@ -1,0 +1,164 @@
+"""The run as an RO-Crate, `<results>/ro-crate-metadata.json`: which workflow made which results of which inputs.
+
+It follows RO-Crate 1.1 (Sefton et al., https://w3id.org/ro/crate/1.1) and the profile Workflow Run Crate 0.5
+(Leo et al., PLoS ONE 19, 2024, https://w3id.org/ro/wfrun/workflow/0.5).
+"""
+
+from __future__ import annotations
+
+import datetime
+import itertools
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import drillid
+from drillid.config.sheets import Listing, read_sheets
+from drillid.datasets.store import WellFolders
+from drillid.fleet.explain import inputs_behind, inputs_of
+from drillid.fleet.manifest import KEY, stored, write_whole
+from drillid.fleet.provenance import numerical_versions
+from drillid.fleet.stages import STAGES
+
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings
+
+CRATE = "ro-crate-metadata.json"
+TABLES = {
+    "report.html": "the fleet's report",
+    "problems.csv": "whatever was rejected, with its remedy",
+    "verdicts.csv": "what the simulation gets wrong",
+    "changes.csv": "what is new since the last report",
+    "fleet.zarr/": "the parameters of all wells",
+}
+"""Results over all wells and what they hold."""
+_PROFILES = (
+    "https://w3id.org/ro/wfrun/process/0.5",
+    "https://w3id.org/ro/wfrun/workflow/0.5",
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0",
+)
+
+Entity = dict[str, Any]
+
+
+def write_crate(settings: Settings, results: Path, wells: Sequence[str], workflow: Path) -> None:
+    """Describe the run beside its results; dates differ from run to run, all else follows from the inputs.
+
+    Parameters
+    ----------
+    results : folder of the results, which becomes the crate
+    wells : folders of the wells
+    workflow : the Snakefile
+
+    Raises
+    ------
+    SettingsError
+        If a sheet cannot be read.
+    """
+    listings = read_sheets(settings)
+    sheets = inputs_of([Path(settings.wells), Path(settings.logs)])
+    inputs = {entity["@id"]: entity for entity in (_file(path, digest) for path, (_, digest) in sheets.items())}
+    made = [{"@id": name, "@type": _kind(name), "name": meaning} for name, meaning in TABLES.items()]
+    for well in wells:
+        behind = inputs_behind(WellFolders(results, well))
+        inputs |= {entity["@id"]: entity for entity in itertools.starmap(_file, behind.items())}
+        made += _of_well(listings[well], WellFolders(results, well))
+    content = [*_crate(settings, results, workflow, list(inputs.values()), made), *inputs.values(), *made]
+    context = "https://w3id.org/ro/crate/1.1/context"
+    write_whole(results / CRATE, json.dumps({"@context": context, "@graph": content}, indent=1, ensure_ascii=False))
+
+
+def _crate(settings: Settings, results: Path, workflow: Path, inputs: list[Entity], made: list[Entity]) -> list[Entity]:
+    """Descriptor, root, workflow with what it needs, and the run itself."""
+    packages = {"drillid": drillid.__version__, **numerical_versions()}
+    needed = [
+        {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "softwareVersion": version}
+        for name, version in packages.items()
+    ]
+    keys = [path.stat().st_mtime for path in results.glob(f"*/*/{KEY}")]
+    main, configuration = workflow.absolute().as_uri(), "#configuration"
+    return [
+        {
+            "@id": CRATE,
+            "@type": "CreativeWork",
+            "about": {"@id": "./"},
+            "conformsTo": _references("https://w3id.org/ro/crate/1.1", _PROFILES[-1]),
+        },
+        {
+            "@id": "./",
+            "@type": "Dataset",
+            "name": settings.report.title,
+            "description": "Torsional dynamics identified while drilling, by the workflow drillid",
+            "datePublished": _time(max(keys, default=0.0)),
+            "license": "The data's owner decides who may use these results",
+            "conformsTo": _references(*_PROFILES),
+            "mainEntity": {"@id": main},
+            "hasPart": _references(main, *(entity["@id"] for entity in [*inputs, *made])),
+            "mentions": {"@id": "#run"},
+        },
+        *({"@id": profile, "@type": "CreativeWork", "name": profile.split("/")[-2]} for profile in _PROFILES),
+        {
+            "@id": main,
+            "@type": ["File", "SoftwareSourceCode", "ComputationalWorkflow"],
+            "name": "drillid",
+            "programmingLanguage": {"@id": "#snakemake"},
+            "softwareRequirements": _references(*(entity["@id"] for entity in needed)),
+        },
+        {
+            "@id": "#snakemake",
+            "@type": "ComputerLanguage",
+            "name": "Snakemake",
+            "url": "https://snakemake.readthedocs.io",
+        },
+        *needed,
+        {
+            "@id": configuration,
+            "@type": "PropertyValue",
+            "name": "configuration",
+            "value": json.dumps(settings.model_dump(mode="json", exclude={"fleet"}), sort_keys=True),
+        },
+        {
+            "@id": "#run",
+            "@type": "CreateAction",
+            "name": f"Run of drillid {drillid.__version__}",
+            "instrument": {"@id": main},
+            "startTime": _time(min(keys, default=0.0)),
+            "endTime": _time(max(keys, default=0.0)),
+            "object": _references(configuration, *(entity["@id"] for entity in inputs)),
+            "result": _references(*(entity["@id"] for entity in made)),
+        },
+    ]
+
+
+def _of_well(listing: Listing, folders: WellFolders) -> list[Entity]:
+    """A well's folder of each stage, with the keys of what it was made from."""
+    keys = {stage: stored(folders.stage(stage)) for stage in STAGES}
+    return [
+        {
+            "@id": f"{stage}/{folders.well}/",
+            "@type": "Dataset",
+            "name": f"{stage} of the well {listing.name}",
+            "identifier": key["key"],
+            "version": key["source"],
+        }
+        for stage, key in keys.items()
+        if key
+    ]
+
+
+def _file(path: str, digest: str) -> Entity:
+    name = path if "://" in path else Path(path).absolute().as_uri()
+    return {"@id": name, "@type": "File", "name": path.rpartition("/")[2], "sha256": digest}
+
+
+def _kind(name: str) -> str:
+    return "Dataset" if name.endswith("/") else "File"
+
+
+def _references(*names: str) -> list[dict[str, str]]:
+    return [{"@id": name} for name in names]
+
+
+def _time(seconds: float) -> str:
+    return datetime.datetime.fromtimestamp(seconds, datetime.UTC).isoformat(timespec="seconds")
