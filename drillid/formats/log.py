@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import errno
+import os
 import re
 import traceback
 from collections import OrderedDict
@@ -37,6 +39,8 @@ _MOST_NAMES = 50
 _DEFAULT_TIME = "TIME"
 """Name of a time column that needs no mention."""
 _TIME_OF_DAY = re.compile(r"(?:\d{1,2}[:.]\d{2}([:.].*)?|\d{1,6}([.,]\d*)?)(?: ?[AaPp]\.?[Mm]\.?)?")
+_SHORT_OF_MEMORY = (os.strerror(errno.ENOMEM), os.strerror(errno.EAGAIN))
+"""What libraries that cannot get memory, or a thread with its stack, say of it in errors of their own."""
 PLAIN = Dialect()
 
 
@@ -224,6 +228,8 @@ def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
     except Exception as error:
         if not isinstance(error, OSError | ValueError | EOFError) and not _of_a_library(error):
             raise
+        if any(words in str(error) for words in _SHORT_OF_MEMORY):
+            raise MemoryError(str(error)) from error
         raise LogError(
             where,
             f"cannot be read ({first_line(error)})",

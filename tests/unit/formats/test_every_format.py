@@ -200,3 +200,15 @@ def test_true_times_are_written_where_the_suite_says_so(log: pd.DataFrame, tmp_p
         header = headers(path)[0]
         kind = formats()[suffix].read_columns(path, header, ["Time"], ["Time"]).column("Time").type
         assert pa.types.is_timestamp(kind) == (suffix in TRUE_TIMES)
+
+
+def test_a_library_without_memory_holds_nothing_against_the_log(
+    log: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(path: Path, dialect: object) -> None:
+        raise OSError("Unknown error: Failed to launch worker thread: Resource temporarily unavailable")
+
+    path = write(log, tmp_path / "log.parquet")
+    monkeypatch.setattr(formats()[".parquet"], "headers", fail)
+    with pytest.raises(MemoryError, match="worker thread"):
+        read_log(path, "Time", ["RPM"])
