@@ -27,8 +27,10 @@ def document(charts: Mapping[str, Any], named: Mapping[str, Any]) -> str:
     from bokeh.document import Document
 
     held = Document()
-    for chart in charts.values():
-        held.add_root(chart)
+    # without this, the models of all charts are collected again for each of them
+    with held.models.freeze():
+        for chart in charts.values():
+            held.add_root(chart)
     text = serialize_json(held.to_json(deferred=False))
     # Bokeh counts models through the life of a process
     names = {name: f"p{number}" for number, name in enumerate(dict.fromkeys(_IDENTIFIER.findall(text)))}
