@@ -112,6 +112,16 @@ class DiscrepancySettings(Strict):
     weights are those of indifference (Laplace)."""
 
 
+class CommonCausesSettings(Strict):
+    """Causes that wells of a rig, a hole section or a tool have in common."""
+
+    error_rate: float = Field(default=0.05, gt=0, lt=1)
+    """Share of faultless fleets in which anything may be named; all their rigs, sections and tools share it."""
+    base_rate: float = Field(default=0.5, gt=0, lt=1)
+    """Share of rigs, sections and tools with a cause that all their wells have, before their data are looked at. No
+    count is published: even odds favour neither answer."""
+
+
 class DepthSettings(Strict):
     """The depth-indexed dataset, stability against stick-slip and settings of the speed control."""
 
@@ -265,6 +275,7 @@ class Settings(Strict):
     mobility: MobilitySettings = MobilitySettings()
     fits: FitsSettings = FitsSettings()
     discrepancy: DiscrepancySettings = DiscrepancySettings()
+    common_causes: CommonCausesSettings = CommonCausesSettings()
     depth: DepthSettings = DepthSettings()
     figures: FiguresSettings = FiguresSettings()
     report: ReportSettings = ReportSettings()

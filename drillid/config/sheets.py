@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Faults = Callable[[SettingsError], None]
 """What takes the faults of rows."""
+_OPTIONAL = {"section", "tool", "folder"}
+"""Columns that a sheet need not have, beside the description."""
 _SEPARATORS = {",": "commas", ";": "semicolons"}
 
 
@@ -35,6 +37,10 @@ class WellRow(Strict):
     """Name of its rig description: the file `<rigs>/<rig>.yaml`; letters, digits, '_', '-' and '.'."""
     description: str = ""
     """Free text for the report."""
+    section: str = Field(default="", max_length=200)
+    """What its string runs in, such as hole section and mud: wells with the same text here may have drag in common."""
+    tool: str = Field(default="", max_length=200)
+    """Its bit or motor: wells with the same text here may have the laws of its cutting or its twist in common."""
     folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
     """Its folder in the results; by default the letters and digits of its name, 34-10-A-12-H for 34/10-A-12 H."""
 
@@ -76,6 +82,7 @@ class Listing:
 
     name : as people write it
     folder : of its results, and its name wherever the workflow needs one; by default made from the name
+    section, tool : what it may have in common with other wells; empty where it has nothing
     """
 
     name: str
@@ -83,6 +90,8 @@ class Listing:
     logs: tuple[Path, ...]
     description: str = ""
     folder: str = ""
+    section: str = ""
+    tool: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "folder", self.folder or folder_of(self.name))
@@ -141,7 +150,15 @@ def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str,
     rows = _wells_apart(_rows(Path(settings.wells), WellRow, faults), faults)
     logs = _logs_of_wells(settings, rows.keys(), faults)
     listings = (
-        Listing(name, Path(settings.rigs) / f"{row.rig}.yaml", tuple(logs[name]), row.description, row.folder)
+        Listing(
+            name,
+            Path(settings.rigs) / f"{row.rig}.yaml",
+            tuple(logs[name]),
+            row.description,
+            row.folder,
+            row.section,
+            row.tool,
+        )
         for name, row in rows.items()
     )
     return {listing.folder: listing for listing in listings}
@@ -205,7 +222,7 @@ def _rows(path: Path, model: type[Row], faults: Faults) -> Iterator[tuple[str, R
     """The sheet's rows, each with its place for messages; blank lines and lines that begin with '#' are skipped."""
     lines = read_text(path).splitlines()
     used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    header = "\t".join(name for name in model.model_fields if name != "folder")
+    header = "\t".join(name for name in model.model_fields if name not in _OPTIONAL)
     if used and "\t" not in lines[used[0] - 1]:
         _check_separator(path, lines[used[0] - 1])
     if not used:

@@ -33,6 +33,7 @@ DISCREPANCIES = DatasetSchema(
     WINDOW_COORDINATES[1:],
 )
 
+_AT_SIZES = ("set", "part", "candidate", "held")
 _SC, _SP, _SF = ("set", "cause"), ("set", "port"), ("set", "frequency")
 EXAMINATIONS = DatasetSchema(
     "What the discovery engine found in each set of windows, and the extended models",
@@ -70,6 +71,32 @@ EXAMINATIONS = DatasetSchema(
             typical_size=("", "usual size of the cause, in its unit"),
         ),
         "unknown_evidence": Variable(_SP, "float64", "1", "log Bayes factor of an unknown disturbance that acts there"),
+        "candidate": Variable(
+            ("candidate",), "str", "", "cause that wells may have in common, with the shape where it has several"
+        ),
+        "shared_sizes": Variable(("set", "candidate", "held"), "float64", "", "sizes at which the candidate is held"),
+        "shared_coordinates": Variable(
+            ("set", "candidate", "held", "rig_coordinate"),
+            "float64",
+            "1",
+            "the rig's coordinates fitted there, less those of its data sheets, scaled",
+        ),
+        "shared_value": Variable(
+            _AT_SIZES, "float64", "1", "log-likelihood there, of the mobilities and of the control's responses"
+        ),
+        "shared_score": Variable((*_AT_SIZES, "rig_coordinate"), "float64", "1", "its score in the rig's coordinates"),
+        "shared_information": Variable(
+            (*_AT_SIZES, "rig_coordinate", "rig_coordinate_"), "float64", "1", "its information, without any prior"
+        ),
+        "shared_prior_error": Variable(
+            ("set", "rig_coordinate"), "float64", "1", "tolerance of the rig's coordinates by data sheets, scaled"
+        ),
+        **each(
+            ("set",),
+            shared_control_common=("1", "share of errors common to all windows in the control's responses"),
+            shared_windows=("1", "number of windows of the set"),
+            shared_temper=("1", "factor on log-likelihoods, for residuals larger than noise"),
+        ),
         "separation": Variable(
             ("set", "cause", "cause_"),
             "float64",

@@ -60,6 +60,21 @@ CLOSURE_RATE = Rule(
     "make blind: second_pass_none; " + _ENGINE + "test_a_drift_that_the_catalogue_lacks_is_no_jump",
 )
 
+# causes over a fleet
+
+WELL_DEVIATION = Rule(
+    0.1,
+    "standard deviation of a well from its rig's coordinates, relative to the tolerances of the data sheet",
+    "a tenth: top drive, control and pipe go from well to well; what differs more shows as scatter",
+    "tests/truth/common_causes/test_hierarchy.py::test_sizes_that_differ_between_wells_are_told_from_a_common_one",
+)
+SISTERS_SEE = Rule(
+    3.0,
+    "standard errors from which a well's sisters are held to see a cause of the size that its own verdict states",
+    "as for the smallest size that a set detects",
+    "tests/truth/common_causes/test_hierarchy.py::test_sisters_that_cannot_see_a_cause_contradict_nothing",
+)
+
 # detections in one window's record
 
 CLEAR_DETECTION = Rule(

@@ -68,7 +68,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
-    folders.write("discrepancy", "examination", joined(sets, data))
+    folders.write("discrepancy", "examination", joined(sets, data), rig=well.rig.name)
     memo.save()
     folders.write_table("discrepancy", "intervals", table)
     folders.write_table("discrepancy", "verdicts", verdict_table(well.name, all_verdicts(sets, changes)))

@@ -151,6 +151,14 @@ class Plan:
         """The same for the tables over all wells."""
         return {"wells": list(self.wells), "source": source_hash("drillid.depth.fleet", "drillid.depth.changes")}
 
+    def common_causes_dependencies(self) -> dict[str, Any]:
+        """The same for what wells have in common, by what the sheet says that they share."""
+        return {
+            "wells": {folder: {"section": well.section, "tool": well.tool} for folder, well in self.wells.items()},
+            "source": source_hash("drillid.common_causes.stage"),
+            "settings": self.settings.model_dump(mode="json", include={"common_causes"}),
+        }
+
     def report_dependencies(self) -> dict[str, Any]:
         """The same for the report, which lists the settings and describes the wells."""
         return {

@@ -22,6 +22,7 @@ from drillid.fleet.stages import STAGES
 from drillid.report.attention import KINDS
 from drillid.report.charts.embedding import bokeh_script
 from drillid.report.rendering import render
+from drillid.report.rig_page import write_rig_pages
 from drillid.report.summary import new_since, summary, totals
 from drillid.report.well_page import well_page
 from drillid.report.well_report import well_report
@@ -61,11 +62,16 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
         began, folders = time.process_time(), WellFolders(results, well)
         summaries.append(_summary(settings, folders, listings[well], problems, neighbours[well], basis))
         spent[well] = time.process_time() - began
-    kept = {name, *(f"{well}.{end}" for well in wells for end in ("html", "json"))}
+    groups = write_rig_pages(results, pages)
+    kept = {
+        name,
+        *(f"{well}.{end}" for well in wells for end in ("html", "json")),
+        *(group["file"] for group in groups),
+    }
     for path in pages.iterdir():
         if path.name not in kept:
             path.unlink()
-    write_whole(results / "report.html", fleet_page(settings, results, summaries))
+    write_whole(results / "report.html", fleet_page(settings, results, summaries, groups))
     return spent
 
 
@@ -103,12 +109,15 @@ def _read(path: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def fleet_page(settings: Settings, results: Path, wells: Sequence[Mapping[str, Any]]) -> str:
+def fleet_page(
+    settings: Settings, results: Path, wells: Sequence[Mapping[str, Any]], groups: Sequence[Mapping[str, str]] = ()
+) -> str:
     """The fleet's page as text.
 
     Parameters
     ----------
     wells : their summaries
+    groups : what several wells have in common, as `write_rig_pages` tells of it
     """
     import yaml
 
@@ -119,6 +128,7 @@ def fleet_page(settings: Settings, results: Path, wells: Sequence[Mapping[str, A
         "fleet.html.j2",
         title=settings.report.title,
         wells=wells,
+        groups=groups,
         attention=sorted(attention, key=lambda item: (item["level"], -item["strength"])),
         kinds=[kind for kind in KINDS if kind in kinds],
         totals=totals(wells),

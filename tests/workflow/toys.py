@@ -82,6 +82,18 @@ def write_fleet(results, wells):
     (Path(results) / "verdicts.csv").write_text("well,verdict\\n")
 '''
 
+COMMON_CAUSES = '''
+"""Toy tables of what wells have in common."""
+
+from pathlib import Path
+
+
+def write_common_causes(results, wells, settings):
+    (Path(results) / "common_causes.csv").write_text("shared,name\\n")
+    (Path(results) / "well_standings.csv").write_text("well,standing\\n")
+    return 0
+'''
+
 CHANGES = '''
 """A toy table of changes."""
 
@@ -191,6 +203,7 @@ def write_library(folder: Path) -> None:
         "shared.py": "USED_BY_FITS = 1\n",
         "depth/fleet.py": FLEET,
         "depth/changes.py": CHANGES,
+        "common_causes/stage.py": COMMON_CAUSES,
         "report/page.py": REPORT,
         "report/templates/report.html.j2": "",
     }

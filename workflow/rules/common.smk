@@ -100,6 +100,7 @@ def everything():
         f"<results>/{name}"
         for name in (
             *("fleet.zarr", "problems.csv", "verdicts.csv", "changes.csv", "report.html"),
+            *("common_causes.csv", "well_standings.csv"),
             "ro-crate-metadata.json",
         )
     ]

@@ -6,6 +6,7 @@ rule report:
         fleet=rules.fleet.output.fleet,
         problems=rules.fleet.output.problems,
         changes=rules.fleet.output.changes,
+        common_causes=rules.common_causes.output,
         windows=manifests("windows"),
         fits=manifests("fits"),
         discrepancy=manifests("discrepancy"),

@@ -19,6 +19,7 @@ class DistributedBha(Cause):
     """Collars longer or shorter than the tally's."""
 
     name, family, port = "distributed_bha", "bit", "bit"
+    shared_by = "tool"
     headline = "the assembly is {size} longer than the collars in the tally: compare the two"
     meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
     looks_like = ("extra_section",)
@@ -41,6 +42,7 @@ class MotorCompliance(Cause):
     """A mud motor that twists."""
 
     name, family, port = "motor_compliance", "bit", "bit"
+    shared_by = "tool"
     headline = "a mud motor twists above the bit: enter its stiffness in the rig description"
     meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
     looks_like = ("distributed_bha", "regenerative_cutting")
@@ -62,6 +64,7 @@ class RegenerativeCut(Cause):
     """Regenerative cutting: each blade cuts the surface left by the blade ahead; the shape is the number of blades."""
 
     name, family, port = "regenerative_cutting", "bit", "bit"
+    shared_by = "tool"
     headline = "the bit's blades feed vibration at this speed: change speed or weight"
     meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
     looks_like = ("motor_compliance", "stribeck_cutting")
@@ -83,6 +86,7 @@ class StribeckCut(Cause):
     """Bit torque that falls with rising speed (Stribeck effect)."""
 
     name, family, port = "stribeck_cutting", "bit", "bit"
+    shared_by = "tool"
     headline = "the rock feeds stick-slip at this speed: turn faster or take weight off"
     meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
     looks_like = ("coulomb_contact", "regenerative_cutting")
@@ -104,6 +108,7 @@ class StuckSlipRegimes(Cause):
     """Stick-slip: the bit stands still for part of the time."""
 
     name, family, port = "stuck_slip_regimes", "bit", "bit"
+    shared_by = "tool"
     headline = "the bit sticks and slips: turn faster or take weight off"
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
     looks_like = ("stribeck_cutting", "coulomb_contact")

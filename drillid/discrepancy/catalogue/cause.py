@@ -123,6 +123,8 @@ class Cause:
     """Measurement that would distinguish it from those."""
     action: ClassVar[str]
     """What a drilling supervisor can do about it."""
+    shared_by: ClassVar[str] = ""
+    """What wells have in common that have the cause in common: rig, section or tool; empty where it is a well's own."""
     size: ClassVar[Size]
     shapes: ClassVar[tuple[float, ...]] = (0.0,)
     shape_step: ClassVar[float] = 0.0

@@ -17,6 +17,7 @@ class SpeedScale(Cause):
     """The speed is recorded at another scale than the control measures it."""
 
     name, family, port = "speed_scale", "sensor", "sensor"
+    shared_by = "rig"
     headline = "the recorded speed reads {size} too {high}: have its sensor calibrated"
     meaning = "the recorded speed is off by a factor"
     looks_like = ("actuator_gain", "controller_gain")
@@ -37,6 +38,7 @@ class SignOrUnit(Cause):
     """A channel with the wrong sign or in another unit than stated; the shape is the factor."""
 
     name, family, port = "sign_or_unit", "sensor", "sensor"
+    shared_by = "rig"
     headline = "a channel has the wrong sign or unit: correct it in the rig description"
     meaning = "a channel has the wrong sign, or is in another unit than the data sheet says"
     separated_by = "a comparison with another channel of the same quantity"
@@ -59,6 +61,7 @@ class ClockOffset(Cause):
     """The speed is recorded later or earlier than the torque."""
 
     name, family, port = "clock_offset", "sensor", "clock"
+    shared_by = "rig"
     headline = "the speed is stamped {size} {later} than the torque: set the recorder's clocks by one source"
     meaning = "speed and torque are stamped by clocks that differ"
     looks_like = ("drive_lag", "recorder_filter", "sample_and_hold")
@@ -80,6 +83,7 @@ class RecorderFilter(Cause):
     """A low-pass filter on the recorded speed; the shape is its order."""
 
     name, family, port = "recorder_filter", "sensor", "sensor"
+    shared_by = "rig"
     headline = "the recorder smooths the speed over {size}: ask for the record before its filter"
     meaning = "the recorder filters the speed"
     looks_like = ("clock_offset", "drive_lag", "sample_and_hold")
@@ -128,6 +132,7 @@ class ClockDrift(Cause):
     """A clock offset that grows linearly."""
 
     name, family, port = "clock_drift", "sensor", "clock"
+    shared_by = "rig"
     headline = "the clocks of speed and torque drift apart by {size}: set them by one source"
     meaning = "the clocks of speed and torque run at different rates"
     looks_like = ("length_growth",)
@@ -142,6 +147,7 @@ class Quantisation(Cause):
     """Coarse quantisation of the recorded speed."""
 
     name, family, port = "quantisation", "sensor", "sensor"
+    shared_by = "rig"
     headline = "the speed is recorded in steps of {size}: ask for finer ones, as nothing on the rig is wrong"
     meaning = "the speed is recorded in coarse steps"
     separated_by = "a finer record"
@@ -159,6 +165,7 @@ class AliasedTone(Cause):
     """A tone above half the sample rate, aliased to below it."""
 
     name, family, port = "aliased_tone", "sensor", "disturbance"
+    shared_by = "rig"
     headline = "the speed holds a tone of {size} that the rig does not make: have a filter put before the recorder"
     meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
     looks_like = ("once_per_revolution",)
@@ -172,6 +179,7 @@ class OncePerRevolution(Cause):
     """A speed sensor whose error is periodic with the shaft's revolution."""
 
     name, family, port = "once_per_revolution", "sensor", "sensor"
+    shared_by = "rig"
     headline = "the speed reads {size} wrong once in every turn: have encoder and coupling checked for run-out"
     meaning = "an eccentric wheel falsifies the speed once in every revolution"
     looks_like = ("aliased_tone",)

@@ -96,6 +96,7 @@ class MudDrag(Cause):
     """Drag that grows with the square root of frequency."""
 
     name, family, port = "mud_drag", "string", "string"
+    shared_by = "section"
     headline = "the mud drags on the pipe more than it should: check its viscosity"
     meaning = "the mud drags on the pipe through a thin layer, more at high frequency"
     looks_like = ("hysteretic_damping", "local_damping_zone")
@@ -114,6 +115,7 @@ class HystereticDamping(Cause):
     """Loss of the same share of energy in every cycle, at any frequency."""
 
     name, family, port = "hysteretic_damping", "string", "string"
+    shared_by = "section"
     headline = "steel and connections take out more vibration than mud and wall: nothing to mend"
     meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
     looks_like = ("local_damping_zone", "mud_drag")
@@ -132,6 +134,7 @@ class CoulombContact(Cause):
     """Wall friction that falls with rising speed."""
 
     name, family, port = "coulomb_contact", "string", "string"
+    shared_by = "section"
     headline = "the wall's friction feeds stick-slip at this speed: turn faster or add lubricant"
     meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
     looks_like = ("stribeck_cutting",)

@@ -16,6 +16,7 @@ class DriveLag(Cause):
     """First-order lag of the torque loop."""
 
     name, family, port = "drive_lag", "drive", "drive"
+    shared_by = "rig"
     headline = "the drive answers {size} late: have its torque loop checked"
     meaning = "the drive's torque follows its command with a lag, not only after a delay"
     looks_like = ("clock_offset", "recorder_filter", "sample_and_hold")
@@ -34,6 +35,7 @@ class ActuatorGain(Cause):
     """A ratio of torque to commanded torque other than one."""
 
     name, family, port = "actuator_gain", "drive", "drive"
+    shared_by = "rig"
     headline = "the drive gives {size} {more} torque than it is asked for: have its torque calibration checked"
     meaning = "the drive gives more or less torque than it is asked for"
     separated_by = "a measured string torque, or tighter tolerances of top drive and pipe"
@@ -51,6 +53,7 @@ class DelayJitter(Cause):
     """A delay that varies from sample to sample."""
 
     name, family, port = "delay_jitter", "drive", "drive"
+    shared_by = "rig"
     headline = "the drive's delay varies by {size}: have the link to its controller checked"
     meaning = "the drive's delay varies from command to command"
     looks_like = ("drive_lag", "recorder_filter", "clock_offset")
@@ -70,6 +73,7 @@ class TorqueLimit(Cause):
     """A limit of the drive's torque."""
 
     name, family, port = "torque_limit", "drive", "drive"
+    shared_by = "rig"
     headline = "the drive stops at {size} of torque: raise its limit, or expect more stick-slip"
     meaning = "the drive reaches its torque limit and gives no more"
     looks_like = ("torque_rate_limit",)
@@ -84,6 +88,7 @@ class TorqueRateLimit(Cause):
     """A limit of the rate at which the drive's torque changes."""
 
     name, family, port = "torque_rate_limit", "drive", "drive"
+    shared_by = "rig"
     headline = "the drive's torque changes no faster than {size}: have its ramp limit raised"
     meaning = "the drive's torque cannot change as fast as it is asked to"
     looks_like = ("drive_lag", "torque_limit", "delay_jitter")
@@ -98,6 +103,7 @@ class ControllerGain(Cause):
     """Gains of the speed control other than those of the data sheet."""
 
     name, family, port = "controller_gain", "control", "control"
+    shared_by = "rig"
     headline = "the speed control's gains are {size} {higher} than in the data sheet: compare the drive's settings"
     meaning = "the speed control has other gains than the data sheet says"
     looks_like = ("speed_scale",)
@@ -119,6 +125,7 @@ class SpeedFilter(Cause):
     """A filter on the speed that the data sheet does not state."""
 
     name, family, port = "speed_filter", "control", "control"
+    shared_by = "rig"
     headline = "the control filters the speed over {size}: look for that filter in the drive's settings"
     meaning = "the control filters the speed before it uses it"
     looks_like = ("torque_filter",)
@@ -139,6 +146,7 @@ class TorqueFilter(Cause):
     """A filter on the controller's torque that the data sheet does not state."""
 
     name, family, port = "torque_filter", "control", "control"
+    shared_by = "rig"
     headline = "the control filters its torque over {size}: look for that filter in the drive's settings"
     meaning = "the control filters its own torque before the sweep is added"
     looks_like = ("speed_filter",)
@@ -157,6 +165,7 @@ class GearBacklash(Cause):
     """Backlash of the top drive's gear."""
 
     name, family, port = "gear_backlash", "top", "top"
+    shared_by = "rig"
     headline = "the top drive's gear has {size} of play: have it looked at, and keep the torque up"
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
     looks_like = ("delay_jitter", "coulomb_contact")

@@ -76,8 +76,8 @@ def screen(
     counts = [directions.shape[1] for directions in disturbances]
     groups = _Groups(chosen, np.flatnonzero(curved) % len(chosen), counts, projection.information)
     # estimated variances inflate scores a little beyond the projected information
-    dispersion = _dispersion(model)
-    by_candidate, by_channel, total = groups.evidence(projection.score[None] / np.sqrt(dispersion))
+    inflated = dispersion(model)
+    by_candidate, by_channel, total = groups.evidence(projection.score[None] / np.sqrt(inflated))
     draws = generator.standard_normal((_DRAWS, projection.score.size)) @ _root(projection.information).T
     p_value = tail_p_value(float(total[0]), groups.evidence(draws)[2])
     count = len(chosen)
@@ -157,7 +157,7 @@ def tail_p_value(value: float, draws: Floats) -> float:
     return float(largest.size / draws.size * np.exp(-max(value - largest[0], 0.0) / max(scale, 1e-12)))
 
 
-def _dispersion(model: SetModel) -> float:
+def dispersion(model: SetModel) -> float:
     """Variance of a score per information where weights are reciprocals of variances estimated with ν freedoms."""
     freedom = np.maximum(model.evidence.degrees_of_freedom[model.weight > 0], 3.0)
     return float(np.mean((freedom - 1) / (freedom - 2)))

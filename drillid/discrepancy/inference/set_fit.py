@@ -202,21 +202,23 @@ def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
     return np.append(LOWEST, [size.low for size in sizes]), np.append(HIGHEST, [size.high for size in sizes])
 
 
-def normal_equations(model: SetModel, point: Point, extensions: tuple[Extension, ...], further: Complex) -> Normal:
-    """Normal equations about a point with further columns (W, K, rows), without priors of their own."""
+def normal_equations(
+    model: SetModel, point: Point, extensions: tuple[Extension, ...], further: Complex, lines: slice = slice(None)
+) -> Normal:
+    """Normal equations of some rows about a point with further columns (W, K, rows), without priors of their own."""
     linear = model.linearised(point, extensions)
     prior, pull = _priors(model, point, extensions)
     known, windows = prior.size, model.evidence.windows
     count = known + further.shape[1]
     total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
     # window by window, as there may be hundreds of columns
-    columns = np.empty((count, further.shape[2]), dtype=complex)
+    columns = np.empty((count, len(range(*lines.indices(further.shape[2])))), dtype=complex)
     rows = real_rows(columns)
     for window in range(windows):
-        columns[:known], columns[known:] = linear.jacobian[window], further[window]
+        columns[:known], columns[known:] = linear.jacobian[window][:, lines], further[window][:, lines]
         total += rows @ rows.T
         border[window] = rows[list(LOCAL)] @ rows.T
-        own[window] = rows @ real_rows(linear.residual[window])
+        own[window] = rows @ real_rows(linear.residual[window, lines])
     more = np.zeros(further.shape[1])
     precision = _precision(model, point)
     return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)

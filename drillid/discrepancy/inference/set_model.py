@@ -8,6 +8,7 @@ Each has a prior: from the data sheets where they state a value, else as wide as
 Student's t where a value is now and then plainly wrong.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -140,6 +141,7 @@ class SetModel:
     def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
         self.evidence = evidence
         self.deviation = deviation
+        self.held: tuple[tuple[Extension, float], ...] = ()
         self.s = laplace(evidence.frequency)
         sheet, fitted = evidence.data_sheet, evidence.fitted
         length = (evidence.operating_points.bit_depth - sheet.collar_length)[:, None]
@@ -184,18 +186,35 @@ class SetModel:
         evidence = self.evidence
         if evidence.control is None or evidence.control_variance is None:
             return None
+        own, common = self._control_errors
+        # an error common to all windows weighs as much as independent ones of W times its variance
+        return np.asarray(np.sqrt(2 / (own + evidence.windows * common)), dtype=float)
+
+    @cached_property
+    def control_common(self) -> float:
+        """Share of errors that all windows have in common in the variance of the control's response, 0 to 1."""
+        if self.control_weight is None or not self.control_weight.any():
+            return 0.0
+        own, common = self._control_errors
+        used = self.control_weight > 0
+        return float(np.mean(1 / (1 + own[used] / (self.evidence.windows * common[used]))))
+
+    @cached_property
+    def _control_errors(self) -> tuple[Floats, Floats]:
+        """Variances (W, F) of the control's response, of errors of each window and of those common to all; the former
+        infinite where it is not used.
+        """
+        evidence = self.evidence
         stated = np.abs(control(self.controller, self.s)) ** 2
         relative = np.where(self.weight > 0, evidence.control_variance / stated, np.nan)
         noise = _smooth(relative)
         # a line at a zero of the mobility carries no information, whatever its neighbours do
         good = (relative <= noise * _ZERO) & (noise < _CLEAR)
         lines = np.maximum(np.count_nonzero(self.weight, axis=1) / COMMAND_BANDS, 1.0)[:, None]
-        common = lines * _CONTROL_FLOOR**2
+        common = np.broadcast_to(lines * _CONTROL_FLOOR**2, noise.shape)
         if evidence.control_rounding is not None:
             common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / stated, np.nan))
-        # an error common to all windows weighs as much as independent ones of W times its variance
-        variance = np.where(good, (noise + evidence.windows * common) * stated, np.inf)
-        return np.asarray(np.sqrt(2 / variance), dtype=float)
+        return np.where(good, noise * stated, np.inf), np.where(good, common * stated, 0.0)
 
     @property
     def rows(self) -> int:
@@ -247,8 +266,17 @@ class SetModel:
         values[list(LOCAL)] += point.local.T
         return values[..., None]
 
+    def holding(self, extension: Extension, size: float) -> "SetModel":
+        """The same model with one more cause at a size that is not fitted."""
+        held = copy(self)
+        held.held = (*self.held, (extension, size))
+        return held
+
     def extended(self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...]) -> WindowModel:
         """The window model with causes at their sizes."""
+        for extension, size in self.held:
+            present = size * extension.present(self.evidence.windows)
+            window_model = extension.cause.extend(window_model, present, extension.shape, self.operating_point)
         for extension, size in zip(extensions, sizes, strict=True):
             present = size * extension.present(self.evidence.windows)
             window_model = extension.cause.extend(window_model, present, extension.shape, self.operating_point)

@@ -16,6 +16,7 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_likelihood
 from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
@@ -56,6 +57,7 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
             "cause": list(CATALOGUE),
             "cause_": list(CATALOGUE),
             "port": list(unknown.CHANNELS),
+            "candidate": candidate_labels(),
         }
         | {"parameter": list(PARAMETERS), "coordinate": list(COORDINATES)}
     )
@@ -110,6 +112,7 @@ def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> 
         "reflection_level": (("place",), after.level),
         **_evidence(examination),
         **_separation(examination),
+        **_shared(examination),
         **_missing(examination),
         **_held_out(examined, data),
     }
@@ -153,6 +156,17 @@ def _separation(examination: Examination) -> Columns:
         "typical_size": (("cause",), typical),
         "separation": (("cause", "cause_"), distance),
     }
+
+
+def _shared(examination: Examination) -> Columns:
+    """What the set says of causes that it may have in common with other wells."""
+    kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
+    at_sizes = ("part", "candidate", "held")
+    dims = {"prior_error": ("rig_coordinate",), "sizes": ("candidate", "held"), "value": at_sizes}
+    dims |= {"coordinates": ("candidate", "held", "rig_coordinate")}
+    dims |= {"score": (*at_sizes, "rig_coordinate")}
+    dims |= {"information": (*at_sizes, "rig_coordinate", "rig_coordinate_")}
+    return {f"shared_{name}": (dims.get(name, ()), value) for name, value in vars(kept).items()}
 
 
 def _missing(examination: Examination) -> Columns:

@@ -1,0 +1,207 @@
+"""One cause over the wells of a group: sizes of the wells are Gaussian about one that they have in common.
+
+Four answers are compared: no well has the cause, all have it at one size, all have it at sizes of their own, one well
+has it alone. Evidence is the log Bayes factor against the first. The likelihood of a size comes from scores and
+information (`drillid.common_causes.pooling`); the common size is integrated over a grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc, logsumexp
+
+from drillid.arrays import Floats
+from drillid.common_causes.pooling import Wells, apart, together
+from drillid.discrepancy.catalogue import Size
+from drillid.discrepancy.inference.set_model import Extension
+
+_SCALES = (0.04, 0.2, 1.0, 5.0)
+"""Standard deviations of sizes that are held for equally likely, per usual size: what only a fleet shows is small."""
+_POINTS = 41
+_SPREADS = (0.1, 0.3, 1.0)
+"""Standard deviations of the wells' sizes that are tried, relative to the common size."""
+_NEAR = 8.0
+"""Standard errors about the likeliest size that the grid is refined over."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommonCause:
+    """One candidate over a group."""
+
+    extension: Extension
+    p_value: float
+    """Of the likelihood ratio of one common size, where no well has the cause."""
+    common: float
+    """Log evidence of one common size."""
+    spread: float
+    """Of sizes of their own."""
+    one_well: float
+    """Of a single well that has it."""
+    size: float
+    """Mean of the common size."""
+    size_low: float
+    """95 % interval."""
+    size_high: float
+    heterogeneity: float
+    """p-value of the wells' scatter about the common size (Cochran 1954, Biometrics 10, 101–129)."""
+    deviations: Floats
+    """(N,) each well's size less the common one, in its standard errors; NaN where it does not show the size."""
+    precision: Floats
+    """(N,) of each well's size, without the rig's coordinates."""
+    alone: Floats
+    """(N,) log evidence that each well has it alone."""
+
+    @property
+    def shared(self) -> float:
+        """Log evidence that all wells have it."""
+        return float(np.logaddexp(self.common, self.spread) - np.log(2.0))
+
+
+def sizes_grid(size: Size, largest: float) -> Floats:
+    """Sizes up to a largest one within the physical bounds, finer near zero, with zero among them."""
+    up = min(size.high, largest) * np.linspace(0.0, 1.0, _POINTS) ** 2
+    if size.low >= 0:
+        return np.asarray(up, dtype=float)
+    down = max(size.low, -largest) * np.linspace(1.0, 0.0, _POINTS)[:-1] ** 2
+    return np.concatenate([down, up])
+
+
+def log_prior(grid: Floats, size: Size) -> Floats:
+    """Log prior masses of the grid's sizes, (G,)."""
+    deviations = size.typical * np.array(_SCALES)
+    density = np.exp(-0.5 * (grid / deviations[:, None]) ** 2) / deviations[:, None]
+    mass = density.sum(0) * np.gradient(grid)
+    return np.asarray(np.log(np.maximum(mass, np.finfo(float).tiny)) - np.log(mass.sum()), dtype=float)
+
+
+def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause:
+    """Judge one candidate, by its number."""
+    size = extension.cause.size
+    largest = 2 * max(float(np.abs(each.sizes[number]).max()) for each in wells.sets)
+    grid = _resolved(wells, number, sizes_grid(size, largest))
+    at, zero = wells.at(number, grid), wells.at(number, np.zeros(1))
+    prior, curve = log_prior(grid, size), together(wells, at) - together(wells, zero)[0]
+    common = float(logsumexp(curve + prior))
+    each = logsumexp(apart(wells, at, zero) + prior, axis=1)
+    mass = np.exp(curve + prior - common)
+    mean = float(mass @ grid)
+    low, high = _interval(grid, mass)
+    deviations, precision, spread = _scatter(wells, number, mean, max((high - low) / 4, 1e-6 * largest), largest)
+    finite = np.isfinite(deviations)
+    freedom = int(finite.sum()) - 1
+    return CommonCause(
+        extension=extension,
+        p_value=_p_value(2 * float(curve.max()), one_sided=size.low >= 0),
+        common=common,
+        spread=common + spread,
+        one_well=float(logsumexp(each) - np.log(each.size)),
+        size=mean,
+        size_low=low,
+        size_high=high,
+        heterogeneity=float(chdtrc(freedom, np.sum(deviations[finite] ** 2))) if freedom > 0 else float("nan"),
+        deviations=deviations,
+        precision=precision,
+        alone=each,
+    )
+
+
+def _p_value(ratio: float, *, one_sided: bool) -> float:
+    """p-value of twice a log-likelihood ratio; half of all one-sided ones are zero (Chernoff 1954)."""
+    if ratio <= 0:
+        return 1.0
+    return float(chdtrc(1, ratio)) * (0.5 if one_sided else 1.0)
+
+
+def _resolved(wells: Wells, number: int, grid: Floats) -> Floats:
+    """The grid with further points about the likeliest size, as narrow as the likelihood there."""
+    for _ in range(2):
+        curve = together(wells, wells.at(number, grid))
+        place = int(np.clip(np.argmax(curve), 1, grid.size - 2))
+        # a parabola through the likeliest size and its neighbours
+        curvature = -2 * float(
+            np.polyfit(grid[place - 1 : place + 2] - grid[place], curve[place - 1 : place + 2], 2)[0]
+        )
+        step = float(grid[place + 1] - grid[place - 1])
+        error = min(curvature**-0.5, step) if curvature > 0 else step
+        near = grid[np.argmax(curve)] + _NEAR * error * np.linspace(-1.0, 1.0, _POINTS)
+        grid = np.union1d(grid, near[(near > grid[0]) & (near < grid[-1])])
+    return grid
+
+
+def _scatter(wells: Wells, number: int, mean: float, step: float, widest: float) -> tuple[Floats, Floats, float]:
+    """The wells' deviations from a common size, and the log evidence of a spread against none.
+
+    Parameters
+    ----------
+    step : over which the likelihoods are differentiated in size
+    widest : prior standard deviation of the common size
+
+    Returns
+    -------
+    deviations, precision : (N,), (N,), see `CommonCause`
+    spread : log Bayes factor of sizes of their own against one common size
+    """
+    at = wells.at(number, mean + step * np.array([-1.0, 0.0, 1.0]))
+    modes = _rig_modes(wells, at.score[:, 1], at.information[:, 1])
+    own = modes[wells.rig]
+    slopes = at.score - np.einsum("ngrq,nq->ngr", at.information, own)
+    value = at.value + 0.5 * np.einsum("ngr,nr->ng", at.score + slopes, own)
+    slope = (value[:, 2] - value[:, 0]) / (2 * step)
+    curvature = np.maximum(-(value[:, 2] - 2 * value[:, 1] + value[:, 0]) / step**2, 0.0)
+    border = (slopes[:, 2] - slopes[:, 0]) / (2 * step)
+    score = np.concatenate([slopes[:, 1], slope[:, None]], axis=1)
+    upper = np.concatenate([at.information[:, 1], -border[:, :, None]], axis=2)
+    lower = np.concatenate([-border, curvature[:, None]], axis=1)
+    information = np.concatenate([upper, lower[:, None]], axis=1)
+    shares = (0.0, *_SPREADS)
+    evidence = [_evidence(wells, modes, score, information, (share * mean) ** 2, widest) for share in shares]
+    deviations = np.where(curvature > 0, slope / np.sqrt(np.where(curvature > 0, curvature, 1.0)), np.nan)
+    return deviations, curvature, float(logsumexp(evidence[1:]) - np.log(len(_SPREADS)) - evidence[0])
+
+
+def _rig_modes(wells: Wells, score: Floats, information: Floats) -> Floats:
+    """Coordinates (rigs, R) of the rigs at a common size, less those of the data sheets."""
+    modes = []
+    for rig, prior in enumerate(wells.prior):
+        members = wells.rig == rig
+        modes.append(np.linalg.solve(information[members].sum(0) + np.diag(prior), score[members].sum(0)))
+    return np.stack(modes)
+
+
+def _evidence(wells: Wells, modes: Floats, score: Floats, information: Floats, variance: float, widest: float) -> float:
+    """Log evidence, up to a constant, of wells' sizes with a variance about a common one near the expansion."""
+    own = information[:, -1, -1]
+    shrunk = variance / (1 + variance * own)
+    total = -0.5 * float(np.sum(np.log1p(variance * own))) + 0.5 * float(np.sum(shrunk * score[:, -1] ** 2))
+    column = information[:, :, -1]
+    matrices = information - shrunk[:, None, None] * column[:, :, None] * column[:, None, :]
+    vectors = score - shrunk[:, None] * score[:, -1:] * column
+    count = wells.prior.shape[1]
+    matrix, vector = np.zeros((1, 1)), np.zeros(1)
+    for rig, prior in enumerate(wells.prior):
+        members = wells.rig == rig
+        whole, right = matrices[members].sum(0), vectors[members].sum(0)
+        right[:count] -= prior * modes[rig]
+        inner = whole[:count, :count] + np.diag(prior)
+        solved = np.linalg.solve(inner, np.column_stack([whole[:count, count:], right[:count]]))
+        total += 0.5 * float(right[:count] @ solved[:, -1]) - 0.5 * float(np.linalg.slogdet(inner)[1])
+        matrix = matrix + whole[count:, count:] - whole[count:, :count] @ solved[:, :-1]
+        vector = vector + right[count:] - whole[count:, :count] @ solved[:, -1]
+    # a prior of the common size as wide as the grid
+    left = max(float(matrix[0, 0]), widest**-2.0)
+    return float(total + 0.5 * float(vector[0]) ** 2 / left - 0.5 * np.log(left))
+
+
+def _interval(grid: Floats, mass: Floats) -> tuple[float, float]:
+    """Central 95 % interval of a distribution on a grid."""
+    cumulated = (np.cumsum(mass) - 0.5 * mass) / mass.sum()
+    low, high = np.interp([0.025, 0.975], cumulated, grid)
+    return float(low), float(high)
+
+
+def family_p_value(p_values: Sequence[float]) -> float:
+    """p-value of the smallest of some p-values (Šidák 1967, J. Am. Stat. Assoc. 62, 626–633)."""
+    return float(-np.expm1(len(p_values) * np.log1p(-min(*p_values, 1 - 1e-12))))

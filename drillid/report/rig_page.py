@@ -1,0 +1,60 @@
+"""A page for each rig, hole section and tool that several wells have in common: what they share, well by well."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import drillid
+from drillid.config.folders import folder_of
+from drillid.datasets.tables import read_table
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.fleet.manifest import write_whole
+from drillid.report.quantities import digits
+from drillid.report.rendering import render
+
+COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
+
+
+def write_rig_pages(results: Path, pages: Path) -> list[dict[str, str]]:
+    """Write a page for each group of wells; what the fleet's page tells of each: kind, name, file and text.
+
+    Without the tables of common causes there is none.
+    """
+    if not (results / COMMON_CAUSES).exists():
+        return []
+    groups = read_table(results / COMMON_CAUSES, keep_default_na=False, na_values=["", "nan"])
+    standings = read_table(results / STANDINGS, keep_default_na=False, na_values=["", "nan"])
+    links = []
+    for group in groups.to_dict("records"):
+        named = {str(name): value for name, value in group.items()}
+        file = f"{named['shared']}-{folder_of(str(named['name']))}.html"
+        own = standings[
+            (standings["shared"] == named["shared"]) & (standings["name"].astype(str) == str(named["name"]))
+        ]
+        page = render(
+            "rig.html.j2",
+            group=named,
+            text=common_text(named),
+            p_values={name: digits(float(named[name]), 2) for name in ("p_value", "heterogeneity_p_value")},
+            standings=own.to_dict("records"),
+            version=drillid.__version__,
+        )
+        write_whole(pages / file, page)
+        links.append(
+            {"kind": str(named["shared"]), "name": str(named["name"]), "file": file, "text": common_text(named)}
+        )
+    return links
+
+
+def common_text(group: dict[str, Any]) -> str:
+    """What the wells of a group have in common, in one sentence."""
+    wells = f"{int(group['wells'])} wells of this {group['shared']}"
+    if not isinstance(group["cause"], str):
+        return f"{wells} together show nothing that all of them have in common."
+    cause = CATALOGUE[group["cause"]]
+    unit = "" if group["unit"] == "1" else f" {group['unit']}"
+    size = f"{digits(group['size'])} ({digits(group['size_low'])} to {digits(group['size_high'])}){unit}"
+    others = [name for name in str(group["verdict"]).split("|") if name != group["cause"]]
+    more = f", or {' or '.join(others)}, which these data cannot tell apart" if others else ""
+    return f"{wells} have in common: {cause.meaning}; {cause.size.name} {size}{more}."

@@ -1,0 +1,84 @@
+"""Wells whose scores are drawn from the model of the hierarchy itself: its rates, intervals and comparisons hold."""
+
+import numpy as np
+import pytest
+
+from drillid.common_causes.pooling import SetStatistics
+from drillid.common_causes.verdicts import LONE, SHARES, UNSEEN, WITHDRAWN, Judged, OwnVerdict, judge
+from drillid.discrepancy.base_rates import BaseRates
+from tests.truth.common_causes.wells import LAG, SCALE, fleet
+
+
+def judged(sets: list[SetStatistics], own: dict[str, list[OwnVerdict]] | None = None) -> Judged:
+    """The verdict on the wells of a rig."""
+    return judge("rig", "R", sets, own or {}, 0.05, BaseRates())
+
+
+def test_fleets_without_a_cause_get_one_no_more_often_than_stated() -> None:
+    alarms = sum(judged(fleet(seed, 2 + seed % 4)).verdict.cause != "" for seed in range(40))
+    # P(more than 5 of 40) is 1.4 % at the stated 5 %
+    assert alarms <= 5
+
+
+def test_intervals_hold_the_common_size() -> None:
+    true, held, named = 0.012, 0, 0
+    for seed in range(1000, 1024):
+        verdict = judged(fleet(seed, 6, {LAG: np.full(6, true)}, error=0.006)).verdict
+        if verdict.cause == "drive_lag":
+            named, held = named + 1, held + (verdict.size_low <= true <= verdict.size_high)
+    assert named >= 18
+    assert held >= 0.85 * named
+
+
+def test_the_error_falls_with_the_root_of_the_number_of_wells() -> None:
+    widths = []
+    for wells in (4, 36):
+        verdict = judged(fleet(7, wells, {LAG: np.full(wells, 0.012)}, error=0.002)).verdict
+        assert verdict.cause == "drive_lag"
+        widths.append(verdict.size_high - verdict.size_low)
+    assert widths[0] / widths[1] == pytest.approx(3.0, rel=0.3)
+
+
+def test_an_error_of_the_data_sheet_is_the_same_in_all_wells() -> None:
+    """Counted once a well, an error of one tolerance would become a cause as wells are added."""
+    alarms = sum(judged(fleet(seed, 30, error=0.002)).verdict.cause != "" for seed in range(2000, 2004))
+    assert alarms <= 1
+
+
+def test_sizes_that_differ_between_wells_are_told_from_a_common_one() -> None:
+    generator = np.random.default_rng(3)
+    alike = judged(fleet(11, 20, {LAG: np.full(20, 0.012)}, error=0.002)).verdict
+    apart = judged(fleet(11, 20, {LAG: np.abs(0.012 + 0.005 * generator.standard_normal(20))}, error=0.002)).verdict
+    assert alike.cause == apart.cause == "drive_lag"
+    assert alike.heterogeneity_p_value > 0.01 > apart.heterogeneity_p_value
+    assert alike.spread_nats < 0 < apart.spread_nats
+
+
+def test_one_bad_sensor_is_not_given_to_the_rig() -> None:
+    sizes, alarms = np.zeros(8), 0
+    sizes[5] = 0.02
+    own = {"W5": [OwnVerdict(("speed_scale",), "speed_scale", 0.02)]}
+    for seed in (21, 22, 23):
+        result = judged(fleet(seed, 8, {SCALE: sizes}, error=0.001), own)
+        assert ("W5", "speed_scale", LONE) in [(each.well, each.cause, each.standing) for each in result.standings]
+        alarms += result.verdict.cause != ""
+    # the others have no cause, and get one in 5 % of fleets
+    assert alarms <= 1
+
+
+def test_a_name_that_the_sisters_contradict_is_withdrawn() -> None:
+    sets = fleet(31, 10, error=0.005)
+    result = judged(sets, {"W3": [OwnVerdict(("drive_lag",), "drive_lag", 0.04)]})
+    assert result.verdict.cause == ""
+    assert [(each.well, each.standing) for each in result.standings] == [("W3", WITHDRAWN)]
+
+
+def test_sisters_that_cannot_see_a_cause_contradict_nothing() -> None:
+    result = judged(fleet(31, 3, error=0.2), {"W1": [OwnVerdict(("drive_lag",), "drive_lag", 0.04)]})
+    assert [(each.well, each.standing) for each in result.standings] == [("W1", UNSEEN)]
+
+
+def test_wells_share_what_is_named_for_their_rig() -> None:
+    result = judged(fleet(41, 5, {LAG: np.full(5, 0.012)}, error=0.003))
+    assert result.verdict.cause == "drive_lag"
+    assert [each.standing for each in result.standings] == [SHARES] * 5

@@ -1,0 +1,86 @@
+"""What is read of a well, who shares what, and the tables."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from drillid.common_causes.stage import LEFT_OUT, WellEvidence, groups, judge_fleet, read_well, write_common_causes
+from drillid.common_causes.verdicts import SHARES
+from drillid.config.settings import CommonCausesSettings
+from drillid.datasets.store import WellFolders
+from drillid.discrepancy.inference.shared_likelihood import RIG, candidate_labels
+from drillid.report.rig_page import common_text, write_rig_pages
+from tests.simulated import Processed
+from tests.truth.common_causes.wells import LAG, fleet
+
+
+def wells(lag: float, count: int = 5, **shares: str) -> list[WellEvidence]:
+    """Wells of rig R with a lag, or none."""
+    sets = fleet(41, count, {LAG: np.full(count, lag)}, error=0.003)
+    return [WellEvidence(each.well, {"rig": "R", **shares}, (each,), (), ()) for each in sets]
+
+
+def test_only_wells_that_share_something_are_judged_together() -> None:
+    fleet_of_two = wells(0.0, 2, section="8½ in, oil-based", tool="")
+    other = WellEvidence("X", {"rig": "S", "section": "8½ in, oil-based"}, fleet_of_two[0].sets, (), ())
+    found = [
+        (shared, name, [well.name for well in members]) for shared, name, members in groups([*fleet_of_two, other])
+    ]
+    assert found == [("rig", "R", ["W0", "W1"]), ("section", "8½ in, oil-based", ["W0", "W1", "X"])]
+
+
+def test_a_well_without_evidence_is_in_no_group() -> None:
+    first, second = wells(0.0, 2)
+    assert list(groups([first, replace(second, sets=())])) == []
+
+
+def test_a_lag_of_all_wells_is_their_rigs() -> None:
+    (judged,) = judge_fleet(wells(0.012), CommonCausesSettings())
+    assert judged.verdict.cause == "drive_lag"
+    assert "5 wells of this rig have in common" in common_text(vars(judged.verdict))
+    assert {each.standing for each in judged.standings} == {SHARES}
+
+
+def test_what_a_well_stores_is_read_back(healthy: Processed) -> None:
+    found = read_well(healthy.folders, {"section": "", "tool": ""})
+    (of_set,) = found.sets
+    assert found.shares["rig"] == of_set.rig != ""
+    assert of_set.score.shape == (2, len(candidate_labels()), 3, RIG.size)
+    assert of_set.windows == 4
+    assert 0 < of_set.temper <= 1
+    # about the fit, the likelihood of no cause is that of the set's model
+    assert of_set.value[:, :, :2][of_set.sizes[None, :, :2].repeat(2, axis=0) == 0] == pytest.approx(0.0)
+
+
+def test_tables_and_pages_of_a_fleet(healthy: Processed, tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    for name in ("A", "B"):
+        folder = results / "discrepancy" / name
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.symlink_to(healthy.folders.stage("discrepancy"))
+    named = write_common_causes(results, {"A": {}, "B": {}}, CommonCausesSettings())
+    table = pd.read_csv(results / "common_causes.csv")
+    assert named == 0
+    # both folders say the name of the well that they were made for, so that there is one well and no group
+    assert table.empty or table["verdict"].tolist() == ["none"]
+    pages = tmp_path / "pages"
+    pages.mkdir()
+    assert len(write_rig_pages(results, pages)) == len(table) == len(list(pages.iterdir()))
+
+
+def test_a_set_that_nothing_explains_is_left_out_with_its_reason(healthy: Processed, tmp_path: Path) -> None:
+    examination = healthy.folders.read("discrepancy", "examination").load()
+    examination["verdict"][:] = "unknown"
+    examination["unknown_evidence"][:] = 100.0
+    folders = WellFolders(tmp_path, "U")
+    folders.write("discrepancy", "examination", examination, rig="R")
+    folders.write_table("discrepancy", "verdicts", healthy.folders.read_table("discrepancy", "verdicts"))
+    found = read_well(folders, {})
+    assert found.sets == ()
+    write_common_causes(tmp_path, {"U": {}}, CommonCausesSettings())
+    standings = pd.read_csv(tmp_path / "well_standings.csv")
+    assert standings["standing"].tolist() == [LEFT_OUT]
+    assert "no cause of the catalogue explains" in standings["reason"][0]
