@@ -15,6 +15,7 @@ from benchmarks.result import Result, result_table
 PARTS: tuple[str, ...] = (
     "recovered",
     "field_start",
+    "fleets",
 )
 """Modules of this folder, each with a function `measure` that takes the console and returns a Measurement."""
 

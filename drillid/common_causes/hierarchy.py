@@ -45,6 +45,8 @@ class CommonCause:
     size_low: float
     """95 % interval."""
     size_high: float
+    at_bound: bool
+    """Whether the likeliest size is the largest that all wells hold, beyond which their likelihoods say nothing."""
     heterogeneity: float
     """p-value of the wells' scatter about the common size (Cochran 1954, Biometrics 10, 101–129)."""
     deviations: Floats
@@ -80,7 +82,7 @@ def log_prior(grid: Floats, size: Size) -> Floats:
 def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause:
     """Judge one candidate, by its number."""
     size = extension.cause.size
-    largest = 2 * max(float(np.abs(each.sizes[number]).max()) for each in wells.sets)
+    largest = min(float(each.sizes[number].max()) for each in wells.sets)
     grid = _resolved(wells, number, sizes_grid(size, largest))
     at, zero = wells.at(number, grid), wells.at(number, np.zeros(1))
     prior, curve = log_prior(grid, size), together(wells, at) - together(wells, zero)[0]
@@ -101,11 +103,17 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
         size=mean,
         size_low=low,
         size_high=high,
+        at_bound=_is_end(grid, float(grid[np.argmax(curve)])),
         heterogeneity=float(chdtrc(freedom, np.sum(deviations[finite] ** 2))) if freedom > 0 else float("nan"),
         deviations=deviations,
         precision=precision,
         alone=each,
     )
+
+
+def _is_end(grid: Floats, size: float) -> bool:
+    """Whether a size is an end of the grid; zero, where sizes are positive, is none."""
+    return size != 0 and size in (grid[0], grid[-1])
 
 
 def _p_value(ratio: float, *, one_sided: bool) -> float:

@@ -25,15 +25,15 @@ class SetStatistics:
     prior_error: Floats
     """(R,)"""
     sizes: Floats
-    """(C, 3)"""
+    """(C, S)"""
     coordinates: Floats
-    """(C, 3, R)"""
+    """(C, S, R)"""
     value: Floats
-    """(2, C, 3)"""
+    """(2, C, S)"""
     score: Floats
-    """(2, C, 3, R)"""
+    """(2, C, S, R)"""
     information: Floats
-    """(2, C, 3, R, R)"""
+    """(2, C, S, R, R)"""
     control_common: float
     windows: int
     temper: float
@@ -75,16 +75,15 @@ class Wells:
         self._weight = [_weight(each, float(windows[rig_of[each.well]])) for each in sets]
 
     def at(self, candidate: int, size: Floats) -> Quadratic:
-        """The wells with a cause at some sizes (G,); each well's own deviation from its rig is integrated out."""
+        """The wells with a cause at sizes (G,) that all hold; what each deviates from its rig by is integrated out."""
         count, shape = self.prior.shape[1], (len(self.names), size.size)
         value, score, information = np.zeros(shape), np.zeros((*shape, count)), np.zeros((*shape, count, count))
         for row, weight, each in zip(self._row, self._weight, self.sets, strict=True):
             sizes = each.sizes[candidate]
             curve = size_weights(size, sizes)
-            within = size_weights(np.clip(size, *sorted((sizes[0], sizes[-1]))), sizes)
             place = curve @ each.coordinates[candidate]
             slope = curve @ np.tensordot(weight, each.score[:, candidate], 1)
-            matrix = np.tensordot(within, np.tensordot(weight, each.information[:, candidate], 1), 1)
+            matrix = np.tensordot(curve, np.tensordot(weight, each.information[:, candidate], 1), 1)
             pull = np.einsum("grq,gq->gr", matrix, place)
             value[row] += curve @ (weight @ each.value[:, candidate])
             value[row] -= np.sum((slope + 0.5 * pull) * place, axis=1)

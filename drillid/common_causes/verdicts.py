@@ -19,6 +19,7 @@ from drillid.discrepancy.verdicts.naming import class_evidence, class_name
 from drillid.discrepancy.verdicts.verdict import NONE
 
 SHARES, LONE, WITHDRAWN, UNSEEN = "shares it", "this log only", "withdrawn", "its sisters cannot tell"
+AT_BOUND = "at_bound"
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,12 @@ class CommonVerdict:
 
 @dataclass(frozen=True)
 class Standing:
-    """One well beside its sisters."""
+    """One well beside its sisters, or why nothing is named for all of them."""
 
     shared: str
     name: str
     well: str
+    """Empty where it is about all wells of the group."""
     cause: str
     standing: str
     deviation: float
@@ -124,7 +126,8 @@ def judge(
         outlier = [well for well in wells if well not in lone][int(np.argmax(first.alone))]
         lone[outlier], alone[outlier] = first, float(first.alone.max())
     best = max(found, key=lambda cause: cause.shared)
-    members = _members(found) if p_value < error_rate else ()
+    shown = p_value < error_rate
+    members = _members(found) if shown and not best.at_bound else ()
     verdict = _verdict(shared, name, found, best, members, p_value, len(at) - len(lone), base_rates)
     rows = [
         Standing(
@@ -133,6 +136,8 @@ def judge(
         )
         for well, cause in lone.items()
     ]  # fmt: skip
+    if shown and best.at_bound:
+        rows.append(_refused(shared, name, best))
     left = [well for well in wells if well not in lone]
     for row, well in enumerate(left):
         if members:
@@ -209,6 +214,13 @@ def _verdict(
         best.spread - best.common,
         best.one_well,
     )
+
+
+def _refused(shared: str, name: str, cause: CommonCause) -> Standing:
+    """A cause that the likelihoods favour at the largest size that they are stored for."""
+    size, unit = f"{cause.size:.2g}", cause.extension.cause.size.unit
+    reason = f"the likeliest size, {size}{'' if unit == '1' else ' ' + unit}, is the largest that is compared"
+    return Standing(shared, name, "", cause.extension.cause.name, AT_BOUND, float("nan"), cause.shared, reason)
 
 
 def _sharing(shared: str, name: str, well: str, cause: CommonCause, row: int) -> Standing:

@@ -1,6 +1,6 @@
 """What a set's data say of causes that it may have in common with other wells, as sufficient statistics.
 
-For each cause, at three of its sizes, the set's model is fitted with the cause held there, and its log-likelihood
+For each cause, at some of its sizes, the set's model is fitted with the cause held there, and its log-likelihood
 expanded to second order in the coordinates that belong to the rig; all that belongs to the set alone is eliminated. One
 expansion would not do: a delay and a lag of the drive differ in second order only. The priors of the rig's coordinates
 are not in it: wells of a rig have the same data sheets, which err alike in all of them and must be counted once.
@@ -16,19 +16,24 @@ from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE, Size
 from drillid.discrepancy.inference.screen import dispersion
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, normal_equations
-from drillid.discrepancy.inference.set_model import LOCAL, SHARED, Extension, SetModel
+from drillid.discrepancy.inference.set_model import LOCAL, SHARED, Extension, Point, SetModel
 
 RIG = np.delete(np.arange(SHARED), LOCAL)
 """Indices of the coordinates that belong to the rig."""
-_SIGNED, _ONE_SIDED = (-0.1, 0.0, 0.1), (0.0, 0.0625, 0.125)
-"""Sizes relative to the usual one: what is larger shows in a single set."""
+_SIGNED, _ONE_SIDED = (-1.0, -0.7071, 0.0, 0.7071, 1.0), (0.0, 0.1464, 0.5, 0.8536, 1.0)
+"""Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""
+HELD = len(_SIGNED)
+_REACH = 0.5
+"""Largest size relative to the usual one: what is larger shows in a single set."""
+_BEYOND = 1.5
+"""The same relative to the size that the set itself has."""
 PARTS = 2
 """Of the likelihood: mobilities, and responses of the control, whose errors windows of a rig have partly in common."""
 
 
 @dataclass(frozen=True, eq=False)
 class SharedLikelihood:
-    """Log-likelihoods of a set; C candidates, three sizes of each, R coordinates of the rig.
+    """Log-likelihoods of a set; C candidates, S sizes of each, R coordinates of the rig.
 
     At a size it is value + scoreᵀ x − ½ xᵀ information x, where x are the rig's coordinates less those of the fit.
     """
@@ -36,15 +41,15 @@ class SharedLikelihood:
     prior_error: Floats
     """(R,) standard uncertainty of the data sheets, scaled."""
     sizes: Floats
-    """(C, 3)"""
+    """(C, S)"""
     coordinates: Floats
-    """(C, 3, R) of the fit, less those of the data sheets, scaled."""
+    """(C, S, R) of the fit, less those of the data sheets, scaled."""
     value: Floats
-    """(2, C, 3)"""
+    """(2, C, S)"""
     score: Floats
-    """(2, C, 3, R)"""
+    """(2, C, S, R)"""
     information: Floats
-    """(2, C, 3, R, R)"""
+    """(2, C, S, R, R)"""
     control_common: float
     """Share of errors in common in the variance of the control's responses."""
     windows: int
@@ -70,21 +75,24 @@ def candidate_labels() -> list[str]:
     ]
 
 
-def held_sizes(size: Size) -> Floats:
-    """Sizes (3,) at which a cause is held, ascending."""
-    return size.typical * np.array(_SIGNED if size.low < 0 else _ONE_SIDED)
+def held_sizes(size: Size, own: float = 0.0) -> Floats:
+    """Sizes (S,) at which a cause is held, ascending, up to beyond the set's own size."""
+    reach = max(_REACH * size.typical, _BEYOND * abs(own))
+    if size.low < 0:
+        return min(reach, size.high, -size.low) * np.array(_SIGNED)
+    return min(reach, size.high) * np.array(_ONE_SIDED)
 
 
 def shared_likelihood(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> SharedLikelihood:
-    """Expand the log-likelihood of a set with each candidate held at three sizes, from the model with its own causes.
+    """Expand the log-likelihood of a set with each candidate held at some sizes, from the model with its own causes.
 
-    A cause of that model is held at sizes up to the fitted one; the set's other causes are fitted anew each time.
+    A cause of that model is held up to beyond its fitted size; the set's other causes are fitted anew each time.
     """
     candidates = shared_candidates()
-    shape = (PARTS, len(candidates), 3)
+    shape = (PARTS, len(candidates), HELD)
     sizes, value = np.stack([held_sizes(each.cause.size) for each in candidates]), np.zeros(shape)
     score, information = np.zeros((*shape, RIG.size)), np.zeros((*shape, RIG.size, RIG.size))
-    coordinates = np.zeros((len(candidates), 3, RIG.size))
+    coordinates = np.zeros((len(candidates), HELD, RIG.size))
     own = _Expansion.of(model, fit, extensions)
     names = [extension.cause.name for extension in extensions]
     for number, candidate in enumerate(candidates):
@@ -92,15 +100,18 @@ def shared_likelihood(model: SetModel, fit: SetFit, extensions: tuple[Extension,
         others, point = extensions, fit.point
         if place is not None:
             candidate = extensions[place]
-            sizes[number] = float(point.sizes[place]) * np.array([0.0, 0.5, 1.0])
+            sizes[number] = held_sizes(candidate.cause.size, float(point.sizes[place]))
             others = (*extensions[:place], *extensions[place + 1 :])
             point = replace(point, sizes=np.delete(point.sizes, place))
-        for node, size in enumerate(sizes[number]):
+        fits: dict[float, SetFit] = {} if place is not None else {0.0: fit}
+        for node in np.argsort(np.abs(sizes[number]), kind="stable"):
+            size = float(sizes[number, node])
             if place is None and size == 0:
                 found = own
             else:
-                held = model.holding(candidate, float(size))
-                found = _Expansion.of(held, fit_set(held, point, others), others)
+                held = model.holding(candidate, size)
+                fits[size] = fit_set(held, _start(fits, size, point), others)
+                found = _Expansion.of(held, fits[size], others)
             coordinates[number, node], value[:, number, node] = found.coordinates, found.value - own.value
             score[:, number, node], information[:, number, node] = found.score, found.information
     used = 2 * max(int(np.count_nonzero(model.weight)), 1)
@@ -114,6 +125,20 @@ def shared_likelihood(model: SetModel, fit: SetFit, extensions: tuple[Extension,
         control_common=model.control_common,
         windows=model.evidence.windows,
         temper=1 / (dispersion(model) * max(fit.chi2 / used, 1.0)),
+    )
+
+
+def _start(fits: dict[float, SetFit], size: float, point: Point) -> Point:
+    """Where a fit with a cause held at a size starts: on the line through the fits at the two nearest sizes."""
+    near = sorted(fits, key=lambda other: abs(other - size))[:2]
+    if len(near) < 2:
+        return fits[near[0]].point if near else point
+    first, second = (fits[other].point for other in near)
+    share = (size - near[0]) / (near[0] - near[1])
+    return Point(
+        first.shared + share * (first.shared - second.shared),
+        first.local + share * (first.local - second.local),
+        first.sizes + share * (first.sizes - second.sizes),
     )
 
 
@@ -152,9 +177,9 @@ class _Expansion:
 
 
 def size_weights(size: Floats, sizes: Floats) -> Floats:
-    """Weights (G, 3) of the parabola through three sizes, at others (G,)."""
+    """Weights (G, S) of the polynomial through some sizes (S,), at others (G,) (Lagrange)."""
     weights = []
-    for place in range(3):
+    for place, held in enumerate(sizes):
         others = np.delete(sizes, place)
-        weights.append(np.prod([(size - other) / (sizes[place] - other) for other in others], axis=0))
+        weights.append(np.prod((size[:, None] - others) / (held - others), axis=1))
     return np.asarray(np.stack(weights, axis=-1), dtype=float)

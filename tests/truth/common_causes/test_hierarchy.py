@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from drillid.common_causes.pooling import SetStatistics
-from drillid.common_causes.verdicts import LONE, SHARES, UNSEEN, WITHDRAWN, Judged, OwnVerdict, judge
+from drillid.common_causes.verdicts import AT_BOUND, LONE, SHARES, UNSEEN, WITHDRAWN, Judged, OwnVerdict, judge
 from drillid.discrepancy.base_rates import BaseRates
-from tests.truth.common_causes.wells import LAG, SCALE, fleet
+from drillid.discrepancy.inference.shared_likelihood import held_sizes
+from drillid.discrepancy.verdicts.verdict import NONE
+from tests.truth.common_causes.wells import CANDIDATES, LAG, SCALE, fleet
 
 
 def judged(sets: list[SetStatistics], own: dict[str, list[OwnVerdict]] | None = None) -> Judged:
@@ -82,3 +84,10 @@ def test_wells_share_what_is_named_for_their_rig() -> None:
     result = judged(fleet(41, 5, {LAG: np.full(5, 0.012)}, error=0.003))
     assert result.verdict.cause == "drive_lag"
     assert [each.standing for each in result.standings] == [SHARES] * 5
+
+
+def test_a_size_beyond_what_is_held_is_not_named() -> None:
+    result = judged(fleet(41, 5, {LAG: np.full(5, 3 * held_sizes(CANDIDATES[LAG].cause.size)[-1])}, error=0.003))
+    assert result.verdict.p_value < 0.05
+    assert (result.verdict.verdict, result.verdict.cause) == (NONE, "")
+    assert [(each.well, each.cause, each.standing) for each in result.standings] == [("", "drive_lag", AT_BOUND)]

@@ -11,7 +11,7 @@ from drillid.common_causes.stage import LEFT_OUT, WellEvidence, groups, judge_fl
 from drillid.common_causes.verdicts import SHARES
 from drillid.config.settings import CommonCausesSettings
 from drillid.datasets.store import WellFolders
-from drillid.discrepancy.inference.shared_likelihood import RIG, candidate_labels
+from drillid.discrepancy.inference.shared_likelihood import HELD, RIG, candidate_labels
 from drillid.report.rig_page import common_text, write_rig_pages
 from tests.simulated import Processed
 from tests.truth.common_causes.wells import LAG, fleet
@@ -48,11 +48,11 @@ def test_what_a_well_stores_is_read_back(healthy: Processed) -> None:
     found = read_well(healthy.folders, {"section": "", "tool": ""})
     (of_set,) = found.sets
     assert found.shares["rig"] == of_set.rig != ""
-    assert of_set.score.shape == (2, len(candidate_labels()), 3, RIG.size)
+    assert of_set.score.shape == (2, len(candidate_labels()), HELD, RIG.size)
     assert of_set.windows == 4
     assert 0 < of_set.temper <= 1
     # about the fit, the likelihood of no cause is that of the set's model
-    assert of_set.value[:, :, :2][of_set.sizes[None, :, :2].repeat(2, axis=0) == 0] == pytest.approx(0.0)
+    assert of_set.value[:, of_set.sizes == 0] == pytest.approx(0.0)
 
 
 def test_tables_and_pages_of_a_fleet(healthy: Processed, tmp_path: Path) -> None:
