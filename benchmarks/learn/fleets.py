@@ -29,9 +29,9 @@ from drillid.fleet.provenance import digest, source_hash
 
 FIRST = 80_000
 """First seed of the proof; lower ones are for development."""
-SIZES = (3, 6, 12, 25, 50)
-"""Wells of a fleet, in turn."""
-NULLS = 100
+SIZES = (3, 6, 12)
+"""Wells of a fleet, in turn; a well takes about a second."""
+NULLS = 60
 """Fleets without any cause."""
 CAUSES = (
     *("drive_lag", "actuator_gain", "delay_jitter", "controller_gain", "speed_filter", "torque_filter"),

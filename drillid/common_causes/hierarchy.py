@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import chdtrc, logsumexp
 
 from drillid.arrays import Floats
-from drillid.common_causes.pooling import Wells, apart, together
+from drillid.common_causes.pooling import Quadratic, Wells, apart, together
 from drillid.discrepancy.catalogue import Size
 from drillid.discrepancy.inference.set_model import Extension
 
@@ -91,7 +91,7 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
     mass = np.exp(curve + prior - common)
     mean = float(mass @ grid)
     low, high = _interval(grid, mass)
-    deviations, precision, spread = _scatter(wells, number, mean, max((high - low) / 4, 1e-6 * largest), largest)
+    deviations, precision, spread = _scatter(wells, number, mean, max((high - low) / 4, 1e-6 * largest), largest, at)
     finite = np.isfinite(deviations)
     freedom = int(finite.sum()) - 1
     return CommonCause(
@@ -139,13 +139,16 @@ def _resolved(wells: Wells, number: int, grid: Floats) -> Floats:
     return grid
 
 
-def _scatter(wells: Wells, number: int, mean: float, step: float, widest: float) -> tuple[Floats, Floats, float]:
+def _scatter(
+    wells: Wells, number: int, mean: float, step: float, widest: float, everywhere: Quadratic
+) -> tuple[Floats, Floats, float]:
     """The wells' deviations from a common size, and the log evidence of a spread against none.
 
     Parameters
     ----------
     step : over which the likelihoods are differentiated in size
     widest : prior standard deviation of the common size
+    everywhere : the wells' likelihoods over the grid
 
     Returns
     -------
@@ -156,18 +159,35 @@ def _scatter(wells: Wells, number: int, mean: float, step: float, widest: float)
     modes = _rig_modes(wells, at.score[:, 1], at.information[:, 1])
     own = modes[wells.rig]
     slopes = at.score - np.einsum("ngrq,nq->ngr", at.information, own)
-    value = at.value + 0.5 * np.einsum("ngr,nr->ng", at.score + slopes, own)
+    value = _held(at, own)
     slope = (value[:, 2] - value[:, 0]) / (2 * step)
     curvature = np.maximum(-(value[:, 2] - 2 * value[:, 1] + value[:, 0]) / step**2, 0.0)
     border = (slopes[:, 2] - slopes[:, 0]) / (2 * step)
     score = np.concatenate([slopes[:, 1], slope[:, None]], axis=1)
     upper = np.concatenate([at.information[:, 1], -border[:, :, None]], axis=2)
-    lower = np.concatenate([-border, curvature[:, None]], axis=1)
+    # a well's parabola gains no more than its likelihood does on the grid, or than one within a standard error does
+    gain = np.maximum(_held(everywhere, own).max(axis=1) - value[:, 1], 0.5)
+    bent = np.maximum(
+        np.maximum(curvature, slope**2 / (2 * gain)), _least_curvature(wells, at.information[:, 1], border)
+    )
+    lower = np.concatenate([-border, bent[:, None]], axis=1)
     information = np.concatenate([upper, lower[:, None]], axis=1)
     shares = (0.0, *_SPREADS)
     evidence = [_evidence(wells, modes, score, information, (share * mean) ** 2, widest) for share in shares]
-    deviations = np.where(curvature > 0, slope / np.sqrt(np.where(curvature > 0, curvature, 1.0)), np.nan)
+    deviations = np.where(bent > 0, slope / np.sqrt(np.where(bent > 0, bent, 1.0)), np.nan)
     return deviations, curvature, float(logsumexp(evidence[1:]) - np.log(len(_SPREADS)) - evidence[0])
+
+
+def _least_curvature(wells: Wells, information: Floats, border: Floats) -> Floats:
+    """Curvature (N,) in size from which the information of the rig's coordinates and the size has no negative part."""
+    share = wells.prior[wells.rig] / np.bincount(wells.rig)[wells.rig][:, None]
+    whole = information + share[:, :, None] * np.eye(share.shape[1])
+    return np.asarray(np.einsum("nr,nr->n", border, np.linalg.solve(whole, border[:, :, None])[..., 0]), dtype=float)
+
+
+def _held(at: Quadratic, own: Floats) -> Floats:
+    """Log-likelihoods (N, G) with the rigs' coordinates (N, R) held."""
+    return at.value + np.einsum("ngr,nr->ng", at.score - 0.5 * np.einsum("ngrq,nq->ngr", at.information, own), own)
 
 
 def _rig_modes(wells: Wells, score: Floats, information: Floats) -> Floats:

@@ -30,6 +30,8 @@ TABLES = {
     "problems.csv": "whatever was rejected, with its remedy",
     "verdicts.csv": "what the simulation gets wrong",
     "changes.csv": "what is new since the last report",
+    "common_causes.csv": "what wells of a rig, a hole section or a tool have in common",
+    "well_standings.csv": "each well beside its sisters",
     "fleet.zarr/": "the parameters of all wells",
 }
 """Results over all wells and what they hold."""

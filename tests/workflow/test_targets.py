@@ -18,7 +18,8 @@ def test_a_run_up_to_a_stage_and_then_without_another(checkout: Checkout) -> Non
     assert checkout.journal() == ["records W1", "records W-2"]
     rest = ("windows", "spectra", "mobility", "fits", "discrepancy", "depth")
     assert set(checkout.would_run("--omit-from", "figures")) == {
-        f"{stage} {well}" for stage in ("records", *rest) for well in WELLS
+        *(f"{stage} {well}" for stage in ("records", *rest) for well in WELLS),
+        "common_causes",
     }
     checkout.run(*ONE_BATCH, "--omit-from", "spectra")
     assert checkout.journal() == ["windows W1", "windows W-2"]
@@ -91,10 +92,10 @@ def test_the_archived_report_sorts_figures_tables_and_the_report(finished: Check
     shown = {name: json.loads(text) for name, (text,) in texts.items()}
     results = "results/main"
     figures = {well: [f"{results}/figures/{well}/figure_6.png"] for well in WELLS}
-    tables = [f"{results}/{name}.csv" for name in ("changes", "problems", "verdicts")]
+    tables = [f"{results}/{name}.csv" for name in ("changes", "common_causes", "problems", "verdicts")]
     pages = [f"{results}/report.html"]
     assert shown["categories"] == {"Figures": figures, "Tables": {"Other": tables}, "Report": {"Other": pages}}
     labels = [shown["results"][path]["labels"] for path in (*figures["W1"], *tables, *pages)]
-    named = [{"table": name} for name in ("changes", "problems", "verdicts")]
+    named = [{"table": name} for name in ("changes", "common causes", "problems", "verdicts")]
     assert labels == [{"figure": "figure_6"}, *named, {"report": "fleet"}]
     assert "logs of well W1" in shown["results"][figures["W1"][0]]["caption"]

@@ -23,7 +23,8 @@ def all_stages(*wells: str) -> list[str]:
 
 def jobs(stages: Iterable[str], wells: Iterable[str]) -> set[str]:
     """Jobs of these stages with a well a batch, and what follows from them."""
-    shown = {f"figures_of_well {well}" for well in wells}
+    stages = set(stages)
+    shown = {f"figures_of_well {well}" for well in wells} | ({"common_causes"} if "discrepancy" in stages else set())
     return {f"{stage} {well}" for stage in stages for well in wells} | shown | {"fleet", "report", "all"}
 
 

@@ -7,10 +7,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from drillid.common_causes.stage import LEFT_OUT, WellEvidence, groups, judge_fleet, read_well, write_common_causes
+from drillid.common_causes.stage import (
+    COMMON_CAUSES,
+    LEFT_OUT,
+    STANDINGS,
+    WellEvidence,
+    common_table,
+    groups,
+    judge_fleet,
+    read_well,
+    standing_table,
+    write_common_causes,
+)
 from drillid.common_causes.verdicts import SHARES
 from drillid.config.settings import CommonCausesSettings
 from drillid.datasets.store import WellFolders
+from drillid.datasets.tables import write_table
 from drillid.discrepancy.inference.shared_likelihood import HELD, RIG, candidate_labels
 from drillid.report.rig_page import common_text, write_rig_pages
 from tests.simulated import Processed
@@ -69,6 +81,16 @@ def test_tables_and_pages_of_a_fleet(healthy: Processed, tmp_path: Path) -> None
     pages = tmp_path / "pages"
     pages.mkdir()
     assert len(write_rig_pages(results, pages)) == len(table) == len(list(pages.iterdir()))
+
+
+def test_a_refused_size_is_told_for_all_wells(tmp_path: Path) -> None:
+    (judged,) = judge_fleet(wells(0.05), CommonCausesSettings())
+    write_table(common_table([judged.verdict]), tmp_path / COMMON_CAUSES)
+    write_table(standing_table(judged.standings), tmp_path / STANDINGS)
+    (link,) = write_rig_pages(tmp_path, tmp_path)
+    page = (tmp_path / link["file"]).read_text()
+    assert "nothing that all of them have in common" in link["text"]
+    assert "<td>All wells</td><td>drive_lag</td><td>at_bound</td>" in page
 
 
 def test_a_set_that_nothing_explains_is_left_out_with_its_reason(healthy: Processed, tmp_path: Path) -> None:
