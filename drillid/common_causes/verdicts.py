@@ -44,7 +44,7 @@ class CommonVerdict:
     """none, a cause, or a class as its members joined by |."""
     family: str
     cause: str
-    """The most likely member."""
+    """The most likely member of a size within what is compared."""
     probability: float
     evidence_nats: float
     """Log Bayes factor that all wells have it, against none."""
@@ -126,8 +126,11 @@ def judge(
         outlier = [well for well in wells if well not in lone][int(np.argmax(first.alone))]
         lone[outlier], alone[outlier] = first, float(first.alone.max())
     best = max(found, key=lambda cause: cause.shared)
-    shown = p_value < error_rate
-    members = _members(found) if shown and not best.at_bound else ()
+    members = _members(found) if p_value < error_rate else ()
+    named = [cause for cause in found if cause.extension.cause.name in members]
+    refused, within = [each for each in named if each.at_bound], [each for each in named if not each.at_bound]
+    # a class has the size of its likeliest member within what is compared; without one nothing is named
+    members, best = (members, max(within, key=lambda cause: cause.shared)) if within else ((), best)
     verdict = _verdict(shared, name, found, best, members, p_value, len(at) - len(lone), base_rates)
     rows = [
         Standing(
@@ -136,8 +139,7 @@ def judge(
         )
         for well, cause in lone.items()
     ]  # fmt: skip
-    if shown and best.at_bound:
-        rows.append(_refused(shared, name, best))
+    rows += [_refused(shared, name, cause) for cause in refused]
     left = [well for well in wells if well not in lone]
     for row, well in enumerate(left):
         if members:
