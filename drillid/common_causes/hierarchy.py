@@ -187,7 +187,8 @@ def _least_curvature(wells: Wells, information: Floats, border: Floats) -> Float
 
 def _held(at: Quadratic, own: Floats) -> Floats:
     """Log-likelihoods (N, G) with the rigs' coordinates (N, R) held."""
-    return at.value + np.einsum("ngr,nr->ng", at.score - 0.5 * np.einsum("ngrq,nq->ngr", at.information, own), own)
+    pull = at.score - 0.5 * np.einsum("ngrq,nq->ngr", at.information, own)
+    return np.asarray(at.value + np.einsum("ngr,nr->ng", pull, own), dtype=float)
 
 
 def _rig_modes(wells: Wells, score: Floats, information: Floats) -> Floats:
