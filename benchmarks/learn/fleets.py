@@ -64,6 +64,8 @@ class Trial:
     alone: float
     """The largest of single wells."""
     verdict: str
+    likeliest: str
+    """The member whose size is stated."""
     p_value: float
     probability: float
     found_size: float
@@ -119,7 +121,7 @@ def trial(task: tuple[int, int, str]) -> Trial:
     result, named = judged(fleet)
     verdict = result.verdict
     return Trial(
-        seed, wells, cause, size, root, alone, verdict.verdict, verdict.p_value, verdict.probability,
+        seed, wells, cause, size, root, alone, verdict.verdict, verdict.cause, verdict.p_value, verdict.probability,
         verdict.size, verdict.size_low, verdict.size_high,
         sum(any(cause in name.split("|") for name in names) for names in named) if cause else 0,
     )  # fmt: skip
@@ -160,7 +162,7 @@ def scores(trials: list[Trial]) -> list[Result]:
         )
     ]
     alarms = sum(each.verdict != NONE for each in plain)
-    named = [each for each in hidden if each.right]
+    named = [each for each in hidden if each.likeliest == each.cause]
     covered = sum(each.size_low <= each.size <= each.size_high for each in named)
     return [
         caught,
