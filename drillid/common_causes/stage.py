@@ -55,7 +55,7 @@ def write_common_causes(results: Path, wells: Mapping[str, Mapping[str, str]], s
         for folder, shares in wells.items()
         if WellFolders(results, folder).has("discrepancy", "examination")
     ]
-    judged = judge_fleet(evidence, settings)
+    judged = judge_fleet(evidence, settings) if settings.enabled else []
     write_table(common_table([each.verdict for each in judged]), Path(results) / COMMON_CAUSES)
     standings = [standing for each in judged for standing in each.standings]
     write_table(standing_table([*standings, *_left_out(evidence)]), Path(results) / STANDINGS)

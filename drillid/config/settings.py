@@ -115,6 +115,9 @@ class DiscrepancySettings(Strict):
 class CommonCausesSettings(Strict):
     """Causes that wells of a rig, a hole section or a tool have in common."""
 
+    enabled: bool = False
+    """Whether they are judged. Off by default: where wells name a cause themselves, the common size's interval is too
+    narrow and its probability too high."""
     error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of faultless fleets in which anything may be named; all their rigs, sections and tools share it."""
     base_rate: float = Field(default=0.5, gt=0, lt=1)

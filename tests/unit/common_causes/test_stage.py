@@ -73,7 +73,7 @@ def test_tables_and_pages_of_a_fleet(healthy: Processed, tmp_path: Path) -> None
         folder = results / "discrepancy" / name
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.symlink_to(healthy.folders.stage("discrepancy"))
-    named = write_common_causes(results, {"A": {}, "B": {}}, CommonCausesSettings())
+    named = write_common_causes(results, {"A": {}, "B": {}}, CommonCausesSettings(enabled=True))
     table = pd.read_csv(results / "common_causes.csv")
     assert named == 0
     # both folders say the name of the well that they were made for, so that there is one well and no group
