@@ -44,7 +44,7 @@ $(READY): requirements.lock
 	touch $@
 
 # made here with a line for each, so that the first wells need not wait for them
-$(KERNELS): $(READY) drillid/compiled.py $(shell find drillid/physics drillid/fits drillid/simulation -name '*.py' 2>/dev/null)
+$(KERNELS): $(READY) $(shell find drillid/compiled.py drillid/physics drillid/fits drillid/simulation -name '*.py' 2>/dev/null)
 	$(BIN)/python -m scripts.compile_kernels
 	touch $@
 

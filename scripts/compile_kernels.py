@@ -10,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+import typer
+
 import drillid
 from drillid.config.settings import SimulateSettings
 from drillid.demo.wells import write_demo_log
@@ -52,4 +54,4 @@ def identify(log: Path) -> drillid.Identification:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -67,13 +67,7 @@ def main(
     first: Annotated[int, typer.Option(help="Seed of the first case, below those of the proof's blocks.")] = FIRST,
     cases: Annotated[int, typer.Option(help="Cases of each world; about half have no hidden cause.")] = 300,
 ) -> None:
-    """Run the engine on sealed cases, and print the lines that calibrate its probabilities.
-
-    Raises
-    ------
-    SettingsError
-        If the cases are those of a block.
-    """
+    """Run the engine on sealed cases, and print the lines that calibrate its probabilities."""
     worlds = world or ["own"]
     for each in worlds:
         _refuse_blocks(each, first, cases)

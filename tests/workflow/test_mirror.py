@@ -8,6 +8,7 @@ import fsspec
 import pytest
 
 from drillid.errors import SettingsError
+from drillid.fleet.crate import CRATE
 from drillid.fleet.manifest import KEY
 from drillid.fleet.mirror import Changes, restore, update_mirror
 from tests.s3 import BUCKET, store
@@ -41,7 +42,7 @@ def test_a_run_keeps_a_copy_on_s3_from_which_another_machine_goes_on(
     assert finished.would_run(*words) == ["mirror", "all"]
     finished.run(*words)
     expected = digests(results)
-    assert {name for name in there(bucket) if not Path(name).name.startswith(".")} == expected.keys()
+    assert {name for name in there(bucket) if not Path(name).name.startswith(".")} == {*expected, CRATE}
     assert "Nothing to be done" in finished.run(*words)
     # a machine that has nothing but the checkout
     shutil.rmtree(results)
