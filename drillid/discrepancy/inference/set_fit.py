@@ -293,5 +293,8 @@ def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Poin
             break
         step = np.where(over, np.clip(now + step, low, high) - now, step)
         held |= over
+    shared, places = point.shared + step[:SHARED], list(LOCAL)
     local = point.local + own - np.einsum("wlp,p->wl", border, step)
-    return Point(point.shared + step[:SHARED], local, point.sizes + step[SHARED:])
+    # a window's own values have the bounds of the set's
+    local = np.clip(local, LOWEST[places] - shared[places], HIGHEST[places] - shared[places])
+    return Point(shared, local, point.sizes + step[SHARED:])

@@ -98,8 +98,9 @@ def test_of_two_causes_each_is_weighed_beside_the_other(ideal: Ideal, case: Case
 
 
 def test_a_rival_that_linear_reckoning_overlooks_is_found_where_it_is_named() -> None:
-    heavier = draw(70200)
-    ideal, (hidden,) = ideal_of(heavier), heavier.hidden
+    hidden = Hidden("distributed_bha", 200.0, 0.15)
+    heavier = replace(draw(70200), hidden=(hidden,))
+    ideal = ideal_of(heavier)
     assert "wave_speed" not in same(ideal, hidden)
     assert stands_in(ideal, hidden, "wave_speed", DISTINCT)
     assert not stands_in(ideal, hidden, "mud_drag", DISTINCT)

@@ -14,7 +14,7 @@ from drillid.datasets.examined import EXAMINATIONS
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
 from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import COORDINATES, Extension, Point, SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.products.advice import advise, present_separation
 from drillid.discrepancy.products.dataset import examination_dataset
@@ -30,6 +30,7 @@ from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.physics.top_drive import control
+from drillid.simulation.simulate import TIME_STEP
 from tests.simulated import SHALLOW, Processed, Truth, drilled
 from tests.truth.discrepancy.wells import processed_well
 
@@ -128,7 +129,10 @@ def test_residuals_shrink_to_noise(lagging: Processed) -> None:
 
 
 def test_the_base_model_leaves_echoes_and_the_extended_one_none(examined: Examination) -> None:
-    before = reflectogram(examined.model, examined.base, (), 0.01)
+    """Where the control's interval is stated: a control that holds for longer would take a part of the lag."""
+    stated = replace(examined.model.evidence.data_sheet, control_interval=TIME_STEP)
+    model = SetModel(replace(examined.model.evidence, data_sheet=stated))
+    before = reflectogram(model, fit_set(model, model.start()), (), 0.01)
     after = reflectogram(examined.model, examined.extended, examined.extensions, 0.01)
     assert _echoes(before)
     assert not _echoes(after)
@@ -185,21 +189,18 @@ def test_a_place_is_stated_where_the_noise_permits(braked: Examination, noise: f
 
 
 def test_a_delay_of_the_record_is_read_as_one(examined: Examination) -> None:
-    """A delay that the data sheets rule out appears at a port."""
-    lagging = examined.model.evidence
-    known = replace(lagging.data_sheet, delay=SHALLOW.top_drive.delay, delay_error=1e-5, clock_error=1e-5)
-    late = replace(
-        lagging,
-        mobility=lagging.mobility * np.exp(-0.03 * laplace(lagging.frequency)),
-        data_sheet=known,
-        control=None,
-        control_variance=None,
+    """A delay that came after the rig was identified appears at a port, where the drive's own is known."""
+    own = SHALLOW.top_drive.delay
+    known = replace(
+        examined.model.evidence.data_sheet, delay=own, delay_error=1e-5, clock_error=1e-5, control_interval=TIME_STEP
     )
-    model = SetModel(late)
-    lag = (Extension(CATALOGUE["drive_lag"], 0.0),)
-    start = Point(model.start().shared, model.start().local, np.array([LAG]))
-    base = fit_set(model, start, lag)
-    missing = missing_immittance(model, base, "record", lag)
+    lagging = replace(examined.model.evidence, data_sheet=known, control=None, control_variance=None)
+    before, lag = SetModel(lagging), (Extension(CATALOGUE["drive_lag"], 0.0),)
+    stated = before.expected()
+    identified = fit_set(before, Point(stated.shared, stated.local, np.array([LAG])), lag)
+    assert abs(identified.off_data_sheet[COORDINATES.index("delay")]) < 3
+    late = replace(lagging, mobility=lagging.mobility * np.exp(-0.03 * laplace(lagging.frequency)))
+    missing = missing_immittance(SetModel(late), identified, "record", lag)
     delay = re.search(r"a delay of ([\d.]+) ± ([\d.]+) ms", missing.reading)
     assert delay is not None, missing.reading
     assert abs(float(delay[1]) - 30) < 4 * float(delay[2])
