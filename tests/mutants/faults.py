@@ -20,6 +20,14 @@ class Fault:
 
 FAULTS = (
     Fault(
+        "common_causes",
+        "drillid/common_causes/hierarchy.py",
+        "at_bound=_is_end(grid, float(grid[np.argmax(curve)]))",
+        "at_bound=False",
+        ("tests/truth/common_causes/test_hierarchy.py::test_a_size_beyond_what_is_held_is_not_named",),
+        "a rig gets the largest size that was looked at for the size of its cause",
+    ),
+    Fault(
         "datasets",
         "drillid/datasets/checked_store.py",
         "if self.sums and (found is None or byte_range is None):",

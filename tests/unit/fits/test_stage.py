@@ -67,13 +67,13 @@ def test_the_controller_is_read_from_the_command_where_the_data_sheets_are_silen
     assert found_again.attrs["controller_proportional"] == pytest.approx(found.proportional)
     moved = ((found_again["value"] - told["value"]) / told["standard_error"]).sel(parameter=["inertia_td", "delay"])
     assert (np.abs(moved) < 1).all()
-    # gains that the last window shows are nothing to the others, which stay as they are in a well that grows
+    # gains that the last window shows are nothing to the others, which stay as they are but for rounding
     spectra["cross_command"][-1] *= 1.1
     well.folders.write("spectra", "spectra", spectra)
     well.run("fits", rig=rig(controller=None))
     later, others = well.dataset("fits", "fits"), slice(None, -1)
     assert later.attrs["controller_proportional"] != found_again.attrs["controller_proportional"]
-    xr.testing.assert_equal(later.isel(window=others), found_again.isel(window=others))
+    xr.testing.assert_allclose(later.isel(window=others), found_again.isel(window=others), rtol=1e-6)
 
 
 def test_without_controller_and_command_nothing_can_be_fitted(healthy: Processed, tmp_path: Path) -> None:
