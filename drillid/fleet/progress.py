@@ -55,7 +55,8 @@ class RunProgress:
         if rule not in self.tasks:
             return
         self.ended[rule] += 1
-        self.failed[rule] += sum(failed_in(Path(name)) for name in outputs if name.endswith(".json"))
+        manifests = [path for path in map(Path, outputs) if path.suffix == ".json" and path.parent.name == rule]
+        self.failed[rule] += sum(map(failed_in, manifests))
         failed = f"{self.failed[rule]} well(s) failed" if self.failed[rule] else ""
         self.lines.update(self.tasks[rule], advance=1, failed=failed)
         if not self.console.is_terminal and self.ended[rule] == self.jobs[rule]:

@@ -25,6 +25,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Checkout, flo
     began = time.monotonic()
     done = run(checkout)
     assert done.returncode == 0, done.stderr
+    assert "well(s) failed" not in done.stderr
     checkout.journal()
     return checkout, time.monotonic() - began
 
