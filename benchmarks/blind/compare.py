@@ -7,9 +7,9 @@ Both runs examine the same evidence, which the first one keeps beside its file. 
 """
 
 import json
-import pickle
 import time
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +20,7 @@ from rich.console import Console
 from benchmarks.blind.draw import draw
 from benchmarks.blind.engines import catalogue_of, kept_evidence
 from benchmarks.blind.vocabulary import ERROR_RATE
+from benchmarks.kept import pickled
 from drillid.discrepancy.verdicts.engine import examine
 
 _PROBABILITY, _SIZE, _PLACE = 0.01, 0.02, 60.0
@@ -37,12 +38,9 @@ def answer(
 ) -> None:
     """Examine cases and write verdicts with the time of one core."""
     done = {row["seed"] for row in _read(file)} if file.is_file() else set()
-    folder.mkdir(parents=True, exist_ok=True)
     for seed in (seed for seed in range(first, first + cases) if seed not in done):
-        case, kept = draw(seed), folder / f"{seed}.pickle"
-        if not kept.is_file():
-            kept.write_bytes(pickle.dumps(kept_evidence(case)))
-        evidence = pickle.loads(kept.read_bytes())
+        case = draw(seed)
+        evidence = pickled(folder / f"{seed}.pickle", partial(kept_evidence, case))
         begin = time.process_time()
         verdicts = examine(evidence, catalogue=catalogue_of(case), error_rate=ERROR_RATE, seed=seed).verdicts
         row = {"seed": seed, "windows": evidence.windows, "hidden": sorted(case.hidden_names)}

@@ -1,11 +1,9 @@
 """The engines that are judged: the discovery engine, and one that answers at random for comparison."""
 
 import json
-import pickle
 import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +11,7 @@ import numpy as np
 from benchmarks.blind.answer import Answer, Claim
 from benchmarks.blind.vocabulary import CAUSES, ERROR_RATE, NONE, UNKNOWN
 from benchmarks.blind.world import FOLDER, AnyCase, depths, documents, records_of, records_path, weight
+from benchmarks.kept import pickled, write
 from drillid.config.settings import Settings
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.catalogue import Cause
@@ -60,12 +59,7 @@ def kept_evidence(case: AnyCase) -> Evidence:
     """Evidence about a case, cached in a file named after a hash of the code that gathers it."""
     key = [str(documents(case)), case.command_logged, records_path(case).name]
     path = FOLDER / "evidence" / f"{digest([_GATHERING, key, SETTINGS.model_dump()])}.pickle"
-    if path.is_file():
-        cached: Evidence = pickle.loads(path.read_bytes())
-        return cached
-    evidence = evidence_of(case)
-    _write(path, pickle.dumps(evidence))
-    return evidence
+    return pickled(path, lambda: evidence_of(case))
 
 
 def catalogue_of(case: AnyCase) -> list[Cause]:
@@ -88,7 +82,7 @@ def kept_answer(case: AnyCase, code: str, answer: Callable[[AnyCase], Answer]) -
     begin = time.process_time()
     given = answer(case)
     timed = replace(given, seconds=time.process_time() - begin) if np.isnan(given.seconds) else given
-    _write(path, json.dumps(asdict(timed)).encode())
+    write(path, json.dumps(asdict(timed)).encode())
     return timed
 
 
@@ -115,13 +109,6 @@ def _claim(verdict: Verdict) -> Claim:
         verdict.location_m,
         verdict.predictive_gain_low,
     )
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".part")
-    unfinished.write_bytes(content)
-    unfinished.replace(path)
 
 
 def at_random(case: AnyCase) -> Answer:

@@ -3,36 +3,12 @@
 Where real wells are needed, they are simulated once and kept in results/bench-fleet.
 """
 
-import importlib
-from typing import Annotated
-
 import typer
-from rich.console import Console
 
-from benchmarks.fleet.measurement import FILE, record
-from benchmarks.result import Result, result_table
+from benchmarks.fleet.measurement import FILE
+from benchmarks.parts import command
 
 PARTS = ("plan", "cost", "overhead", "speedup", "flat", "nightly", "extrapolation", "kills", "fuzz", "pages")
-"""Modules of this folder, each with a function `measure` that takes the console and returns a Measurement."""
-
-
-def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"Some of: {', '.join(PARTS)}; all by default.")] = None,
-) -> None:
-    """Measure, print and write what a fleet costs and survives."""
-    unknown = [part for part in parts or () if part not in PARTS]
-    if unknown:
-        raise typer.BadParameter(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
-    console, results = Console(), list[Result]()
-    for part in parts or PARTS:
-        module = importlib.import_module(f"benchmarks.fleet.{part}")
-        console.rule((module.__doc__ or "").splitlines()[0])
-        measured = module.measure(console)
-        record(measured)
-        results += measured.results
-    console.print(result_table("What a fleet costs and survives", results))
-    console.print(f"Written to {FILE}")
-
 
 if __name__ == "__main__":
-    typer.run(main)
+    typer.run(command("benchmarks.fleet", PARTS, "What a fleet costs and survives", FILE))

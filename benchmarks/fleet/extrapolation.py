@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fleet import overhead
-from benchmarks.fleet.measurement import FILE, Measurement
+from benchmarks.fleet.measurement import FILE
+from benchmarks.parts import Measurement
 from drillid.errors import SettingsError
 from drillid.fleet.stages import STAGES
 

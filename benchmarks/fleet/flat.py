@@ -6,10 +6,11 @@ The 1000 wells are the 200 of the part `overhead`, which are kept, and 800 more,
 import pandas as pd
 from rich.console import Console
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.overhead import FLEET, WELLS, serial_run
 from benchmarks.fleet.sheets import workflow
 from benchmarks.fleet.wells import write_wells
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 SMALL, LARGE = 10, 1000

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from benchmarks.fleet.measurement import Measurement
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 FILE = Path("results/fuzz.json")

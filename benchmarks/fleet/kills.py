@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from benchmarks.fleet.measurement import Measurement
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from tests.workflow.killed import digests, kill_some_process, run, write_wells
 from tests.workflow.toys import new_checkout

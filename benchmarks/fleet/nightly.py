@@ -18,8 +18,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.sheets import ROOT, workflow, write_fleet
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.config.settings import SimulateSettings
 from drillid.demo.wells import WELLS, write_stand

@@ -6,9 +6,10 @@ planning, keys, manifests, tables of the fleet and the report all count as overh
 
 from rich.console import Console
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.sheets import Run, workflow
 from benchmarks.fleet.wells import computing_seconds, write_wells
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 WELLS, SAMPLE, BATCH = 200, 9, 100

@@ -17,7 +17,8 @@ import numpy as np
 import xarray as xr
 from rich.console import Console
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets

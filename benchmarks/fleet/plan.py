@@ -9,8 +9,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.sheets import ROOT, Run, workflow, write_fleet
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 WELLS, LOGS = 1000, 10

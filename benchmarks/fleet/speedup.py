@@ -9,9 +9,10 @@ from pathlib import Path
 
 from rich.console import Console
 
-from benchmarks.fleet.measurement import FOLDER, Measurement
+from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.sheets import Run, workflow
 from benchmarks.fleet.wells import write_wells
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 WELLS, REPEATS = 40, 2

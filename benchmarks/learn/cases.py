@@ -1,6 +1,5 @@
 """Wells of a rig with a hidden effect, twice as large as where the ideal test begins to see it, simulated in time."""
 
-import pickle
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -14,6 +13,7 @@ from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.ideal import Ideal
 from benchmarks.blind.ideal.own import OwnResponses
 from benchmarks.blind.ideal.responses import Kind
+from benchmarks.kept import pickled
 from benchmarks.learn.effects import HIDEABLE
 from benchmarks.learn.measurement import FOLDER
 from drillid.arrays import Floats
@@ -60,15 +60,15 @@ def well(rig: int, number: int, windows: int = WINDOWS) -> Case:
 def with_hidden(case: Case, name: str, times: float = 2.0) -> Case:
     """The case with an effect of `times` the size that is seen; its largest where it does not grow so far."""
     shape = float(np.random.default_rng([_SEAL, case.seed // 100, len(name)]).random())
-    low, high = HIDEABLE[name].effect.sizes  # type: ignore[misc]
+    ideal = Ideal(case, _Responses(case))
+    low, largest = HIDEABLE[name].effect.range(case.world(0, hidden=()), case.context(Hidden(name, 0.0, shape)))
+    high = largest
     for _ in range(_ROUNDS):
         middle = float(np.sqrt(low * high))
-        ideal = Ideal(case, _Responses(case))
         reached = np.sqrt(max(ideal.noncentrality((Hidden(name, middle, shape),)), 0.0))
         if abs(reached / SEEN - 1) < _CLOSE:
             break
         low, high = (low, middle) if reached > SEEN else (middle, high)
-    largest = HIDEABLE[name].effect.sizes[1]  # type: ignore[index]
     return replace(case, hidden=(Hidden(name, min(times * middle, largest), shape),))
 
 
@@ -76,17 +76,11 @@ def evidence_of(case: Case) -> Evidence:
     """Evidence about a case from its simulated logs, without detections; kept in a file."""
     code = source_hash("drillid.discrepancy.gather", "drillid.simulation.simulate", "benchmarks.learn.cases")
     path = FOLDER / "evidence" / f"{digest([code, str(case)])}.pickle"
-    if path.is_file():
-        kept: Evidence = pickle.loads(path.read_bytes())
-        return kept
+    return pickled(path, lambda: _gathered(case))
+
+
+def _gathered(case: Case) -> Evidence:
     windows = [own._simulated(case, number) for number in range(len(case.segments))]
-    evidence = _gathered(case, windows)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(pickle.dumps(evidence))
-    return evidence
-
-
-def _gathered(case: Case, windows: list[dict[str, Floats]]) -> Evidence:
     lost = np.full_like(windows[0]["speed"], np.nan)
     series = [
         Series(window["sweep"], window["speed"], window["command"] if case.command_logged else lost)

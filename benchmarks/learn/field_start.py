@@ -6,7 +6,7 @@ from rich.console import Console
 from benchmarks.field.log import read_field_log
 from benchmarks.field.start_up import DATA, FITTED_S
 from benchmarks.field.transfer import MODELS, SEEN_S, table
-from benchmarks.learn.measurement import Measurement
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 
 

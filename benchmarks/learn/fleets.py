@@ -2,8 +2,6 @@
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from pickle import dumps, loads
 from typing import Any
 
 import numpy as np
@@ -15,13 +13,15 @@ from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.generator.cases import Case
 from benchmarks.blind.ideal.ideal import threshold
 from benchmarks.blind.vocabulary import ERROR_RATE
+from benchmarks.kept import pickled
 from benchmarks.learn.fleet_cases import Fleet, plain_fleet, power, sized
-from benchmarks.learn.measurement import FOLDER, Measurement, share
+from benchmarks.learn.measurement import FOLDER, share
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.common_causes.pooling import SetStatistics
 from drillid.common_causes.verdicts import Judged, judge
 from drillid.discrepancy.base_rates import BaseRates
-from drillid.discrepancy.inference.shared_likelihood import shared_likelihood
+from drillid.discrepancy.inference.shared_likelihood import SharedLikelihood, shared_likelihood
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.verdict import NONE
 from drillid.fleet.manifest import write_whole
@@ -46,8 +46,11 @@ ALONE = 2.5
 DETECTABILITY = (2.5, 10.0)
 """Range of √λ over the fleet, log-uniform, as far as no single well shows it."""
 PROCESSES = 1
-_CODE = [source_hash("drillid.discrepancy.inference.shared_likelihood"), source_hash("drillid.discrepancy.gather")]
-_CODE += [source_hash("drillid.discrepancy.verdicts.engine")]
+_CODE = source_hash(
+    "drillid.discrepancy.inference.shared_likelihood",
+    "drillid.discrepancy.gather",
+    "drillid.discrepancy.verdicts.engine",
+)
 
 
 @dataclass(frozen=True)
@@ -83,16 +86,14 @@ class Trial:
 def statistics_of(case: Case, well: str) -> tuple[SetStatistics, tuple[str, ...]]:
     """What the fleet keeps of a well, and what its own verdicts name; cached in a file."""
     path = FOLDER / "wells" / f"{digest([_CODE, case.path.name, str(case.data_sheet), case.command_logged])}.pickle"
-    if not path.is_file():
-        examination = examine(evidence_of(case), error_rate=ERROR_RATE)
-        kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
-        named = tuple(verdict.verdict for verdict in examination.verdicts)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = Path(f"{path}.part")
-        part.write_bytes(dumps((vars(kept), named)))
-        part.replace(path)
-    content, named = loads(path.read_bytes())
-    return SetStatistics(well=well, rig="rig", **content), named
+    kept, named = pickled(path, lambda: _examined(case))
+    return SetStatistics(well=well, rig="rig", **vars(kept)), named
+
+
+def _examined(case: Case) -> tuple[SharedLikelihood, tuple[str, ...]]:
+    examination = examine(evidence_of(case), error_rate=ERROR_RATE)
+    kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
+    return kept, tuple(verdict.verdict for verdict in examination.verdicts)
 
 
 def drawn(seed: int, wells: int, cause: str) -> tuple[Fleet, float, float, float]:

@@ -1,20 +1,14 @@
 """Where every part of `make learn` writes its results, and shares of cases with their limits."""
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.fleet import measurement
 from benchmarks.result import Result
 
 FILE = Path("results/learn.json")
 FOLDER = Path("results/learn")
 """Where parts keep what they simulate."""
-
-Measurement = measurement.Measurement
-record = partial(measurement.record, file=FILE)
-"""Put a part's measurement into the file; the keys of other parts are kept."""
 
 
 def share(

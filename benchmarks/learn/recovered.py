@@ -15,13 +15,15 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.kept import write
 from benchmarks.learn.cases import Case, evidence_of, well, with_hidden
 from benchmarks.learn.effects import HIDEABLE
-from benchmarks.learn.measurement import FOLDER, Measurement, share
+from benchmarks.learn.measurement import FOLDER, share
+from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.discrepancy.inference.held_out_gain import gain_on
-from drillid.discrepancy.inference.set_fit import SetFit, fit_set, with_own_deviation, without_outlier_windows
-from drillid.discrepancy.inference.set_model import Point, SetModel
+from drillid.discrepancy.inference.set_fit import fit_base, fit_set
+from drillid.discrepancy.inference.set_model import Point
 from drillid.discrepancy.learning.fingerprint import Fingerprint
 from drillid.discrepancy.learning.offer import learnt_extension
 from drillid.discrepancy.predictive_gain import PredictiveGain
@@ -51,17 +53,16 @@ def outcome(case: Case) -> dict[str, Any]:
         kept: dict[str, Any] = json.loads(path.read_text())
         return kept
     found = _outcome(case)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(found))
+    write(path, json.dumps(found).encode())
     return found
 
 
 def _outcome(case: Case) -> dict[str, Any]:
     evidence, (hidden,) = evidence_of(case), case.hidden
     found: dict[str, Any] = {"seed": case.seed, "effect": hidden.name, "size": hidden.size, "shape": hidden.shape}
-    learning, base = _fitted(SetModel(evidence.subset(np.arange(LEARNING))))
+    learning, base = fit_base(evidence.subset(np.arange(LEARNING)))
     learnt = learnt_extension(learning, base)
-    model, whole = _fitted(SetModel(evidence))
+    model, whole = fit_base(evidence)
     unseen = np.zeros(evidence.used.shape, dtype=bool)
     unseen[LEARNING:] = True
     start = whole.point
@@ -82,12 +83,6 @@ def _outcome(case: Case) -> dict[str, Any]:
         "resembles": learnt.fingerprint.resembles,
         "fingerprint": learnt.fingerprint.content(),
     }
-
-
-def _fitted(model: SetModel) -> tuple[SetModel, SetFit]:
-    starts = (model.start(), model.expected())
-    model, base = with_own_deviation(model, min((fit_set(model, each) for each in starts), key=lambda fit: fit.cost))
-    return model, without_outlier_windows(model, base)
 
 
 def measure(console: Console) -> Measurement:
@@ -113,7 +108,7 @@ def _count(offered: list[dict[str, Any]]) -> int:
 
 
 def _pairs(offered: list[dict[str, Any]]) -> tuple[list[bool], list[bool]]:
-    """Whether pairs of wells are are told to have the same, with the same effect and with different ones."""
+    """Whether pairs of wells are told to have the same, with the same effect and with different ones."""
     same, different = [], []
     for first, second in combinations(offered, 2):
         if first["seed"] // 100 != second["seed"] // 100:

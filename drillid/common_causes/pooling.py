@@ -12,31 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats, Indices
-from drillid.discrepancy.inference.shared_likelihood import PARTS, size_weights
+from drillid.discrepancy.inference.shared_likelihood import PARTS, SharedLikelihood, size_weights
 from drillid.discrepancy.rules import WELL_DEVIATION
 
 
 @dataclass(frozen=True, eq=False)
-class SetStatistics:
-    """What is stored of one set of windows, see `drillid.discrepancy.inference.shared_likelihood`."""
+class SetStatistics(SharedLikelihood):
+    """What is stored of one set of windows, and whose it is."""
 
     well: str
     rig: str
-    prior_error: Floats
-    """(R,)"""
-    sizes: Floats
-    """(C, S)"""
-    coordinates: Floats
-    """(C, S, R)"""
-    value: Floats
-    """(2, C, S)"""
-    score: Floats
-    """(2, C, S, R)"""
-    information: Floats
-    """(2, C, S, R, R)"""
-    control_common: float
-    windows: int
-    temper: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,7 @@ from drillid.common_causes.verdicts import CommonVerdict, Judged, OwnVerdict, St
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import write_table
 from drillid.discrepancy.base_rates import BaseRates
+from drillid.discrepancy.inference.shared_likelihood import SharedLikelihood
 from drillid.discrepancy.rules import LEFT_UNEXPLAINED
 from drillid.discrepancy.sets import read_verdicts, shared_error_rate
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
@@ -85,19 +86,8 @@ def read_well(folders: WellFolders, shares: Mapping[str, str]) -> WellEvidence:
 
 def _statistics(of_set: xr.Dataset, well: str, rig: str) -> SetStatistics:
     """The stored statistics of one set."""
-    return SetStatistics(
-        well=well,
-        rig=rig,
-        prior_error=of_set["shared_prior_error"].values,
-        sizes=of_set["shared_sizes"].values,
-        coordinates=of_set["shared_coordinates"].values,
-        value=of_set["shared_value"].values,
-        score=of_set["shared_score"].values,
-        information=of_set["shared_information"].values,
-        control_common=float(of_set["shared_control_common"]),
-        windows=int(of_set["shared_windows"]),
-        temper=float(of_set["shared_temper"]),
-    )
+    kept: dict[str, Any] = {field.name: of_set[f"shared_{field.name}"].values[()] for field in fields(SharedLikelihood)}
+    return SetStatistics(**kept, well=well, rig=rig)
 
 
 def _is_unexplained(of_set: xr.Dataset) -> bool:

@@ -78,15 +78,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         content = drawn_content(results, name)
         key = memo.key(name, content)
         files = [f"{name}.{suffix}" for suffix in settings.figures.formats]
-        if content is None or not all(
-            memo.earlier.get(key, {}).get(file) == _checksum(earlier / file) for file in files
-        ):
+        known = {} if content is None else memo.earlier.get(key, {})
+        if all(known.get(file) == _checksum(earlier / file) for file in files):
+            for file in files:
+                shutil.copyfile(earlier / file, folder / file)
+        else:
             figure = draw(results, name)
             for file in files:
                 save(figure, folder / file, settings.figures.dpi)
-        else:
-            for file in files:
-                shutil.copyfile(earlier / file, folder / file)
         if content is not None:
             memo.found[key] = {file: checksum(folder / file) for file in files}
     memo.save()

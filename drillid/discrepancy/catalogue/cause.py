@@ -54,6 +54,11 @@ class WindowModel:
         controller: Controller = replace(self.system.top_drive.controller, **parameters)
         return self.with_top_drive(controller=controller)
 
+    def with_recording(self, **parameters: Any) -> WindowModel:
+        """The same with other parameters of the recorder."""
+        recording: Recording = replace(self.recording, **parameters)
+        return replace(self, recording=recording)
+
     def with_string(self, *sections: Section) -> WindowModel:
         """The same with another string."""
         return replace(self, system=replace(self.system, string=sections))

@@ -1,6 +1,5 @@
 """Causes in sensors, filters, clocks and recorder."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,9 +28,7 @@ class SpeedScale(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """Recorded speed times one plus the size."""
-        return replace(
-            window_model, recording=replace(window_model.recording, scale=window_model.recording.scale * (1 + size))
-        )
+        return window_model.with_recording(scale=window_model.recording.scale * (1 + size))
 
 
 class SignOrUnit(Cause):
@@ -51,10 +48,7 @@ class SignOrUnit(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """Recorded speed times the factor at size 1."""
-        return replace(
-            window_model,
-            recording=replace(window_model.recording, scale=window_model.recording.scale * (1 + size * (shape - 1))),
-        )
+        return window_model.with_recording(scale=window_model.recording.scale * (1 + size * (shape - 1)))
 
 
 class ClockOffset(Cause):
@@ -73,10 +67,7 @@ class ClockOffset(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """The recorded speed delayed by the size."""
-        return replace(
-            window_model,
-            recording=replace(window_model.recording, clock_offset=window_model.recording.clock_offset + size),
-        )
+        return window_model.with_recording(clock_offset=window_model.recording.clock_offset + size)
 
 
 class RecorderFilter(Cause):
@@ -97,9 +88,7 @@ class RecorderFilter(Cause):
     ) -> WindowModel:
         """A Butterworth low-pass filter."""
         corner = 1 / (2 * np.pi * (size + _LEAST_LAG))
-        return replace(
-            window_model, recording=replace(window_model.recording, filter_frequency=corner, filter_order=int(shape))
-        )
+        return window_model.with_recording(filter_frequency=corner, filter_order=int(shape))
 
 
 class SampleAndHold(Cause):
@@ -118,13 +107,8 @@ class SampleAndHold(Cause):
     ) -> WindowModel:
         """A speed that is late by a uniformly distributed time, up to the size."""
         recording = window_model.recording
-        return replace(
-            window_model,
-            recording=replace(
-                recording,
-                clock_offset=recording.clock_offset + size / 2,
-                hold_variance=recording.hold_variance + size * size / 12,
-            ),
+        return window_model.with_recording(
+            clock_offset=recording.clock_offset + size / 2, hold_variance=recording.hold_variance + size * size / 12
         )
 
 

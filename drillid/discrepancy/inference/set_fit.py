@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
+from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
     HEAVY_TAILED,
@@ -196,6 +197,14 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
     return model, fit
 
 
+def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
+    """The model of a set without extensions, and its fit from both starts, outlier windows brought back."""
+    model = SetModel(evidence)
+    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+    model, base = with_own_deviation(model, base)
+    return model, without_outlier_windows(model, base)
+
+
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
     """Bounds of shared coordinates and sizes."""
     sizes = [extension.cause.size for extension in extensions]
@@ -226,9 +235,7 @@ def normal_equations(
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
     """Precision of the priors of shared coordinates and sizes about a point, and their right side."""
-    typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
-    off = np.append((point.shared - model.prior_mean) / model.prior_error, point.sizes / typical)
-    error = np.append(model.prior_error, typical)
+    off, error = _off_priors(model, point, extensions)
     precision = error**-2.0
     heavy = list(HEAVY_TAILED)
     precision[heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[heavy] ** 2)
@@ -237,9 +244,14 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
 
 def _prior_cost(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> float:
     """Cost of the priors of shared coordinates and sizes."""
+    return float(np.sum(_off_cost(_off_priors(model, point, extensions)[0])))
+
+
+def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+    """How far shared coordinates and sizes lie off their priors, in standard deviations, and these."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
     off = np.append((point.shared - model.prior_mean) / model.prior_error, point.sizes / typical)
-    return float(np.sum(_off_cost(off)))
+    return off, np.append(model.prior_error, typical)
 
 
 def _off_cost(off: Floats) -> Floats:

@@ -8,6 +8,7 @@ Technical Journal 3, 259–267; Brune 1931, Journal of Mathematics and Physics 1
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, Win
 from drillid.physics.attachments import MountedInertia, Relaxation, with_joint, with_law, with_lump
 from drillid.physics.damping import DampingLaw
 from drillid.physics.equipment import Section, Shaping
+from drillid.physics.strings import String
 
 TOP, BIT = 0.0, 1.0
 """Places at either end of the string."""
@@ -47,69 +49,69 @@ def depth_of(place: Any, window_model: WindowModel, operating_point: OperatingPo
     return total * np.maximum(1 - share, 0.0)
 
 
-class LearntInertia(Term):
-    """A lump of inertia; the shape is its place."""
+class _PlacedTerm(Term):
+    """Something that hangs in the string; the shape is its place."""
+
+    is_place = True
+
+    def extend(
+        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
+    ) -> WindowModel:
+        """It at its place."""
+        depth = depth_of(shape, window_model, operating_point)
+        return window_model.with_string(*self.hung(window_model.system.string, depth, size))
+
+    @abstractmethod
+    def hung(self, string: String, depth: Any, size: Any) -> String:
+        """The string with it at a depth, m."""
+
+
+class LearntInertia(_PlacedTerm):
+    """A lump of inertia."""
 
     name = "learnt_inertia"
     meaning = "an inertia turns with the string"
     size = Size("inertia", "kg m²", 50.0, 0.0, 2e3)
-    is_place = True
 
-    def extend(
-        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
-    ) -> WindowModel:
-        """The inertia added to the string."""
-        depth = depth_of(shape, window_model, operating_point)
-        return window_model.with_string(*with_lump(window_model.system.string, depth, inertia=size))
+    def hung(self, string: String, depth: Any, size: Any) -> String:
+        """The inertia added."""
+        return with_lump(string, depth, inertia=size)
 
 
-class LearntDamper(Term):
-    """A damper to ground; the shape is its place."""
+class LearntDamper(_PlacedTerm):
+    """A damper to ground."""
 
     name = "learnt_damper"
     meaning = "the string is braked at a place"
     size = Size("damping", "N m s/rad", 100.0, 0.0, 5e3)
-    is_place = True
 
-    def extend(
-        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
-    ) -> WindowModel:
-        """The damping added to the string."""
-        depth = depth_of(shape, window_model, operating_point)
-        return window_model.with_string(*with_lump(window_model.system.string, depth, damping=size))
+    def hung(self, string: String, depth: Any, size: Any) -> String:
+        """The damping added."""
+        return with_lump(string, depth, damping=size)
 
 
-class LearntJoint(Term):
-    """A soft joint; the shape is its place."""
+class LearntJoint(_PlacedTerm):
+    """A soft joint."""
 
     name = "learnt_joint"
     meaning = "a joint gives way within the string"
     size = Size("compliance", "rad/(N m)", 2e-5, 0.0, 2e-3)
-    is_place = True
 
-    def extend(
-        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
-    ) -> WindowModel:
-        """The compliance added to the string."""
-        depth = depth_of(shape, window_model, operating_point)
-        return window_model.with_string(*with_joint(window_model.system.string, depth, size))
+    def hung(self, string: String, depth: Any, size: Any) -> String:
+        """The compliance added."""
+        return with_joint(string, depth, size)
 
 
-class MountInertia(Term):
-    """An inertia on a spring and a damper; the shape is its place. Its frequency and loss are further terms."""
+class MountInertia(_PlacedTerm):
+    """An inertia on a spring and a damper. Its frequency and loss are further terms."""
 
     name = "mount_inertia"
     meaning = "an inertia hangs on the string by a spring"
     size = Size("inertia", "kg m²", 50.0, 0.0, 2e3)
-    is_place = True
 
-    def extend(
-        self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
-    ) -> WindowModel:
+    def hung(self, string: String, depth: Any, size: Any) -> String:
         """The inertia, on a spring that the next terms state."""
-        depth = depth_of(shape, window_model, operating_point)
-        law = MountedInertia(size, 0.0, 0.0)
-        return window_model.with_string(*with_law(window_model.system.string, depth, law))
+        return with_law(string, depth, MountedInertia(size, 0.0, 0.0))
 
 
 class _LawTerm(Term):
@@ -212,12 +214,12 @@ class _ShapingTerm(Term):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """The coefficient added to the factor."""
-        top_drive, recording = window_model.system.top_drive, window_model.recording
+        top_drive = window_model.system.top_drive
         if self.port == "drive":
             return window_model.with_top_drive(shaping=self._changed(top_drive.shaping, size))
         if self.port == "control":
             return window_model.with_controller(shaping=self._changed(top_drive.controller.shaping, size))
-        return replace(window_model, recording=replace(recording, shaping=self._changed(recording.shaping, size)))
+        return window_model.with_recording(shaping=self._changed(window_model.recording.shaping, size))
 
     def _changed(self, shaping: Shaping | None, size: Any) -> Shaping:
         before = shaping or Shaping()

@@ -11,8 +11,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import fit_set, with_own_deviation, without_outlier_windows
-from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.discrepancy.rules import DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
@@ -51,10 +50,7 @@ def examine(
             "Take windows in which more passes the coherence gate",
         )
     causes = list(CATALOGUE.values()) if catalogue is None else list(catalogue)
-    model = SetModel(evidence)
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
-    model, base = with_own_deviation(model, base)
-    base = without_outlier_windows(model, base)
+    model, base = fit_base(evidence)
     generator = np.random.default_rng(seed)
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
