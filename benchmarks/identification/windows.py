@@ -90,7 +90,7 @@ def windows_of(runs: Sequence[Run], progress: str = "Simulating windows") -> lis
     missing = [run for run in runs if not run.path.is_file()]
     if missing:
         with ProcessPoolExecutor(PROCESSES) as pool:
-            for _ in track(pool.map(Run.make, missing), progress, total=len(missing)):
+            for _ in track(pool.map(Run.make, missing), progress, total=len(missing), disable=len(missing) == 1):
                 pass
     return [window for run in runs for window in run.read()]
 
