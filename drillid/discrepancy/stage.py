@@ -64,7 +64,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
     table = intervals(data.windows, dataset, run)
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
-    sets = examine_well(data, error_rate, stated_base_rates(settings.discrepancy), memo, earlier)
+    base_rates, common_causes = stated_base_rates(settings.discrepancy), settings.common_causes.enabled
+    sets = examine_well(data, error_rate, base_rates, memo, earlier, common_causes)
     changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)

@@ -19,7 +19,7 @@ class Stage:
     reads: tuple[tuple[str, str], ...]
     """Datasets without which there is nothing to do, as (stage, dataset)."""
     settings: tuple[str, ...]
-    """Sections of the settings."""
+    """Sections of the settings, or one key of a section as `section.key`."""
     rig: tuple[str, ...]
     """Parts of the rig description; empty where it is not used."""
 
@@ -27,6 +27,14 @@ class Stage:
     def module(self) -> str:
         """Import name of the module that takes a well through the stage."""
         return f"drillid.{self.name}.stage"
+
+    @property
+    def sections(self) -> dict[str, set[str] | bool]:
+        """Sections of the settings with the keys that count, or True where all do."""
+        chosen: dict[str, set[str] | bool] = {}
+        for section, _, key in (name.partition(".") for name in self.settings):
+            chosen[section] = {key} if key else True
+        return chosen
 
     @property
     def upstream(self) -> tuple[str, ...]:
@@ -55,7 +63,12 @@ STAGES: dict[str, Stage] = {
         Stage("spectra", (_RECORDS, _WINDOWS), ("spectra",), ()),
         Stage("mobility", (_SPECTRA,), ("mobility",), ()),
         Stage("fits", (_WINDOWS, _SPECTRA, *_MOBILITY), ("fits",), _DATA_SHEET),
-        Stage("discrepancy", (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS), _ENGINE, _DATA_SHEET),
+        Stage(
+            "discrepancy",
+            (_RECORDS, _WINDOWS, _SPECTRA, *_MOBILITY, *_FITS),
+            (*_ENGINE, "common_causes.enabled"),
+            _DATA_SHEET,
+        ),
         Stage(
             "depth",
             (_RECORDS, _WINDOWS, ("windows", "states"), _SPECTRA, *_MOBILITY, *_FITS, _JOINT, *_DISCREPANCY),
@@ -94,7 +107,7 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
     # a stage is handed its rig description, which the modules it imports need not show
     return name | {
         "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),
-        "settings": settings.model_dump(mode="json", include=set(stage.settings)),
+        "settings": settings.model_dump(mode="json", include=stage.sections),
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",
         "logs": "" if stage.reads else "simulated" if simulated else file_manifest(listing.logs),
     }

@@ -8,6 +8,7 @@ are not in it: wells of a rig have the same data sheets, which err alike in all 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,11 +68,11 @@ def shared_candidates() -> list[Extension]:
     ]
 
 
-def candidate_labels() -> list[str]:
-    """Each candidate's cause, with its shape where there are several."""
+def candidate_labels(candidates: Sequence[Extension] | None = None) -> list[str]:
+    """Each candidate's cause, with its shape where there are several; of `shared_candidates` where none are given."""
     return [
         each.cause.name if len(each.cause.shapes) == 1 else f"{each.cause.name} {each.shape:g}"
-        for each in shared_candidates()
+        for each in (shared_candidates() if candidates is None else candidates)
     ]
 
 
@@ -83,19 +84,26 @@ def held_sizes(size: Size, own: float = 0.0) -> Floats:
     return min(reach, size.high) * np.array(_ONE_SIDED)
 
 
-def shared_likelihood(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> SharedLikelihood:
+def shared_likelihood(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], candidates: Sequence[Extension] | None = None
+) -> SharedLikelihood:
     """Expand the log-likelihood of a set with each candidate held at some sizes, from the model with its own causes.
 
     A cause of that model is held up to beyond its fitted size; the set's other causes are fitted anew each time.
+
+    Parameters
+    ----------
+    candidates : `shared_candidates` where not given
     """
-    candidates = shared_candidates()
+    candidates = shared_candidates() if candidates is None else candidates
     shape = (PARTS, len(candidates), HELD)
-    sizes, value = np.stack([held_sizes(each.cause.size) for each in candidates]), np.zeros(shape)
+    sizes, value = np.zeros(shape[1:]), np.zeros(shape)
     score, information = np.zeros((*shape, RIG.size)), np.zeros((*shape, RIG.size, RIG.size))
     coordinates = np.zeros((len(candidates), HELD, RIG.size))
     own = _Expansion.of(model, fit, extensions)
     names = [extension.cause.name for extension in extensions]
     for number, candidate in enumerate(candidates):
+        sizes[number] = held_sizes(candidate.cause.size)
         place = names.index(candidate.cause.name) if candidate.cause.name in names else None
         others, point = extensions, fit.point
         if place is not None:

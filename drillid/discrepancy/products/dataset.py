@@ -16,7 +16,7 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
-from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_likelihood
+from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_candidates, shared_likelihood
 from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
@@ -33,17 +33,23 @@ from drillid.windows.channels import sample_rate, window_channels
 Columns = dict[str, tuple[tuple[str, ...], Any]]
 
 
-def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate: float) -> xr.Dataset:
+def examination_dataset(
+    sets: Sequence[ExaminedSet], data: WellData, error_rate: float, common_causes: bool = False
+) -> xr.Dataset:
     """All that is stored of the examinations of a well; an empty dataset where the well has no set.
 
     Parameters
     ----------
     error_rate : probability that noise alone passes the level of a reflectogram anywhere
+    common_causes : whether to store what the sets say of causes that other wells may have as well
     """
     if not sets:
         return EXAMINATIONS.empty()
     windows = data.windows.sizes["window"]
-    variables = [_set_variables(examined, data, error_rate) for examined in sets]
+    candidates = shared_candidates() if common_causes else []
+    variables = [
+        _set_variables(examined, data, error_rate) | _shared(examined.examination, candidates) for examined in sets
+    ]
     stacked = {
         name: (("set", *dims), np.array([of_set[name][1] for of_set in variables]))
         for name, (dims, _) in variables[0].items()
@@ -57,7 +63,7 @@ def examination_dataset(sets: Sequence[ExaminedSet], data: WellData, error_rate:
             "cause": list(CATALOGUE),
             "cause_": list(CATALOGUE),
             "port": list(unknown.CHANNELS),
-            "candidate": candidate_labels(),
+            "candidate": candidate_labels(candidates),
         }
         | {"parameter": list(PARAMETERS), "coordinate": list(COORDINATES)}
     )
@@ -112,7 +118,6 @@ def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> 
         "reflection_level": (("place",), after.level),
         **_evidence(examination),
         **_separation(examination),
-        **_shared(examination),
         **_missing(examination),
         **_held_out(examined, data),
     }
@@ -158,9 +163,9 @@ def _separation(examination: Examination) -> Columns:
     }
 
 
-def _shared(examination: Examination) -> Columns:
+def _shared(examination: Examination, candidates: Sequence[Extension]) -> Columns:
     """What the set says of causes that it may have in common with other wells."""
-    kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
+    kept = shared_likelihood(examination.model, examination.extended, examination.extensions, candidates)
     at_sizes = ("part", "candidate", "held")
     dims = {"prior_error": ("rig_coordinate",), "sizes": ("candidate", "held"), "value": at_sizes}
     dims |= {"coordinates": ("candidate", "held", "rig_coordinate")}

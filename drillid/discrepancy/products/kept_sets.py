@@ -39,7 +39,12 @@ class StoredSet:
 
 
 def examine_well(
-    data: WellData, error_rate: float, base_rates: BaseRates | None, memo: Memo, earlier: xr.Dataset | None
+    data: WellData,
+    error_rate: float,
+    base_rates: BaseRates | None,
+    memo: Memo,
+    earlier: xr.Dataset | None,
+    common_causes: bool,
 ) -> list[StoredSet]:
     """Examine every set of a well that is not as it was.
 
@@ -49,6 +54,7 @@ def examine_well(
     base_rates : of causes, before the data are looked at
     memo : of detections and verdicts
     earlier : examinations of an earlier run
+    common_causes : whether to store what the sets say of causes that other wells may have as well
     """
     sets = window_sets(data.rig, data.windows, data.fits)
     share = shared_error_rate(error_rate, len(sets))
@@ -65,7 +71,7 @@ def examine_well(
             known = set(memo.found)
             examined = examine_set(data, rows, share, base_rates, memo)
             alone = ExaminedSet(np.arange(rows.size), examined.examination)
-            examination = examination_dataset([alone], data.at(rows), error_rate)
+            examination = examination_dataset([alone], data.at(rows), error_rate, common_causes)
             content = {"verdicts": [asdict(verdict) for verdict in examined.verdicts]}
             content["detections"] = sorted(memo.found.keys() - known)
         memo.found[key] = content

@@ -20,7 +20,7 @@ from drillid.common_causes.stage import (
     write_common_causes,
 )
 from drillid.common_causes.verdicts import SHARES
-from drillid.config.settings import CommonCausesSettings
+from drillid.config.settings import CommonCausesSettings, Settings
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import write_table
 from drillid.discrepancy.inference.shared_likelihood import HELD, RIG, candidate_labels
@@ -56,23 +56,34 @@ def test_a_lag_of_all_wells_is_their_rigs() -> None:
     assert {each.standing for each in judged.standings} == {SHARES}
 
 
-def test_what_a_well_stores_is_read_back(healthy: Processed) -> None:
-    found = read_well(healthy.folders, {"section": "", "tool": ""})
+@pytest.fixture(scope="module")
+def for_sisters(healthy: Processed, tmp_path_factory: pytest.TempPathFactory) -> Processed:
+    """A healthy well, examined where common causes are judged."""
+    well = healthy.copied(tmp_path_factory.mktemp("common") / "results")
+    well.run("discrepancy", settings=Settings(common_causes=CommonCausesSettings(enabled=True)))
+    return well
+
+
+def test_what_a_well_stores_is_read_back(healthy: Processed, for_sisters: Processed) -> None:
+    found = read_well(for_sisters.folders, {"section": "", "tool": ""})
     (of_set,) = found.sets
     assert found.shares["rig"] == of_set.rig != ""
     assert of_set.score.shape == (2, len(candidate_labels()), HELD, RIG.size)
     assert of_set.windows == 4
     assert 0 < of_set.temper <= 1
+    # nothing of it is stored where it is not judged
+    stored = healthy.dataset("discrepancy", "examination")
+    assert stored.sizes["candidate"] == stored["shared_value"].size == 0
     # about the fit, the likelihood of no cause is that of the set's model
     assert of_set.value[:, of_set.sizes == 0] == pytest.approx(0.0)
 
 
-def test_tables_and_pages_of_a_fleet(healthy: Processed, tmp_path: Path) -> None:
+def test_tables_and_pages_of_a_fleet(for_sisters: Processed, tmp_path: Path) -> None:
     results = tmp_path / "results"
     for name in ("A", "B"):
         folder = results / "discrepancy" / name
         folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.symlink_to(healthy.folders.stage("discrepancy"))
+        folder.symlink_to(for_sisters.folders.stage("discrepancy"))
     named = write_common_causes(results, {"A": {}, "B": {}}, CommonCausesSettings(enabled=True))
     table = pd.read_csv(results / "common_causes.csv")
     assert named == 0

@@ -3,11 +3,12 @@
 import ast
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from drillid.config.rig import Rig
-from drillid.config.settings import Settings
+from drillid.config.settings import CommonCausesSettings, Settings
 from drillid.datasets.store import WellFolders
 from drillid.fleet.provenance import PACKAGE, closure
 from drillid.fleet.stages import STAGES, Stage
@@ -49,7 +50,7 @@ def datasets(stage: Stage) -> set[tuple[str, str]]:
 def test_a_stage_declares_the_settings_that_it_reads(stage: Stage) -> None:
     # where results lie changes none of them
     read = attributes(stage, "settings") & (set(Settings.model_fields) - {"results"})
-    assert read <= set(stage.settings), f"{stage.name} reads {read}: name them in drillid/fleet/stages.py"
+    assert read <= set(stage.sections), f"{stage.name} reads {read}: name them in drillid/fleet/stages.py"
 
 
 @pytest.mark.parametrize("stage", STAGES.values(), ids=list(STAGES))
@@ -77,6 +78,15 @@ def test_the_rule_waits_for_the_manifests_of_the_stages_that_it_reads(stage: Sta
 def test_settings_and_parts_of_the_rig_that_a_stage_reads_are_found_by_the_check() -> None:
     assert "fits" in attributes(STAGES["fits"], "settings")
     assert {"controller", "pipe", "top_drive_inertia"} <= attributes(STAGES["fits"], "rig")
+
+
+def test_judging_common_causes_examines_again_and_their_error_rate_does_not() -> None:
+    def taken(**chosen: Any) -> Any:
+        settings = Settings(common_causes=CommonCausesSettings(**chosen))
+        return settings.model_dump(mode="json", include=STAGES["discrepancy"].sections)
+
+    assert taken(enabled=True) != taken() == taken(error_rate=0.01)
+    assert set(taken()) == {"spectra", "mobility", "fits", "discrepancy", "common_causes"}
 
 
 def test_a_dataset_that_a_stage_reads_is_found_by_the_check(tmp_path: Path) -> None:
