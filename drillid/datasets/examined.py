@@ -116,6 +116,9 @@ EXAMINATIONS = DatasetSchema(
             ("extension",), "str", "", "cause, or term of a learnt extension, by which the model is extended"
         ),
         "extension_shape": Variable(("extension",), "float64", "", "shape of the cause, as defined in the catalogue"),
+        "extension_fitted_shape": Variable(
+            ("extension",), "float64", "1", "standard normal coordinate of what is fitted of its shape"
+        ),
         "extension_size": Variable(("extension",), "float64", "", "size of the cause, in its unit"),
         "extension_size_error": Variable(("extension",), "float64", "", "standard error of the size"),
         "extension_present": Variable(("extension", "window"), "bool", "", "the cause is present in the window"),

@@ -3,6 +3,8 @@
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 from drillid.discrepancy.catalogue.sensor import AliasedTone
 from drillid.discrepancy.detectors.motion import StandingBitDetector, WeakeningBitDetector
@@ -10,7 +12,10 @@ from drillid.physics.equipment import Motor, RegenerativeCutting
 from drillid.statistics import TWO_SIDED
 
 _HOUSING_SHARE = 0.5
-"""Share of the lumped inertia below the collars that is in the motor's housing."""
+"""Usual share of the lumped inertia below the collars that is in the motor's housing."""
+_HOUSING_SPREAD = 1.7
+"""Standard deviation of the logit of that share, at which it is nearly uniform (Gelman et al. 2008, Annals of Applied
+Statistics 2, 1360-1383)."""
 _LEAST_COMPLIANCE = 1e-15
 """rad/(N m), in place of zero, which would be an infinite stiffness."""
 
@@ -39,7 +44,7 @@ class DistributedBha(Cause):
 
 
 class MotorCompliance(Cause):
-    """A mud motor that twists."""
+    """A mud motor that twists; the share of the inertia above it is fitted."""
 
     name, family, port = "motor_compliance", "bit", "bit"
     shared_by = "tool"
@@ -49,14 +54,22 @@ class MotorCompliance(Cause):
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
     action = "Enter the motor's stiffness in the rig description."
     size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
+    shape_is_fitted = True
+
+    def __init__(self, housing_share: Any = _HOUSING_SHARE) -> None:
+        self.housing_share = housing_share
+
+    def shaped(self, coordinate: Any) -> Cause:
+        """The motor with another share of the inertia above it."""
+        return MotorCompliance(1 / (1 + np.exp(-_HOUSING_SPREAD * coordinate)))
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """A spring between housing and bit."""
         lump = window_model.system.bit.inertia
-        bit = replace(window_model.system.bit, inertia=lump * (1 - _HOUSING_SHARE))
-        motor = Motor(1 / (size + _LEAST_COMPLIANCE), inertia=lump * _HOUSING_SHARE)
+        bit = replace(window_model.system.bit, inertia=lump * (1 - self.housing_share))
+        motor = Motor(1 / (size + _LEAST_COMPLIANCE), inertia=lump * self.housing_share)
         return replace(window_model, system=replace(window_model.system, bit=bit, motor=motor))
 
 

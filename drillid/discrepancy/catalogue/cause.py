@@ -134,6 +134,8 @@ class Cause:
     shapes: ClassVar[tuple[float, ...]] = (0.0,)
     shape_step: ClassVar[float] = 0.0
     """Initial step of the search over a continuous shape; 0 where the shapes are discrete."""
+    shape_is_fitted: ClassVar[bool] = False
+    """Whether a further parameter of its shape, such as a width, is fitted together with its size."""
     is_place: ClassVar[bool] = False
     """Whether the shape is a place along the pipe, as a share from the top."""
     distorts_responses: ClassVar[bool] = False
@@ -155,6 +157,10 @@ class Cause:
         Causes identified only by a detection leave the linear model unchanged.
         """
         return window_model
+
+    def shaped(self, coordinate: Any) -> Cause:
+        """The same cause with the fitted parameter of its shape at a standard normal coordinate."""
+        return self
 
     @property
     def is_linear(self) -> bool:

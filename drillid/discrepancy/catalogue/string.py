@@ -9,8 +9,9 @@ from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, Win
 from drillid.discrepancy.detectors.motion import WeakeningWallDetector
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 
-_ZONE_SHARE = 0.05
-"""Length of a zone of local damping, as a share of the pipe's."""
+_ZONE_SHARE, _ZONE_SPREAD = 0.055, 1.0
+"""Usual length of a zone of local damping, as a share of the pipe's, and standard deviation of its logarithm: those of
+lengths of 1 to 30 % that are log-uniform."""
 
 
 def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
@@ -65,7 +66,9 @@ class TaperedString(Cause):
 
 
 class LocalDampingZone(Cause):
-    """Viscous damping over a twentieth of the pipe; the shape is the position of its centre along the pipe."""
+    """Viscous damping over a part of the pipe, whose width is fitted; the shape is the position of its centre along the
+    pipe.
+    """
 
     name, family, port = "local_damping_zone", "string", "string"
     headline = "a short piece of hole brakes the string{place}: ream or circulate there"
@@ -74,9 +77,17 @@ class LocalDampingZone(Cause):
     separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
     action = "Mind this depth when tripping: ream or circulate there, and look at the cuttings."
     size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
-    shapes = tuple(0.025 + 0.05 * place for place in range(1, 19))
+    shapes = tuple(np.linspace(0.02, 0.98, 20).tolist())
     shape_step = 0.02
     is_place = True
+    shape_is_fitted = True
+
+    def __init__(self, width: Any = _ZONE_SHARE) -> None:
+        self.width = width
+
+    def shaped(self, coordinate: Any) -> Cause:
+        """The zone at another width."""
+        return LocalDampingZone(_ZONE_SHARE * np.exp(_ZONE_SPREAD * coordinate))
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -85,10 +96,12 @@ class LocalDampingZone(Cause):
         pipe, *below = window_model.system.string
         # the zone is fixed in the hole: pipe is added above it, and its measured depth is the same in all windows
         mean = np.mean(operating_point.length) / operating_point.length
-        begin, width = mean * (shape - _ZONE_SHARE / 2), mean * _ZONE_SHARE
-        zone = replace(pipe, length=pipe.length * width)
-        zone = replace(zone, kappa=pipe.kappa + size / (zone.length * pipe.polar_moment))
-        above, rest = replace(pipe, length=pipe.length * begin), replace(pipe, length=pipe.length * (1 - begin - width))
+        begin, end = mean * np.maximum(shape - self.width / 2, 0.0), mean * np.minimum(shape + self.width / 2, 1.0)
+        kappa = pipe.kappa + size / (pipe.length * (end - begin) * pipe.polar_moment)
+        # what lies below the bit of a shallower window does not act there
+        begin, end = np.minimum(begin, 1.0), np.minimum(end, 1.0)
+        above, rest = replace(pipe, length=pipe.length * begin), replace(pipe, length=pipe.length * (1 - end))
+        zone = replace(pipe, length=pipe.length * (end - begin), kappa=kappa)
         return window_model.with_string(above, zone, rest, *below)
 
 

@@ -8,7 +8,7 @@ from scipy.special import softmax
 from drillid.arrays import Floats
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SHARED, Extension, SetModel
 from drillid.discrepancy.rules import INTERVAL_EVIDENCE, PLACE_NEGLIGIBLE, PLACE_TOLERANCE
 
 _LEAST_WINDOWS = 6
@@ -33,7 +33,7 @@ def contiguous_windows(
     if windows < _LEAST_WINDOWS:
         return None
     order = np.argsort(model.evidence.operating_points.hole_depth, kind="stable")
-    response = model.linearised(fit.point, extensions).jacobian[:, -len(extensions) + index]
+    response = model.linearised(fit.point, extensions).jacobian[:, SHARED + index]
     directions = np.zeros((windows, windows, response.shape[-1]), dtype=complex)
     directions[np.arange(windows), np.arange(windows)] = response
     projection = project(model, fit, extensions, directions, without=index)

@@ -79,7 +79,7 @@ def project(
     """
     normal = normal_equations(model, fit.point, extensions, further)
     matrix, vector, _, _ = normal.eliminated()
-    count = SHARED + len(extensions)
+    count = matrix.shape[0] - further.shape[1]
     nuisance = np.array([index for index in range(count) if without is None or index != SHARED + without])
     wanted = np.arange(count, matrix.shape[0])
     border = matrix[np.ix_(nuisance, wanted)]

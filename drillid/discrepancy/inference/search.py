@@ -9,7 +9,7 @@ from scipy.special import log_ndtr
 from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SHARED, Extension, Point, SetModel
 from drillid.discrepancy.rules import (
     CONTENDER,
     FOLLOWED_WITHIN,
@@ -104,6 +104,21 @@ def search(
     return sorted(fitted, key=lambda cause: -cause.log_evidence)
 
 
+def at_best_shape(model: SetModel, base: SetFit, extensions: tuple[Extension, ...], cause: FittedCause) -> FittedCause:
+    """The cause at the best of all its shapes, each fitted from the cause's optimum.
+
+    Parameters
+    ----------
+    base : fit of the model with the `extensions` but without the cause
+    """
+    fitter = _CauseFitter(model, base, extensions, several_starts=False)
+    again = fitter.at_shape(cause, cause.extension.shape)
+    shapes = [fitter.at_shape(cause, shape) for shape in cause.extension.cause.shapes]
+    best = fitter.refined(max(again, *shapes, key=lambda shape: shape.log_evidence))
+    # evidence of detections remains in it
+    return replace(best, log_evidence=cause.log_evidence + best.log_evidence - again.log_evidence)
+
+
 def _least_cost(fitted: Sequence[FittedCause]) -> float:
     return min((cause.fit.cost for cause in fitted), default=np.inf)
 
@@ -132,13 +147,16 @@ class _CauseFitter:
         return max(fitted, key=lambda shape: shape.log_evidence)
 
     def resolved(self, cause: FittedCause, screened: Screen, most: int | None, least: float) -> FittedCause:
-        """The best of the likeliest shapes; a continuous one is refined by steps as small as the data resolve."""
+        """The best of the likeliest shapes, refined."""
         shapes = _shapes(screened, cause.name, most)
-        best = max(cause, self.best_shape(shapes, least), key=lambda shape: shape.log_evidence)
+        return self.refined(max(cause, self.best_shape(shapes, least), key=lambda shape: shape.log_evidence))
+
+    def refined(self, best: FittedCause) -> FittedCause:
+        """The cause at a continuous shape moved by steps as small as the data resolve."""
         step, tabulated = best.extension.cause.shape_step, best.extension.cause.shapes
         while step > 0:
             near = [
-                self._at_shape(best, shape)
+                self.at_shape(best, shape)
                 for shape in (best.extension.shape - step, best.extension.shape + step)
                 if min(tabulated) <= shape <= max(tabulated)
             ]
@@ -157,7 +175,8 @@ class _CauseFitter:
         if not rivals:
             return cause
         best = min(rivals, key=lambda rival: rival.fit.cost)
-        point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, cause.fit.point.sizes[-1]))
+        own, shapes = cause.fit.point, np.append(self.base.point.shapes, cause.fit.point.shapes[-1])
+        point = replace(best.fit.point, sizes=np.append(self.base.point.sizes, own.sizes[-1]), shapes=shapes)
         again = self._fit_from(cause.extension, [point], cause.fit.cost)
         return max(cause, again, key=lambda fitted: fitted.log_evidence)
 
@@ -169,11 +188,11 @@ class _CauseFitter:
     def closest_shapes(self, cause: Cause) -> list[Extension]:
         """The shapes of a cause without a size that fit best with all else as in the data sheets or the base fit."""
         shapes = [Extension(cause, shape) for shape in cause.shapes]
-        sizes = np.append(self.base.point.sizes, cause.size.high)
+        sizes, present = np.append(self.base.point.sizes, cause.size.high), self.base.point.shapes
         origins = (self.base.point, self.model.expected())
         misfit = {
             shape: min(
-                self.model.misfit(Point(origin.shared, origin.local, sizes), (*self.extensions, shape))
+                self.model.misfit(replace(origin, sizes=sizes, shapes=present), (*self.extensions, shape))
                 for origin in origins
             )
             for shape in shapes
@@ -191,10 +210,13 @@ class _CauseFitter:
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
         """Each of some points with each of some sizes of a further cause."""
-        present = self.base.point.sizes
-        return [Point(origin.shared, origin.local, np.append(present, size)) for origin in origins for size in sizes]
+        own = self.base.point
+        return [
+            replace(origin, sizes=np.append(own.sizes, size), shapes=own.shapes) for origin in origins for size in sizes
+        ]
 
-    def _at_shape(self, cause: FittedCause, shape: float) -> FittedCause:
+    def at_shape(self, cause: FittedCause, shape: float) -> FittedCause:
+        """The cause at another shape, fitted from its optimum."""
         return self._fit_from(Extension(cause.extension.cause, shape), [cause.fit.point], cause.fit.cost)
 
     def _fit_from(self, further: Extension, points: Iterable[Point], least: float) -> FittedCause:
@@ -229,14 +251,16 @@ def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
 
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
     """Laplace's approximation with the size's normal or half-normal prior (Kass and Raftery 1995)."""
+    place = SHARED + fit.point.sizes.size - 1
     of_base = np.linalg.slogdet(base.information)[1]
     if cause.size.fixed:
-        of_fit = np.linalg.slogdet(fit.information[:-1, :-1])[1]
+        others = np.delete(np.arange(len(fit.information)), place)
+        of_fit = np.linalg.slogdet(fit.information[np.ix_(others, others)])[1]
         return float(base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
     of_fit = np.linalg.slogdet(fit.information)[1]
     wide = WIDE_PRIOR * cause.size.typical
     evidence = base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(wide)
-    precision = 1 / np.linalg.inv(fit.information)[-1, -1]
+    precision = 1 / np.linalg.inv(fit.information)[place, place]
     if cause.size.low >= 0:
         evidence += np.log(2.0) + log_ndtr(fit.point.sizes[-1] * np.sqrt(precision))
     # estimate and variance of the size by the data alone, to replace the wide prior by the usual one

@@ -1,7 +1,7 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
+    FURTHEST_SHAPE,
     HEAVY_TAILED,
     HIGHEST,
     LOCAL,
@@ -17,6 +18,7 @@ from drillid.discrepancy.inference.set_model import (
     Extension,
     Point,
     SetModel,
+    fitted_shapes,
     real_rows,
 )
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
@@ -28,7 +30,7 @@ _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 
 @dataclass(frozen=True, eq=False)
 class Normal:
-    """Normal equations of a set about a point, for its shared coordinates and n sizes; P = 13 + n."""
+    """Normal equations of a set about a point, for its P shared coordinates, sizes and parameters of shapes."""
 
     total: Floats
     """(P, P) of all windows' rows."""
@@ -57,7 +59,7 @@ class Normal:
 
         Returns
         -------
-        matrix, vector : (P, P), (P,) of shared coordinates and sizes
+        matrix, vector : (P, P), (P,) of all but the windows' deviations
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
         places = list(LOCAL)
@@ -80,7 +82,7 @@ class SetFit:
     chi2: float
     """Sum of squared residuals of the mobilities, two for each used frequency."""
     information: Floats
-    """(P, P), curvature of the cost in shared coordinates and sizes, the windows' deviations eliminated."""
+    """(P, P), curvature of the cost in shared coordinates, sizes and shapes, the windows' deviations eliminated."""
     off_data_sheet: Floats
     """(13,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
@@ -94,7 +96,8 @@ class SetFit:
     @property
     def size_errors(self) -> Floats:
         """Standard errors of the sizes by the curvature."""
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[SHARED:]), dtype=float)
+        sizes = slice(SHARED, SHARED + self.point.sizes.size)
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[sizes]), dtype=float)
 
 
 def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
@@ -105,12 +108,10 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     enough : cost of interest; a fit whose cost falls too slowly to reach it is stopped early
     """
     low, high = _bounds(extensions)
-    point = Point(
-        np.clip(start.shared, LOWEST, HIGHEST), start.local, np.clip(start.sizes, low[SHARED:], high[SHARED:])
-    )
+    point = start.moved(np.clip(start.coordinates(extensions), low, high), start.local, extensions)
 
     def steps_from(about: _Expansion) -> Callable[[float], _Expansion]:
-        return lambda damping: _expanded(model, _moved(about, damping, low, high), extensions)
+        return lambda damping: _expanded(model, _moved(about, damping, low, high, extensions), extensions)
 
     best = descend(_expanded(model, point, extensions), steps_from, SET, SET_END, enough)
     point = best.point
@@ -132,7 +133,7 @@ def fit_local(
     best, each, own = local, np.zeros((count, 4, 4)), np.zeros((count, 4))
     open_rows = np.isin(np.arange(count), np.arange(count) if windows is None else windows)
     for _ in range(SET_END.trials):
-        trial = Point(point.shared, local, point.sizes)
+        trial = replace(point, local=local)
         sums, precision = model.products(trial, extensions, np.flatnonzero(open_rows)), _precision(model, trial)
         cost = _window_costs(model, trial, sums.squares)
         better = open_rows & (cost < least)
@@ -147,7 +148,7 @@ def fit_local(
         damped = each[open_rows] * (1 + damping[open_rows][:, None, None] * np.eye(4))
         local = best.copy()
         local[open_rows] += np.linalg.solve(damped, own[open_rows][..., None])[..., 0]
-    return Point(point.shared, best, point.sizes)
+    return replace(point, local=best)
 
 
 def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
@@ -156,14 +157,14 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
     """
     for _ in range(_ROUNDS):
         point = fit.point
-        near = fit_local(model, Point(point.shared, np.zeros_like(point.local), point.sizes), extensions)
+        near = fit_local(model, replace(point, local=np.zeros_like(point.local)), extensions)
         costs = (
             _window_costs(model, trial, np.sum(np.abs(model.residual(trial, extensions)) ** 2, axis=1))
             for trial in (near, point)
         )
         better = np.less(*costs)
         local = np.where(better[:, None], near.local, point.local)
-        again = fit_set(model, Point(point.shared, local, point.sizes), extensions)
+        again = fit_set(model, replace(point, local=local), extensions)
         if not again.cost < fit.cost:
             break
         fall, fit = fit.cost - again.cost, again
@@ -206,9 +207,11 @@ def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
 
 
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """Bounds of shared coordinates and sizes."""
+    """Bounds of shared coordinates, sizes and shapes."""
     sizes = [extension.cause.size for extension in extensions]
-    return np.append(LOWEST, [size.low for size in sizes]), np.append(HIGHEST, [size.high for size in sizes])
+    furthest = np.full(len(fitted_shapes(extensions)), FURTHEST_SHAPE)
+    low = np.concatenate([LOWEST, [size.low for size in sizes], -furthest])
+    return low, np.concatenate([HIGHEST, [size.high for size in sizes], furthest])
 
 
 def normal_equations(
@@ -234,7 +237,7 @@ def normal_equations(
 
 
 def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """Precision of the priors of shared coordinates and sizes about a point, and their right side."""
+    """Precision of the priors of shared coordinates, sizes and shapes about a point, and their right side."""
     off, error = _off_priors(model, point, extensions)
     precision = error**-2.0
     heavy = list(HEAVY_TAILED)
@@ -243,15 +246,16 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
 
 
 def _prior_cost(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> float:
-    """Cost of the priors of shared coordinates and sizes."""
+    """Cost of the priors of shared coordinates, sizes and shapes."""
     return float(np.sum(_off_cost(_off_priors(model, point, extensions)[0])))
 
 
 def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """How far shared coordinates and sizes lie off their priors, in standard deviations, and these."""
+    """How far shared coordinates, sizes and shapes lie off their priors, in standard deviations, and these."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
-    off = np.append((point.shared - model.prior_mean) / model.prior_error, point.sizes / typical)
-    return off, np.append(model.prior_error, typical)
+    shapes = point.shapes[fitted_shapes(extensions)]
+    off = np.concatenate([(point.shared - model.prior_mean) / model.prior_error, point.sizes / typical, shapes])
+    return off, np.concatenate([model.prior_error, typical, np.ones(shapes.size)])
 
 
 def _off_cost(off: Floats) -> Floats:
@@ -289,12 +293,12 @@ def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) 
     return _Expansion(point, cost, sums.mobility_chi2, normal)
 
 
-def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Point:
+def _moved(about: _Expansion, damping: float, low: Floats, high: Floats, extensions: tuple[Extension, ...]) -> Point:
     """The damped step; a coordinate that it would carry over a bound goes to the bound and the rest is solved again."""
     point = about.point
     matrix, vector, own, border = about.normal.eliminated(damping)
     matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), LEAST_CURVATURE))
-    now = np.append(point.shared, point.sizes)
+    now = point.coordinates(extensions)
     held = np.zeros(vector.size, dtype=bool)
     step = np.zeros(vector.size)
     for _ in range(low.size):
@@ -309,4 +313,4 @@ def _moved(about: _Expansion, damping: float, low: Floats, high: Floats) -> Poin
     local = point.local + own - np.einsum("wlp,p->wl", border, step)
     # a window's own values have the bounds of the set's
     local = np.clip(local, LOWEST[places] - shared[places], HIGHEST[places] - shared[places])
-    return Point(shared, local, point.sizes + step[SHARED:])
+    return point.moved(now + step, local, extensions)

@@ -8,8 +8,9 @@ Each has a prior: from the data sheets where they state a value, else as wide as
 Student's t where a value is now and then plainly wrong.
 """
 
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -62,6 +63,8 @@ DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, -10.0, -10.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 20.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
+FURTHEST_SHAPE = 2.5
+"""Bound of the fitted coordinates of shapes, in standard deviations."""
 _CONTROL_FLOOR = 3e-3
 """Relative error of the control's response that all windows have in common, from the sampling of the control and from
 interpolated rows."""
@@ -90,9 +93,19 @@ class Extension:
         return np.isin(np.arange(windows), self.windows).astype(float)[:, None]
 
 
+def fitted_shapes(extensions: tuple[Extension, ...]) -> list[int]:
+    """Indices of the extensions of whose shapes a parameter is fitted."""
+    return [place for place, extension in enumerate(extensions) if extension.cause.shape_is_fitted]
+
+
+def coordinate_count(extensions: tuple[Extension, ...]) -> int:
+    """Number P of all that is fitted for a set: shared coordinates, sizes, and parameters of shapes, in this order."""
+    return SHARED + len(extensions) + len(fitted_shapes(extensions))
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Coordinates of a set and sizes of its causes."""
+    """Coordinates of a set, and sizes and shapes of its causes."""
 
     shared: Floats
     """(13,) coordinates shared by all windows."""
@@ -100,6 +113,26 @@ class Point:
     """(W, 4) deviations of each window from them."""
     sizes: Floats
     """(extensions,) sizes of the causes, in their units."""
+    shapes: Floats = field(default_factory=lambda: np.empty(0))
+    """(extensions,) standard normal coordinates of the causes' shapes; zero for the last ones where not given."""
+
+    def __post_init__(self) -> None:
+        missing = self.sizes.size - self.shapes.size
+        object.__setattr__(self, "shapes", np.pad(self.shapes, (0, missing)))
+
+    def coordinates(self, extensions: tuple[Extension, ...]) -> Floats:
+        """All that is fitted for the set, (P,)."""
+        return np.concatenate([self.shared, self.sizes, self.shapes[fitted_shapes(extensions)]])
+
+    def moved(self, coordinates: Floats, local: Floats, extensions: tuple[Extension, ...]) -> "Point":
+        """The point with all that is fitted for the set at other values (P,), and other deviations of the windows."""
+        count, shapes = SHARED + len(extensions), np.zeros(len(extensions))
+        shapes[fitted_shapes(extensions)] = coordinates[count:]
+        return Point(coordinates[:SHARED], local, coordinates[SHARED:count], shapes)
+
+    def without(self, place: int) -> "Point":
+        """The point without one of the causes."""
+        return replace(self, sizes=np.delete(self.sizes, place), shapes=np.delete(self.shapes, place))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +142,7 @@ class Linearised:
     residual: Complex
     """(W, rows); real and imaginary part are standard normal where the model is right."""
     jacobian: Complex
-    """(W, 13 + extensions, rows) of the modelled responses, whitened."""
+    """(W, P, rows) of the modelled responses, whitened."""
 
     def mobility_chi2(self, frequencies: int) -> float:
         """Sum of squared residuals of the mobilities, which come first among the rows."""
@@ -118,7 +151,7 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Sums over the rows of each window about a point, for coordinates and sizes; P = 13 + extensions."""
+    """Sums over the rows of each window about a point, for all P coordinates of the set."""
 
     each: Floats
     """(W, P, P) products of the derivatives."""
@@ -141,7 +174,7 @@ class SetModel:
     def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
         self.evidence = evidence
         self.deviation = deviation
-        self.held: tuple[tuple[Extension, float], ...] = ()
+        self.held: tuple[tuple[Extension, float, float], ...] = ()
         self.s = laplace(evidence.frequency)
         sheet, fitted = evidence.data_sheet, evidence.fitted
         length = (evidence.operating_points.bit_depth - sheet.collar_length)[:, None]
@@ -266,38 +299,39 @@ class SetModel:
         values[list(LOCAL)] += point.local.T
         return values[..., None]
 
-    def holding(self, extension: Extension, size: float) -> "SetModel":
-        """The same model with one more cause at a size that is not fitted."""
+    def holding(self, extension: Extension, size: float, shape: float = 0.0) -> "SetModel":
+        """The same model with one more cause at a size, and coordinate of its shape, that are not fitted."""
         held = copy(self)
-        held.held = (*self.held, (extension, size))
+        held.held = (*self.held, (extension, size, shape))
         return held
 
-    def extended(self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...]) -> WindowModel:
-        """The window model with causes at their sizes."""
-        for extension, size in self.held:
+    def extended(
+        self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...], shapes: Sequence[Any] = ()
+    ) -> WindowModel:
+        """The window model with causes at their sizes, and at usual shapes or those of some coordinates."""
+        given = zip(extensions, sizes, [*shapes, *[0.0] * (len(sizes) - len(shapes))], strict=True)
+        for extension, size, shape in (*self.held, *given):
             present = size * extension.present(self.evidence.windows)
-            window_model = extension.cause.extend(window_model, present, extension.shape, self.operating_point)
-        for extension, size in zip(extensions, sizes, strict=True):
-            present = size * extension.present(self.evidence.windows)
-            window_model = extension.cause.extend(window_model, present, extension.shape, self.operating_point)
+            cause = extension.cause.shaped(shape)
+            window_model = cause.extend(window_model, present, extension.shape, self.operating_point)
         return window_model
 
     def window_model_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> WindowModel:
         """The model of all windows at a point, with parameters of shape (W, 1)."""
-        sizes = point.sizes.tolist() if extensions else []
-        return self.extended(self.window_model(list(self.coordinates(point))), sizes, extensions)
+        values = (point.sizes.tolist(), point.shapes.tolist()) if extensions else ([], [])
+        return self.extended(self.window_model(list(self.coordinates(point))), values[0], extensions, values[1])
 
     def with_evidence(self, evidence: Evidence) -> "SetModel":
         """The same model for other data; the estimated deviation of the windows is kept."""
         return SetModel(evidence, self.deviation)
 
     def linearised(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Linearised:
-        """Residuals and exact derivatives with respect to the coordinates and the sizes."""
-        return self._whitened(self._differentiated(point, extensions), SHARED + len(extensions))
+        """Residuals and exact derivatives with respect to all that is fitted for the set."""
+        return self._whitened(self._differentiated(point, extensions), coordinate_count(extensions))
 
     def products(self, point: Point, extensions: tuple[Extension, ...], windows: Indices | None = None) -> Products:
         """Sums over the rows of residuals and derivatives; of some windows alone where these are given."""
-        count = SHARED + len(extensions)
+        count = coordinate_count(extensions)
         window_model = self._differentiated(point, extensions)
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is None:
@@ -309,11 +343,15 @@ class SetModel:
         )
 
     def _differentiated(self, point: Point, extensions: tuple[Extension, ...]) -> WindowModel:
-        """The model of all windows with its derivatives to coordinates and sizes."""
-        values = [*self.coordinates(point), *(np.full((1, 1), size) for size in point.sizes)]
-        directions = np.eye(SHARED + len(extensions))
+        """The model of all windows with its derivatives to all that is fitted for the set."""
+        fitted = fitted_shapes(extensions)
+        values = [*self.coordinates(point), *(np.full((1, 1), own) for own in (*point.sizes, *point.shapes[fitted]))]
+        directions = np.eye(len(values))
         duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
-        return self.extended(self.window_model(duals[:SHARED]), duals[SHARED:], extensions)
+        count, shapes = SHARED + len(extensions), list(point.shapes)
+        for place, own in zip(fitted, duals[count:], strict=True):
+            shapes[place] = own
+        return self.extended(self.window_model(duals[:SHARED]), duals[SHARED:count], extensions, shapes)
 
     def derivative(self, point: Point, extensions: tuple[Extension, ...], further: Extension) -> Complex:
         """Derivative (W, rows) of the whitened responses with respect to the size of a further cause, at zero."""

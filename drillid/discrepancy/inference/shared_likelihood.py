@@ -9,7 +9,7 @@ are not in it: wells of a rig have the same data sheets, which err alike in all 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -105,19 +105,19 @@ def shared_likelihood(
     for number, candidate in enumerate(candidates):
         sizes[number] = held_sizes(candidate.cause.size)
         place = names.index(candidate.cause.name) if candidate.cause.name in names else None
-        others, point = extensions, fit.point
+        others, point, coordinate = extensions, fit.point, 0.0
         if place is not None:
             candidate = extensions[place]
             sizes[number] = held_sizes(candidate.cause.size, float(point.sizes[place]))
             others = (*extensions[:place], *extensions[place + 1 :])
-            point = replace(point, sizes=np.delete(point.sizes, place))
+            point, coordinate = point.without(place), float(point.shapes[place])
         fits: dict[float, SetFit] = {} if place is not None else {0.0: fit}
         for node in np.argsort(np.abs(sizes[number]), kind="stable"):
             size = float(sizes[number, node])
             if place is None and size == 0:
                 found = own
             else:
-                held = model.holding(candidate, size)
+                held = model.holding(candidate, size, coordinate)
                 fits[size] = fit_set(held, _start(fits, size, point), others)
                 found = _Expansion.of(held, fits[size], others)
             coordinates[number, node], value[:, number, node] = found.coordinates, found.value - own.value
@@ -147,6 +147,7 @@ def _start(fits: dict[float, SetFit], size: float, point: Point) -> Point:
         first.shared + share * (first.shared - second.shared),
         first.local + share * (first.local - second.local),
         first.sizes + share * (first.sizes - second.sizes),
+        first.shapes + share * (first.shapes - second.shapes),
     )
 
 

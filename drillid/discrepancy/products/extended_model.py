@@ -95,10 +95,10 @@ def extension_variables(sets: Sequence[ExaminedSet], windows: int) -> dict[str, 
         values[examined.rows] = np.stack(list(coordinates(examination.model, extended.point).values()), axis=1)
         for index, extension in enumerate(examination.extensions):
             size, error = extended.point.sizes[index], extended.size_errors[index]
-            rows.append((number, extension.cause.name, extension.shape, size, error))
+            rows.append((number, extension.cause.name, extension.shape, extended.point.shapes[index], size, error))
             inside = examined.rows if extension.windows is None else examined.rows[list(extension.windows)]
             present.append(np.isin(np.arange(windows), inside))
-    names = ("set", "cause", "shape", "size", "size_error")
+    names = ("set", "cause", "shape", "fitted_shape", "size", "size_error")
     columns = list(zip(*rows, strict=True)) or [()] * len(names)
     return {
         "coordinates": (("window", "coordinate"), values),
@@ -122,10 +122,15 @@ def extended_window_model(examination: xr.Dataset, number: int) -> WindowModel:
     values = examination["coordinates"].values[rows].T
     of_set = examination.isel(extension=np.flatnonzero(examination["extension_set"].values == number))
     extensions = [
-        Extension((CATALOGUE | TERMS)[str(cause)], float(shape), tuple(np.flatnonzero(present[rows]).tolist()))
-        for cause, shape, present in zip(
+        Extension(
+            (CATALOGUE | TERMS)[str(cause)].shaped(float(fitted)),
+            float(shape),
+            tuple(np.flatnonzero(present[rows]).tolist()),
+        )
+        for cause, shape, fitted, present in zip(
             of_set["extension_cause"].values,
             of_set["extension_shape"].values,
+            of_set["extension_fitted_shape"].values,
             of_set["extension_present"].values,
             strict=True,
         )

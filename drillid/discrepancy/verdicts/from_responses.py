@@ -9,9 +9,9 @@ from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gai
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import FittedCause, search
+from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
@@ -24,6 +24,7 @@ from drillid.discrepancy.rules import (
     REJECTED_CHI2,
     REJECTED_PULLS,
     SHADOW_OF_EVIDENCE,
+    SHAPE_RESOLVED,
 )
 from drillid.discrepancy.verdicts.examination import (
     Examination,
@@ -158,6 +159,11 @@ def _alternative(
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
     for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
         after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
+        if after.p_value < CLOSURE_RATE:
+            # what another shape of it explains is no second cause
+            moved = at_best_shape(model, examination.base, (), cause)
+            if moved.fit.cost < cause.fit.cost - SHAPE_RESOLVED:
+                cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
         own = _with_first(first, cause)
         if after.p_value >= CLOSURE_RATE:
             option = (cause.log_evidence, [(own, cause)], after)
@@ -175,9 +181,21 @@ def _alternative(
         return None
     _, chosen, after = best
     if len(chosen) > 1:
-        (own, cause), (_, other) = chosen
-        chosen[0] = _posterior_given(examination, cause, other, causes, generator) or own, cause
+        (own, cause), (second, other) = chosen
+        given = _posterior_given(examination, cause, other, causes, generator)
+        if given is not None and given.best.fit.cost < other.fit.cost - SHAPE_RESOLVED:
+            cause = replace(cause, extension=given.best.extension)
+            other = _fitted_after(model, given.best, other)
+            after = screen(model, other.fit, (cause.extension, other.extension), causes, generator)
+        chosen = [(given or own, cause), (second, other)]
     return chosen, after
+
+
+def _fitted_after(model: SetModel, first: FittedCause, second: FittedCause) -> FittedCause:
+    """The second of two causes, fitted after the first, from a fit of the first after the second."""
+    point, turned = first.fit.point, [1, 0]
+    start = replace(point, sizes=point.sizes[turned], shapes=point.shapes[turned])
+    return replace(second, fit=fit_set(model, start, (first.extension, second.extension)))
 
 
 def _second_causes(
@@ -198,7 +216,7 @@ def _posterior_given(
 ) -> Posterior | None:
     """Posterior of the first of two causes given the second, whose share of the misfit then supports no rival."""
     model, pair = examination.model, other.fit.point
-    fit = fit_set(model, Point(pair.shared, pair.local, pair.sizes[-1:]), (other.extension,))
+    fit = fit_set(model, pair.without(0), (other.extension,))
     screened = screen(model, fit, (other.extension,), causes, generator)
     fitted_causes = _second_causes(examination, fit, other.extension, screened, causes)
     own = [candidate for candidate in fitted_causes if candidate.name == first.name]
@@ -209,7 +227,7 @@ def _posterior_given(
 
 def _with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
     """The posterior with the shares of the likeliest and the chosen cause exchanged, and the chosen one first."""
-    rest = tuple(fit for fit in posterior.fitted_causes if fit is not chosen)
+    rest = tuple(fit for fit in posterior.fitted_causes if fit.name != chosen.name)
     share = dict(posterior.share)
     share[posterior.best.name], share[chosen.name] = share[chosen.name], share[posterior.best.name]
     return Posterior((chosen, *rest), share)
@@ -299,7 +317,7 @@ def _distance(model: SetModel, first: FittedCause, second: FittedCause, others: 
 def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> PredictiveGain:
     """Predictive gain of one extension over the others on held-out data."""
     point = result.extended.point
-    reduced = replace(point, sizes=np.delete(point.sizes, place))
+    reduced = point.without(place)
     start = result.base.point if not without else reduced
     return held_out_gain(result.model, (start, without), (point, result.extensions))
 

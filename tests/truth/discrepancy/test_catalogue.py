@@ -75,6 +75,37 @@ def test_derivatives_are_those_of_central_differences(cause: Cause, shape: float
     np.testing.assert_allclose(dual.full_tangents()[0] / scale, difference / scale, atol=2e-6)
 
 
+@pytest.mark.parametrize("coordinate", [-2.0, 0.0, 1.5])
+@pytest.mark.parametrize("cause", [cause for cause in LINEAR if cause.shape_is_fitted], ids=lambda cause: cause.name)
+def test_derivatives_to_what_is_fitted_of_a_shape(cause: Cause, coordinate: float) -> None:
+    size, place, step = cause.size.typical, cause.shapes[len(cause.shapes) // 2], 1e-4
+    dual = cause.shaped(Dual(np.full((1, 1), coordinate), np.ones(1)))
+    slope = dual.extend(window_model(), size, place, OPERATING_POINT).mobility(S).full_tangents()[0]
+    up, down = (mobility(cause.shaped(coordinate + side), size, place) for side in (step, -step))
+    scale = np.abs(slope).max()
+    np.testing.assert_allclose(slope / scale, (up - down) / (2 * step) / scale, atol=1e-5)
+
+
+@pytest.mark.parametrize("cause", [cause for cause in LINEAR if cause.shape_is_fitted], ids=lambda cause: cause.name)
+def test_the_usual_shape_is_in_the_middle_of_what_is_fitted(cause: Cause) -> None:
+    of_cause, of_middle = (mobility(each, cause.size.typical, cause.shapes[0]) for each in (cause, cause.shaped(0.0)))
+    np.testing.assert_array_equal(of_cause, of_middle)
+
+
+@pytest.mark.parametrize("place", [0.02, 0.4, 0.98])
+@pytest.mark.parametrize("coordinate", [-2.5, 0.0, 2.5])
+def test_a_zone_of_any_width_is_a_part_of_the_pipe(place: float, coordinate: float) -> None:
+    size, base = 100.0, window_model().system.string[0]
+    changed = CATALOGUE["local_damping_zone"].shaped(coordinate).extend(window_model(), size, place, OPERATING_POINT)
+    pieces = changed.system.string[:3]
+    assert all(np.all(piece.length >= 0) for piece in pieces)
+    np.testing.assert_allclose(sum(piece.length for piece in pieces), base.length)
+    added = sum((piece.kappa - base.kappa) * piece.length * piece.polar_moment for piece in pieces)
+    # a zone at the bit reaches below that of the shallower window
+    assert added[1, 0] == pytest.approx(size)
+    assert added[0, 0] == pytest.approx(size) if place < 0.5 else added[0, 0] <= size * (1 + 1e-9)
+
+
 @pytest.mark.parametrize(("cause", "shape"), shapes(), ids=lambda entry: getattr(entry, "name", str(entry)))
 def test_the_string_stays_passive_unless_the_cause_feeds_vibration(cause: Cause, shape: float) -> None:
     size = 0.9 * cause.size.typical
