@@ -91,10 +91,9 @@ discoveries: setup
 	$(BIN)/python -m benchmarks.discoveries
 
 # two processes on two cores: threads of one would wait for those of the other
-# the longest come first, so that both workers end together
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder tests/workflow tests
+	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder tests
 
 # two at a time; one thread each
 mutants: export OPENBLAS_NUM_THREADS := 1

@@ -1,21 +1,79 @@
-"""Two simulated wells that the tests of the stages share; each process makes them once, when first asked."""
+"""Two simulated wells that the tests of the stages share, and which tests a process takes together."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
+from xdist.remote import Producer
+from xdist.scheduler import LoadScopeScheduling
 
+from tests.once import made_once
 from tests.simulated import SHALLOW, Processed, drilled, processed
+
+LONG = (
+    *("tests/workflow/test_kill.py", "tests/truth/discrepancy/test_detectors.py"),
+    *("tests/workflow/test_targets.py", "tests/truth/blind/test_engine.py"),
+    *("tests/workflow/test_workflow.py", "tests/baselines/test_baselines.py"),
+    *("tests/workflow/test_dask.py", "tests/unit/discrepancy"),
+    *("tests/workflow/test_demo.py", "tests/data_shared/test_w10.py"),
+    *("tests/workflow/test_resume.py", "tests/unit/report"),
+    *("tests/workflow/test_mirror.py", "tests/unit/figures"),
+    *("tests/workflow/test_s3.py", "tests/unit/fits"),
+    *("tests/workflow/test_faults.py", "tests/unit/formats"),
+    *("tests/workflow/test_names.py", "tests/unit/fleet"),
+    *("tests/truth/blind/test_other_cases.py", "tests/baselines/test_discoveries.py"),
+    *("tests/truth/common_causes/test_fleets.py", "tests/truth/demo/test_wash_out.py"),
+    *("tests/truth/blind/test_ideal.py", "tests/truth/discrepancy/test_products.py"),
+    *("tests/truth/fits/joint/test_gains.py", "tests/truth/discoveries/test_motor.py"),
+)
+"""Modules and rooms of 15 s and more, which come first so that the processes end together. A workflow waits for what it
+starts, so that each has another's work beside it."""
+ROOMS = "tests/unit/"
+"""Where all modules of a folder share what is made for them."""
+
+
+def scope_of(nodeid: str) -> str:
+    """The module of a test, or its room, which goes to one process as a whole."""
+    module = nodeid.partition("::")[0]
+    return module.rpartition("/")[0] if module.startswith(ROOMS) else module
+
+
+class ByRoom(LoadScopeScheduling):
+    """Rooms and modules in the order in which they were collected."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return scope_of(nodeid)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByRoom:
+    """For `-n 2`, with whatever distribution."""
+    return ByRoom(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first."""
+    rank = {scope: place for place, scope in enumerate(LONG)}
+    items.sort(key=lambda item: rank.get(scope_of(item.nodeid), len(LONG)))
 
 
 @pytest.fixture(scope="session")
 def healthy(tmp_path_factory: pytest.TempPathFactory) -> Processed:
     """Two stands of two windows each, one assembly run, nothing wrong. Read only."""
-    stands = [drilled(SHALLOW, 1200.0, seed) for seed in (1, 2)]
-    return processed(tmp_path_factory.mktemp("healthy") / "results", "healthy", stands)
+
+    def make(folder: Path) -> Processed:
+        return processed(folder, "healthy", [drilled(SHALLOW, 1200.0, seed) for seed in (1, 2)])
+
+    return made_once(tmp_path_factory, "healthy", make)
 
 
 @pytest.fixture(scope="session")
 def troubled(tmp_path_factory: pytest.TempPathFactory) -> Processed:
     """A good window, one whose sweep does not repeat, one whose speed does not follow the sweep. Read only."""
-    stands = [drilled(SHALLOW, 600.0, 3), drilled(SHALLOW, 600.0, 5, sweep_period=600.0), drilled(SHALLOW, 600.0, 4)]
-    stands[2]["speed"] = 10.5 + 0.1 * np.random.default_rng(0).standard_normal(stands[2]["speed"].size)
-    return processed(tmp_path_factory.mktemp("troubled") / "results", "troubled", stands)
+
+    def make(folder: Path) -> Processed:
+        stands = [drilled(SHALLOW, 600.0, 3), drilled(SHALLOW, 600.0, 5, sweep_period=600.0)]
+        stands.append(drilled(SHALLOW, 600.0, 4))
+        stands[2]["speed"] = 10.5 + 0.1 * np.random.default_rng(0).standard_normal(stands[2]["speed"].size)
+        return processed(folder, "troubled", stands)
+
+    return made_once(tmp_path_factory, "troubled", make)

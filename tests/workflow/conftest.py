@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.once import made_once
 from tests.workflow.toys import Checkout, new_checkout
 
 
@@ -16,10 +17,13 @@ def checkout(tmp_path: Path) -> Checkout:
 
 @pytest.fixture(scope="session")
 def _finished_once(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
-    found = new_checkout(tmp_path_factory.mktemp("finished"))
-    found.sheets({"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"]})
-    found.run()
-    return found
+    def make(folder: Path) -> Checkout:
+        found = new_checkout(folder)
+        found.sheets({"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"]})
+        found.run()
+        return found
+
+    return made_once(tmp_path_factory, "finished", make)
 
 
 @pytest.fixture

@@ -3,12 +3,11 @@
 import os
 import re
 import shutil
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from drillid.fleet.stages import STAGES
+from tests.workflow.forked import snakemake
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = (
@@ -151,10 +150,8 @@ class Checkout:
     def run(self, *arguments: str, expect: int = 0) -> str:
         """Run Snakemake in the checkout; its output on both streams."""
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        command = [sys.executable, "-m", "snakemake", "--cores", "2", "--scheduler", "greedy", *arguments]
-        done = subprocess.run(command, cwd=self.root, env=environment, capture_output=True, text=True, check=False)
-        output = done.stdout + done.stderr
-        assert done.returncode == expect, output
+        code, output = snakemake(self.root, ["--cores", "2", "--scheduler", "greedy", *arguments], environment)
+        assert code == expect, output
         return output
 
     def would_run(self, *arguments: str) -> list[str]:

@@ -12,6 +12,7 @@ from drillid.datasets.store import WellFolders
 from drillid.discrepancy import gather, sets
 from drillid.discrepancy.products import kept_sets
 from drillid.discrepancy.sets import shared_error_rate, window_sets
+from drillid.discrepancy.verdicts.engine import decisions
 from drillid.fleet.aside import forget_aside, set_aside
 from drillid.fleet.manifest import KEY
 from tests.nights import files
@@ -61,8 +62,8 @@ def test_a_growing_set_is_examined_again_but_its_records_are_not(
 def test_a_set_that_is_complete_is_kept(
     healthy: Processed, tmp_path: Path, calls: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The second set halves the share of the first in the error rate, which decides nothing else."""
     monkeypatch.setattr(sets, "SET_WINDOWS", 1)
-    monkeypatch.setattr(kept_sets, "shared_error_rate", lambda error_rate, _: error_rate)
     run(healthy, tmp_path / "grown", 1)
     calls.clear()
     grown = run(healthy, tmp_path / "grown", 2)
@@ -71,6 +72,20 @@ def test_a_set_that_is_complete_is_kept(
     calls.clear()
     assert run(healthy, tmp_path / "grown", 2) == grown
     assert calls == []
+    # a rate at which every p-value is significant
+    monkeypatch.setattr(kept_sets, "shared_error_rate", lambda *_: 1e9)
+    run(healthy, tmp_path / "grown", 2)
+    assert calls == ["examine", "examine"]
+
+
+def test_an_examination_depends_on_the_error_rate_by_its_decisions() -> None:
+    p_values = 0.01, [1e-4, 0.3]
+    found = [decisions(*p_values, rate) for rate in np.geomspace(1e-6, 10.0, 200)]
+    assert found[0] == [False] * 5
+    assert found[-1] == [True] * 5
+    # each is taken at one rate, from which on it stays
+    assert all(np.all(before <= after) for before, after in zip(np.array(found), np.array(found[1:]), strict=False))
+    assert decisions(0.5, [], 0.05) == [False]
 
 
 @pytest.mark.parametrize(
