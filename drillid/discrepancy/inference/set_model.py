@@ -416,13 +416,14 @@ class SetModel:
 
     def _data_at(self, lines: Indices) -> Data:
         evidence, weight = self.evidence, self.control_weight
-        mobilities = evidence.frequency[lines], evidence.mobility[:, lines], self.weight[:, lines]
+        # of one layout, as the kernels are compiled anew for every other; a choice of columns has another
+        mobilities = evidence.frequency[lines], evidence.mobility.take(lines, axis=1), self.weight[:, lines]
         if weight is None or evidence.control is None:
             rows = np.empty(0, dtype=np.intp)
             control, weight = np.empty((evidence.windows, 0), dtype=complex), np.empty((evidence.windows, 0))
         else:
             rows = np.flatnonzero(weight[:, lines].any(axis=0))
-            control, weight = evidence.control[:, lines[rows]], weight[:, lines[rows]]
+            control, weight = evidence.control.take(lines[rows], axis=1), weight[:, lines[rows]]
         return data_of(*mobilities, rows, control, weight)
 
 
