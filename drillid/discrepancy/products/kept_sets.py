@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +15,12 @@ from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo
 from drillid.discrepancy.products.dataset import examination_dataset
 from drillid.discrepancy.sets import ExaminedSet, WellData, examine_set, shared_error_rate, window_sets
+from drillid.discrepancy.verdicts.engine import decisions
 from drillid.discrepancy.verdicts.verdict import Verdict
 
 if TYPE_CHECKING:
     from drillid.discrepancy.base_rates import BaseRates
+    from drillid.discrepancy.verdicts.examination import Examination
 
 _OF_WELL = {*WINDOW_COORDINATES, "set", "window_set", "extension_set"}
 """Variables that say where a set lies in its well."""
@@ -63,8 +65,9 @@ def examine_well(
     contents = [data.windows[name].values.tolist() for name in ("window", "key")] + [data.fits["key"].values.tolist()]
     found = []
     for rows in sets:
-        key = memo.key("set", [[content[row] for content in contents] for row in rows], share, error_rate)
-        if earlier is not None and key in numbers and key in memo.earlier:
+        key = memo.key("set", [[content[row] for content in contents] for row in rows], error_rate)
+        is_known = earlier is not None and key in numbers and key in memo.earlier
+        if earlier is not None and is_known and _decides_alike(memo.earlier[key], share):
             content, examination = memo.earlier[key], _of_set(earlier, numbers[key])
             memo.found |= {name: memo.earlier[name] for name in content["detections"] if name in memo.earlier}
         else:
@@ -74,10 +77,23 @@ def examine_well(
             examination = examination_dataset([alone], data.at(rows), error_rate, common_causes)
             content = {"verdicts": [asdict(verdict) for verdict in examined.verdicts]}
             content["detections"] = sorted(memo.found.keys() - known)
+            content |= _decided(examined.examination, share)
         memo.found[key] = content
         verdicts = tuple(Verdict(**verdict) for verdict in content["verdicts"])
         found.append(StoredSet(key, rows, verdicts, examination))
     return found
+
+
+def _decided(examination: Examination, share: float) -> dict[str, Any]:
+    """What the set's share of the error rate has decided in its examination, and by which p-values."""
+    misfit, detections = float(examination.before.p_value), [float(each.p_value) for each in examination.detections]
+    return {"p_values": [misfit, detections], "decisions": decisions(misfit, detections, share)}
+
+
+def _decides_alike(content: Mapping[str, Any], share: float) -> bool:
+    """Whether another share of the error rate, as the well has more sets, leaves the examination as it is."""
+    misfit, detections = content["p_values"]
+    return bool(decisions(misfit, detections, share) == content["decisions"])
 
 
 def _of_set(examination: xr.Dataset, number: int) -> xr.Dataset:

@@ -12,7 +12,7 @@ from drillid.discrepancy.detectors.pooling import pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_base
-from drillid.discrepancy.rules import DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
+from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses
@@ -61,6 +61,19 @@ def examine(
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
     significant = [detection for detection in detections if detection.p_value < threshold]
     return at_even_odds(combine_with_detections(examination, significant, error_rate))
+
+
+def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> list[bool]:
+    """Everything that the error rate decides in an examination: one of the same evidence and decisions is the same.
+
+    Parameters
+    ----------
+    misfit : p-value of the base model
+    detections : p-values of the pooled detections
+    """
+    count = max(len(detections), 1)
+    bounds = error_rate * DETECTIONS_SHARE / count, error_rate * CLOSURE_RATE / count
+    return [misfit < error_rate * RESPONSES_SHARE, *(p_value < bound for bound in bounds for p_value in detections)]
 
 
 def at_even_odds(examination: Examination) -> Examination:

@@ -80,7 +80,7 @@ def test_a_set_that_is_complete_is_kept(
 
 def test_an_examination_depends_on_the_error_rate_by_its_decisions() -> None:
     p_values = 0.01, [1e-4, 0.3]
-    found = [decisions(*p_values, rate) for rate in np.geomspace(1e-6, 10.0, 200)]
+    found = [decisions(*p_values, rate) for rate in np.geomspace(1e-6, 1e6, 200).tolist()]
     assert found[0] == [False] * 5
     assert found[-1] == [True] * 5
     # each is taken at one rate, from which on it stays
