@@ -1,7 +1,7 @@
 """Search over causes: the non-linear fit of each, and its evidence by Laplace's approximation."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -132,6 +132,8 @@ class _CauseFitter:
     extensions: tuple[Extension, ...]
     several_starts: bool
     """Whether fits start from several sizes, at the base fit and at the data sheets, or from size zero at the base."""
+    known: dict[tuple[str, float], FittedCause] = field(default_factory=dict)
+    """Fits so far, by cause and shape."""
 
     def best_shape(self, shapes: Iterable[Extension], least: float = np.inf) -> FittedCause:
         """The best of some shapes; `least` is the lowest cost of other fits so far."""
@@ -200,13 +202,20 @@ class _CauseFitter:
         return sorted(shapes, key=lambda shape: misfit[shape])[:_MOST_FIXED]
 
     def _fit_shape(self, further: Extension, least: float) -> FittedCause:
+        """The fit at a shape, made once; `least` falls from call to call, so that the first is followed longest."""
+        key = further.cause.name, further.shape
+        if key not in self.known:
+            self.known[key] = self._fit_from(further, self._starts(further), least)
+        return self.known[key]
+
+    def _starts(self, further: Extension) -> list[Point]:
         size = further.cause.size
         # a large size may not be reached from a usual one
         large = np.sqrt(size.typical * size.high)
         starts = (size.typical, large if size.low >= 0 else -size.typical) if self.several_starts else (0.0,)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
         origins = [self.base.point, self.model.expected()] if self.several_starts else [self.base.point]
-        return self._fit_from(further, self._sized(origins, sizes), least)
+        return self._sized(origins, sizes)
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
         """Each of some points with each of some sizes of a further cause."""
