@@ -44,7 +44,7 @@ def well_page(
         well=well,
         items=items(well),
         charts=charts,
-        evidence=[] if results is None else [_evidence(results, number) for number in range(len(well.sets))],
+        evidence={} if results is None else {number: _evidence(results, number) for number in well.told},
         evident_rows=_EVIDENT_ROWS,
         control_rows=_CONTROL_ROWS,
         pictures=pictures,
@@ -70,7 +70,7 @@ def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
     spectra, steps = spectrum_source(maps, rows, len(maps.rows) // 2)
     drawn: dict[str, Any] = {"log": log.chart}
     places = {"maps": map_charts(results, maps, rows, depths), "spectra": spectrum_charts(results, spectra, steps)}
-    for number in range(len(well.sets)):
+    for number in well.told:
         held_out = discovery.held_out_chart(results, number)
         pair = {"held_out": held_out, "residuals": discovery.residual_chart(results, number)}
         places[f"set{number}"] = {name: chart for name, chart in pair.items() if chart is not None}

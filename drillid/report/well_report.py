@@ -89,6 +89,24 @@ class WellReport:
         """Verdicts that something is wrong."""
         return [verdict for verdict in self.verdicts if verdict.wrong]
 
+    def titles(self, number: int) -> str:
+        """What the verdicts of a set of windows name."""
+        each = self.sets[number]
+        named = [
+            verdict.title for verdict in self.verdicts if each.from_m <= verdict.from_m and verdict.to_m <= each.to_m
+        ]
+        return ", ".join(dict.fromkeys(named))
+
+    @property
+    def told(self) -> list[int]:
+        """Numbers of the sets whose evidence is told: of those that name the same, the last."""
+        return sorted({self.titles(number): number for number in range(len(self.sets))}.values())
+
+    @property
+    def alike(self) -> list[int]:
+        """Numbers of the other sets."""
+        return [number for number in range(len(self.sets)) if number not in self.told]
+
     @property
     def deviations(self) -> list[Comparison]:
         """Parameters that deviate from the rig's data sheets."""

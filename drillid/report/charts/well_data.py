@@ -14,7 +14,7 @@ from drillid.figures.windows import degrees
 from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
 
-_MAP_BYTES = 1.2e6
+_MAP_BYTES = 1.0e6
 """What the maps of a well may take in its page, of which base64 makes 4/3."""
 _MAPS, _ROW_BYTES = 10, 130
 """Maps of a well, and bytes that a row takes beside its values."""

@@ -4,13 +4,16 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import pandas as pd
 import pytest
 from markupsafe import Markup
 
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
+from drillid.report.content import Drilled
 from drillid.report.verdicts import SetText, Visible, verdict_text
+from drillid.report.well_report import WellReport
 from tests.verdicts import LAG
 
 LAG_SEEN = Visible("drive_lag", Markup("12 ms"), Markup("30 ms"), True)
@@ -102,3 +105,18 @@ def test_something_unknown_has_its_place_and_its_probability() -> None:
     assert doubtful.lead == "Something may be wrong whose cause is not proved yet: in the part called drive."
     assert "Linear responses, p-value 1e-05; drive lag would fit" in doubtful.evidence
     assert "probability of 12 %" in doubtful.doubt
+
+
+def test_of_sets_that_name_the_same_the_last_is_told() -> None:
+    ends = [(2000.0, 2100.0), (2100.0, 2200.0), (2200.0, 2300.0)]
+    lagging, clear = (replace(LAG, verdict=name) for name in ("drive_lag", "none"))
+    named = [lagging, clear, lagging]
+    verdicts = tuple(
+        verdict_text({**row(each), "from_m": top, "to_m": bottom})
+        for each, (top, bottom) in zip(named, ends, strict=True)
+    )
+    sets = tuple(replace(SET, from_m=top, to_m=bottom) for top, bottom in ends)
+    nothing = pd.DataFrame()
+    well = WellReport("A", "A", "", "", Drilled(2000.0, 2300.0, 9.0, 9.0, None), None, nothing, nothing, verdicts, sets)
+    assert (well.told, well.alike) == ([1, 2], [0])
+    assert well.titles(0) == well.titles(2) == "drive lag"
