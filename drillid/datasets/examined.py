@@ -27,7 +27,12 @@ DISCREPANCIES = DatasetSchema(
             damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
         ),
-        "flagged": Variable(("window",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "flagged": Variable(
+            ("window",),
+            "bool",
+            "",
+            "damping or inertia of the BHA stands out of its run, in the window or on both sides",
+        ),
         "verdict": Variable(("window",), "str", "", "what the simulation gets wrong, from the window's set"),
     },
     WINDOW_COORDINATES[1:],

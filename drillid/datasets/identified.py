@@ -161,7 +161,12 @@ DEPTH = DatasetSchema(
             )
         },
         "accepted": Variable(("depth",), "bool", "", "the fit is accepted"),
-        "flagged": Variable(("depth",), "bool", "", "damping or inertia of the BHA stands out of its run"),
+        "flagged": Variable(
+            ("depth",),
+            "bool",
+            "",
+            "damping or inertia of the BHA stands out of its run, in the window or on both sides",
+        ),
         "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, from the window's set"),
     },
     ("window", "start", "end"),

@@ -16,7 +16,7 @@ from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.discrepancy.base_rates import stated_base_rates
 from drillid.discrepancy.products.kept_sets import examine_well, joined
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
-from drillid.discrepancy.verdicts.intervals import change_verdict, flag, intervals, run_pulls, runs
+from drillid.discrepancy.verdicts.intervals import bridged, change_verdict, flag, intervals, run_pulls, runs
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict
 from drillid.fits.datasheet import data_sheet, stored_controller
 from drillid.fits.window_fit import Measured, measured_rows
@@ -58,9 +58,9 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         "window",
         lambda rows: _residual_tests(data.at(np.array(rows))),
     )
+    flagged = bridged(flag(p_values, error_rate), run, list(parameters.values()))
     dataset = dataset.assign(
-        {name: ("window", pull) for name, (pull, _) in pulls.items()}
-        | {"flagged": ("window", flag(p_values, error_rate))}
+        {name: ("window", pull) for name, (pull, _) in pulls.items()} | {"flagged": ("window", flagged)}
     ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
     table = intervals(data.windows, dataset, run)
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
@@ -109,8 +109,10 @@ def _change(
 ) -> Verdict:
     """The verdict on one flagged interval."""
     flagged, windows = dataset["flagged"].values, data.windows
+    known = np.isfinite(parameters["damping_bha"][0])
     inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
-    usual = ~flagged & np.isin(run, run[inside]) & np.isfinite(parameters["damping_bha"][0])
+    usual = ~flagged & np.isin(run, run[inside]) & known
+    inside &= known
     tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
     p_value = min(tested * float(np.nanmin([track[inside] for track in p_values])), 1.0)
     return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,6 +121,50 @@ def flag(p_values: list[Floats], error_rate: float) -> Booleans:
     return np.asarray(flagged.reshape(len(p_values), -1).any(axis=0), dtype=bool)
 
 
+def bridged(flagged: Booleans, run: Integers, tracks: Sequence[tuple[Floats, Floats]]) -> Booleans:
+    """Flags, with those of the windows between two flagged intervals of a run in which it does not return to its level.
+
+    The windows between belong to the intervals where they are together likelier at the level of these than at that of
+    the run's other windows (Neyman and Pearson 1933, Philosophical Transactions of the Royal Society A 231, 289–337).
+
+    Parameters
+    ----------
+    flagged, run : of every window
+    tracks : value and error of each parameter in every window, NaN where there is none
+    """
+    found = flagged.copy()
+    rows = np.flatnonzero(flagged).tolist()
+    for first, last in pairwise(rows):
+        between = np.arange(first + 1, last)
+        if between.size == 0 or run[first] != run[last]:
+            continue
+        own = (run == run[first]) & ~np.isin(np.arange(run.size), between)
+        sides = own & flagged & (_interval_of(flagged, first) | _interval_of(flagged, last))
+        if sum(_log_ratio(*track, between, sides, own & ~flagged) for track in tracks) > 0:
+            found[between] = True
+    return found
+
+
+def _interval_of(flagged: Booleans, row: int) -> Booleans:
+    """The successive flagged windows about one of them."""
+    number = np.cumsum(np.diff(flagged, prepend=False))
+    return np.asarray(number == number[row], dtype=bool)
+
+
+def _log_ratio(value: Floats, error: Floats, between: Integers, sides: Booleans, rest: Booleans) -> float:
+    """Log-likelihood ratio of the level of some windows against that of the rest, for those between."""
+    known = np.isfinite(value) & np.isfinite(error)
+    inside, usual, tested = sides & known, rest & known, between[known[between]]
+    if not inside.any() or not usual.any() or tested.size == 0:
+        return 0.0
+    levels = [_mean(value[rows], error[rows]) for rows in (inside, usual)]
+    scatter = _scatter(value[usual], error[usual], levels[1][0])
+    densities = [
+        _log_density(value[tested] - mean, error[tested] ** 2 + deviation**2 + scatter) for mean, deviation in levels
+    ]
+    return float(np.sum(densities[0] - densities[1]))
+
+
 def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd.DataFrame:
     """Intervals of successive flagged windows of one run, a row each, with the evidence in words."""
     flagged = discrepancy["flagged"].values
@@ -227,13 +272,18 @@ def held_out_gain(tracks: Sequence[tuple[Floats, Floats, Floats, Floats]]) -> Pr
 def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Floats:
     """Differences of log scores of one parameter, (windows of the interval,)."""
     level = _mean(rest, rest_error)
-    scatter = max(float(np.var(rest - level[0])) - float(np.mean(rest_error**2)), 0.0)
+    scatter = _scatter(rest, rest_error, level[0])
     usual = _log_density(value - level[0], error**2 + level[1] ** 2 + scatter)
     if value.size == 1:
         return np.asarray(_log_density(np.zeros(1), error**2 + scatter) - 1 - usual, dtype=float)
     others = [_mean(np.delete(value, place), np.delete(error, place)) for place in range(value.size)]
     mean, deviation = np.array(others).T
     return np.asarray(_log_density(value - mean, error**2 + deviation**2 + scatter) - usual, dtype=float)
+
+
+def _scatter(value: Floats, error: Floats, level: float) -> float:
+    """Variance of windows about their level beyond their errors."""
+    return max(float(np.var(value - level)) - float(np.mean(error**2)), 0.0)
 
 
 def _log_density(deviation: Floats, variance: Floats | float) -> Floats:

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import binom, kstest
 
 from drillid.discrepancy import flag, normality_p_value, run_pulls, whiteness_p_value
+from drillid.discrepancy.verdicts.intervals import bridged
 
 
 def test_residual_tests_are_uniform_on_white_gaussian_residuals_and_see_colour() -> None:
@@ -56,3 +57,23 @@ def test_windows_of_an_interval_do_not_hide_each_other_and_flag_no_others() -> N
 
 def test_a_run_of_few_windows_has_no_level() -> None:
     assert np.isnan(run_pulls(np.array([1.0, 2.0, 50.0]), np.ones(3), np.zeros(3, int))[0]).all()
+
+
+def test_intervals_between_which_a_run_does_not_return_to_its_level_are_one() -> None:
+    level, error = np.full(20, 40.0), np.full(20, 8.0)
+    level[6:15] += 60.0
+    noise = np.random.default_rng(3).standard_normal(20)
+    inertia = 50.0 + noise[::-1], np.full(20, 1.0)
+    flagged = np.isin(np.arange(20), [6, 7, 11, 14])
+    run = np.zeros(20, dtype=np.int64)
+    washed_out = level + 8 * noise, error
+    assert np.flatnonzero(bridged(flagged, run, [washed_out, inertia])).tolist() == list(range(6, 15))
+    level[8:11] = 40.0
+    returned = level + 8 * noise, error
+    expected = [6, 7, 11, 12, 13, 14]
+    assert np.flatnonzero(bridged(flagged, run, [returned, inertia])).tolist() == expected
+    # windows of another run, or without a fit, decide nothing
+    run[9:] = 1
+    assert np.flatnonzero(bridged(flagged, run, [washed_out, inertia])).tolist() == expected
+    unknown = np.where(np.isin(np.arange(20), [12, 13]), np.nan, returned[0]), error
+    assert np.flatnonzero(bridged(flagged, run * 0, [unknown])).tolist() == [6, 7, 11, 14]
