@@ -17,6 +17,7 @@ from drillid.datasets.reuse import Memo
 from drillid.discrepancy.detectors.detect import detect
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.residual_record import WindowRecord
+from drillid.discrepancy.detectors.set_point import holds_set_point, set_point_detection, speed_ratio
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.errors import EstimationError
 from drillid.fits.datasheet import (
@@ -92,7 +93,18 @@ def gather_well(
         for row, content in enumerate(zip(*contents, strict=True))
     ]
     detections = [Detection.of(each, row) for row, of_window in enumerate(found) for each in of_window]
+    if holds_set_point(sheet.controller):
+        ratios = [
+            memo.result(memo.key("set point", key), functools.partial(_speed_ratio, records, windows, row))
+            for row, key in enumerate(contents[0])
+        ]
+        of_set = set_point_detection(np.array(ratios))
+        detections += [] if of_set is None else [of_set]
     return assembled(mobility, operating_points, sheet, fitted, tuple(detections))
+
+
+def _speed_ratio(records: xr.Dataset, windows: xr.Dataset, row: int) -> float:
+    return speed_ratio(*window_channels(records, windows, row, ("speed", "speed_set")))
 
 
 def all_detections(records: Sequence[WindowRecord | None]) -> tuple[Detection, ...]:
