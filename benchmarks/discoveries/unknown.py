@@ -14,6 +14,7 @@ from benchmarks.discoveries.response import Fit, fit
 from drillid.arrays import Complex
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.physics.responses import laplace
 from drillid.physics.top_drive import drive
 
@@ -60,7 +61,7 @@ def _evidence(base: Fit, port: str) -> float:
     from scipy.special import logsumexp
 
     measured, inertia = base.problem.measured, base.problem.window_model(base.coordinates).system.top_drive.inertia
-    real = unknown.smooth_functions(measured.frequency, unknown.FUNCTIONS)
+    real = smooth_functions(measured.frequency, unknown.FUNCTIONS)
     scale = 1.0 if port == "record" else float(inertia) * float(np.median(np.abs(laplace(measured.frequency))))
     both = np.concatenate([real, 1j * real]) * scale
     rest, none, count = np.linalg.slogdet(base.information)[1], np.zeros(len(both)), base.coordinates.size

@@ -84,7 +84,7 @@ class RegenerativeCut(Cause):
     separated_by = "windows at different speeds, as the blades' period follows the speed"
     action = "Change speed or weight: the bit's blades feed vibration at this speed."
     size = Size("mean cutting torque", "N m", 2000.0, 0.0, 3e4)
-    shapes = (4.0, 6.0, 8.0)
+    shapes = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint

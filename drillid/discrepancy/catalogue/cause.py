@@ -173,7 +173,7 @@ class Cause:
         return self.is_linear
 
     def allows(self, other: Cause) -> bool:
-        """Whether the detection of another cause is valid where this one is detected."""
+        """Whether the detection of another cause is valid where this one is detected or named."""
         return True
 
     def admits_size(self, size: float, size_error: float) -> bool:

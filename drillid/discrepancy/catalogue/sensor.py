@@ -95,6 +95,7 @@ class SampleAndHold(Cause):
     """The recorded speed holds the last of rarer samples."""
 
     name, family, port = "sample_and_hold", "sensor", "sensor"
+    shared_by = "rig"
     headline = "the recorded speed is renewed every {size} only: ask for each of its samples"
     meaning = "the recorder holds a speed that is sampled more seldom than it writes rows"
     looks_like = ("clock_offset", "drive_lag", "recorder_filter")
@@ -110,6 +111,10 @@ class SampleAndHold(Cause):
         return window_model.with_recording(
             clock_offset=recording.clock_offset + size / 2, hold_variance=recording.hold_variance + size * size / 12
         )
+
+    def allows(self, other: Cause) -> bool:
+        """Whether the other is no jitter: what the rows are late by varies as a delay of the drive would."""
+        return other.name != "delay_jitter"
 
 
 class ClockDrift(Cause):

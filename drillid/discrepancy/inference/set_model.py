@@ -15,12 +15,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
-from drillid.fits.datasheet import COMMAND_BANDS
+from drillid.discrepancy.inference.control_errors import control_errors
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
@@ -65,14 +64,6 @@ HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 FURTHEST_SHAPE = 2.5
 """Bound of the fitted coordinates of shapes, in standard deviations."""
-_CONTROL_FLOOR = 3e-3
-"""Relative error of the control's response that all windows have in common, from the sampling of the control and from
-interpolated rows."""
-_CONTROL_LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
-"""Lines over which the noise of the control's response is smoothed, since a weight must not depend on its own
-denominator; largest relative variance at which they are used; and the ratio to the smoothed variance from which a line
-counts as lying at a zero of the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's
-relative variance is v: at most by 0.7 %."""
 _WIDE = 30.0
 """Prior standard deviation of a coordinate that the data sheets do not state."""
 
@@ -234,20 +225,8 @@ class SetModel:
 
     @cached_property
     def _control_errors(self) -> tuple[Floats, Floats]:
-        """Variances (W, F) of the control's response, of errors of each window and of those common to all; the former
-        infinite where it is not used.
-        """
-        evidence = self.evidence
-        stated = np.abs(control(self.controller, self.s)) ** 2
-        relative = np.where(self.weight > 0, evidence.control_variance / stated, np.nan)
-        noise = _smooth(relative)
-        # a line at a zero of the mobility carries no information, whatever its neighbours do
-        good = (relative <= noise * _ZERO) & (noise < _CLEAR)
-        lines = np.maximum(np.count_nonzero(self.weight, axis=1) / COMMAND_BANDS, 1.0)[:, None]
-        common = np.broadcast_to(lines * _CONTROL_FLOOR**2, noise.shape)
-        if evidence.control_rounding is not None:
-            common = common + _smooth(np.where(self.weight > 0, evidence.control_rounding / stated, np.nan))
-        return np.where(good, noise * stated, np.inf), np.where(good, common * stated, 0.0)
+        """Variances (W, F) of the control's response, of errors of each window and of those common to all."""
+        return control_errors(self.evidence, control(self.controller, self.s), self.weight > 0)
 
     @property
     def rows(self) -> int:
@@ -447,12 +426,6 @@ def _products(linear: Linearised, frequencies: int) -> Products:
     own = (rows @ residual[..., None])[..., 0]
     squares = np.sum(residual**2, axis=1)
     return Products(rows @ np.swapaxes(rows, -1, -2), own, squares, linear.mobility_chi2(frequencies))
-
-
-def _smooth(relative: Floats) -> Floats:
-    """Running median of relative variances (W, F) over lines."""
-    lines = pd.DataFrame(relative.T)
-    return lines.rolling(_CONTROL_LINES, center=True, min_periods=1).median().to_numpy().T
 
 
 def _middle(fitted: Floats, place: int) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import COORDINATES, DATA_SHEET, Extension, SetModel
+from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import speed_ratio
 from drillid.physics.responses import bit_speed_ratio, string_admittance
@@ -46,16 +47,6 @@ AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Prior standard deviations that are tried, relative to the response or to the pipe's characteristic admittance."""
 _OFF_DATA_SHEET = np.array([3.0, 10.0, 30.0])
 """The same for parameters off the data sheets, in tolerances."""
-
-
-def smooth_functions(frequency: Floats, count: int) -> Floats:
-    """Cubic B-splines over log frequency, (count, F)."""
-    from scipy.interpolate import BSpline
-
-    position = np.log(frequency / frequency[0]) / np.log(frequency[-1] / frequency[0])
-    inner = np.linspace(0.0, 1.0, count - 2)
-    knots = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
-    return np.asarray(BSpline.design_matrix(np.clip(position, 0.0, 1.0), knots, 3).toarray().T, dtype=float)
 
 
 def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], channel: str) -> Complex:

@@ -18,6 +18,7 @@ from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import Projection, project
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.discrepancy.rules import PART_READ
 
 _TERMS = 8
@@ -53,7 +54,7 @@ def missing_immittance(model: SetModel, fit: SetFit, port: str, extensions: tupl
     """
     projection = project(model, fit, extensions, unknown.directions(model, fit, extensions, port))
     mean, covariance = _posterior(projection)
-    basis = unknown.smooth_functions(model.evidence.frequency, unknown.FUNCTIONS)
+    basis = smooth_functions(model.evidence.frequency, unknown.FUNCTIONS)
     half = basis.shape[0]
     relative, scale = port in unknown.RELATIVE, 1.0
     if not relative:

@@ -76,6 +76,7 @@ def combine_with_detections(
 def _admissible(examination: Examination, detections: list[PooledDetection]) -> list[PooledDetection]:
     """Detections of causes that are possible and not named yet."""
     named = {name for verdict in examination.verdicts for name in verdict.members}
+    present = [CATALOGUE[name] for name in named]
     # a change within a window has detections of several causes that look like each other
     named |= {other for name in named if CATALOGUE[name].time_varying for other in CATALOGUE[name].looks_like}
     causes = {
@@ -83,7 +84,8 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         for detection in detections
         if detection.cause not in named and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     }
-    allowed = {name for name, cause in causes.items() if all(other.allows(cause) for other in causes.values())}
+    present += causes.values()
+    allowed = {name for name, cause in causes.items() if all(other.allows(cause) for other in present)}
     return [detection for detection in detections if detection.cause in allowed]
 
 
