@@ -16,6 +16,8 @@ _LINES, _CLEAR, _ZERO = 31, 0.02, 10.0
 denominator; largest relative variance at which they are used; and the ratio to the smoothed variance from which a line
 counts as lying at a zero of the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's
 relative variance is v: at most by 0.7 %."""
+_LEAST = 1e-12
+"""Relative variance in place of none, as in a response that was computed."""
 _SMOOTH, _ROUGH = 24, 2.0
 """Smooth functions over the band that hold any control's response, and variance about them, relative to that of the
 noise, from which it counts: a median over _LINES errs by a third."""
@@ -57,6 +59,7 @@ def _folded(frequency: Floats, ratio: Complex, noise: Floats) -> Floats:
         return np.zeros(frequency.size)
     mean = np.nansum(ratio[:, seen], axis=0) / windows[seen]
     of_noise = np.nanmean(np.where(np.isfinite(ratio), noise, np.nan)[:, seen], axis=0) / windows[seen]
+    of_noise = np.maximum(of_noise, _LEAST)
     basis = smooth_functions(frequency, _SMOOTH)[:, seen] / np.sqrt(of_noise)
     coefficients = np.linalg.lstsq(basis.T, mean / np.sqrt(of_noise))[0]
     power = np.abs(mean - (coefficients @ basis) * np.sqrt(of_noise)) ** 2

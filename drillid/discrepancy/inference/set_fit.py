@@ -7,6 +7,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.rows import real_rows
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
     FURTHEST_SHAPE,
@@ -19,7 +20,6 @@ from drillid.discrepancy.inference.set_model import (
     Point,
     SetModel,
     fitted_shapes,
-    real_rows,
 )
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend

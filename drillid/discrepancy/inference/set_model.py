@@ -20,8 +20,9 @@ from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.control_errors import control_errors
+from drillid.discrepancy.inference.rows import Linearised, Products, products_of, weighted
 from drillid.physics.compiled_system import compiled_system, data_of
-from drillid.physics.dual_numbers import Dual, primal
+from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
 from drillid.physics.held_control import hold_variance_prior, reading_variance_prior
 from drillid.physics.parameters import DELTA, LENGTH
@@ -124,34 +125,6 @@ class Point:
     def without(self, place: int) -> "Point":
         """The point without one of the causes."""
         return replace(self, sizes=np.delete(self.sizes, place), shapes=np.delete(self.shapes, place))
-
-
-@dataclass(frozen=True, eq=False)
-class Linearised:
-    """Whitened residuals of a set and the Jacobian of its responses at a point."""
-
-    residual: Complex
-    """(W, rows); real and imaginary part are standard normal where the model is right."""
-    jacobian: Complex
-    """(W, P, rows) of the modelled responses, whitened."""
-
-    def mobility_chi2(self, frequencies: int) -> float:
-        """Sum of squared residuals of the mobilities, which come first among the rows."""
-        return float(np.sum(np.abs(self.residual[:, :frequencies]) ** 2))
-
-
-@dataclass(frozen=True, eq=False)
-class Products:
-    """Sums over the rows of each window about a point, for all P coordinates of the set."""
-
-    each: Floats
-    """(W, P, P) products of the derivatives."""
-    own: Floats
-    """(W, P) products of derivatives and residuals."""
-    squares: Floats
-    """(W,) squared residuals."""
-    mobility_chi2: float
-    """Sum of squared residuals of the mobilities."""
 
 
 class SetModel:
@@ -314,7 +287,7 @@ class SetModel:
         window_model = self._differentiated(point, extensions)
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is None:
-            return _products(self._whitened(window_model, count), self.s.size)
+            return products_of(self._whitened(window_model, count), self.s.size)
         chosen = self._with_data if windows is None else windows
         of_mobilities, of_all = compiled.products(self._used_data, count, chosen)
         return Products(
@@ -404,28 +377,6 @@ class SetModel:
             rows = np.flatnonzero(weight[:, lines].any(axis=0))
             control, weight = evidence.control.take(lines[rows], axis=1), weight[:, lines[rows]]
         return data_of(*mobilities, rows, control, weight)
-
-
-def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
-    """Whitened residual (W, F) and derivatives (W, count, F) of a modelled response."""
-    measured = np.where(weight > 0, measured, 0.0)
-    residual = (measured - np.broadcast_to(primal(response), measured.shape)) * weight
-    slopes = np.zeros((count, *measured.shape), dtype=complex)
-    if isinstance(response, Dual):
-        slopes[response.indices] = response.tangents * weight
-    return residual, np.moveaxis(slopes, 0, 1)
-
-
-def real_rows(values: Complex) -> Floats:
-    """Real and imaginary parts of rows (..., R) as one row (..., 2 R), of the same memory."""
-    return values.view(float)
-
-
-def _products(linear: Linearised, frequencies: int) -> Products:
-    rows, residual = real_rows(linear.jacobian), real_rows(linear.residual)
-    own = (rows @ residual[..., None])[..., 0]
-    squares = np.sum(residual**2, axis=1)
-    return Products(rows @ np.swapaxes(rows, -1, -2), own, squares, linear.mobility_chi2(frequencies))
 
 
 def _middle(fitted: Floats, place: int) -> float:

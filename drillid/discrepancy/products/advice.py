@@ -16,7 +16,8 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
-from drillid.discrepancy.inference.set_model import Extension, Linearised, Point, SetModel, weighted
+from drillid.discrepancy.inference.rows import Linearised, weighted
+from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.rules import DETECTABLE
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.dual_numbers import primal
