@@ -25,6 +25,7 @@ wildcard_constraints:
     batch=one_of(BATCHES),
     well=one_of(PLAN.wells),
     log=one_of(SIMULATED),
+    start_up=one_of(PLAN.start_ups),
 
 
 onstart:
@@ -48,6 +49,7 @@ include: "workflow/rules/mobility.smk"
 include: "workflow/rules/fits.smk"
 include: "workflow/rules/discrepancy.smk"
 include: "workflow/rules/common_causes.smk"
+include: "workflow/rules/start_ups.smk"
 include: "workflow/rules/depth.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/well.smk"

@@ -15,7 +15,7 @@ if __name__ == "__main__":
     with logged(snakemake.log[0]) as log:
         drop_damaged(results, wells)
         write_fleet(results, wells)
-        problems = collect_problems(results, wells)
+        problems = collect_problems(results, wells, snakemake.params.start_ups)
         write_table(problems, snakemake.output.problems)
         write_changes(results, wells, problems, failed_wells(results, wells))
         log.info("%d well(s), %d problem(s)", len(wells), len(problems))

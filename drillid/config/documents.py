@@ -14,7 +14,7 @@ from drillid.config import examples
 from drillid.config.bounds import text_of_bounds
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import LogRow, WellRow
+from drillid.config.sheets import LogRow, StartUpRow, WellRow
 from drillid.datasets.declaration import DatasetSchema
 from drillid.datasets.registry import CHANGE_COLUMNS, CHANGES, DATASETS
 
@@ -66,6 +66,7 @@ def documents(root: Path) -> dict[str, str]:
         "workflow/schemas/rig.schema.yaml": schema_yaml(Rig),
         "workflow/schemas/wells.schema.yaml": schema_yaml(WellRow),
         "workflow/schemas/logs.schema.yaml": schema_yaml(LogRow),
+        "workflow/schemas/start_ups.schema.yaml": schema_yaml(StartUpRow),
     }
 
 
@@ -144,7 +145,7 @@ def config_readme() -> str:
         model = _model(field.annotation)
         if model is not None:
             lines += _sections(name, model)
-    for title, sheet in (("wells.tsv", WellRow), ("logs.tsv", LogRow)):
+    for title, sheet in (("wells.tsv", WellRow), ("logs.tsv", LogRow), ("start_up_sheet", StartUpRow)):
         lines += ["", f"## {title}", "", "Columns are separated by tabs; lines that begin with '#' are left out.", ""]
         lines += _table(sheet)
     lines += [

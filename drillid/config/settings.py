@@ -125,6 +125,15 @@ class CommonCausesSettings(Strict):
     count is published: even odds favour neither answer."""
 
 
+class StartUpsSettings(Strict):
+    """Measured starts of rotation: a described well is fitted to the first part of its log and judged on the rest."""
+
+    seen_share: float = Field(default=0.6, ge=0.2, le=0.9)
+    """Share of a log that is fitted to; the rest judges."""
+    evaluations: int = Field(default=300, ge=1, le=100_000)
+    """Most simulations of a fit, each at three levels of friction."""
+
+
 class DepthSettings(Strict):
     """The depth-indexed dataset, stability against stick-slip and settings of the speed control."""
 
@@ -266,6 +275,8 @@ class Settings(Strict):
     """Folder of rig descriptions."""
     log_roots: tuple[str, ...] = ()
     """Folders that logs may lie in, such as a mounted share, beside the working folder and that of the logs sheet."""
+    start_up_sheet: str | None = None
+    """Sheet of measured starts of rotation; without one there are none."""
     results: str = "results/main"
     """Folder for all results of this configuration, on this machine or a mounted share."""
     mirror: str | None = None
@@ -279,6 +290,7 @@ class Settings(Strict):
     fits: FitsSettings = FitsSettings()
     discrepancy: DiscrepancySettings = DiscrepancySettings()
     common_causes: CommonCausesSettings = CommonCausesSettings()
+    start_ups: StartUpsSettings = StartUpsSettings()
     depth: DepthSettings = DepthSettings()
     figures: FiguresSettings = FiguresSettings()
     report: ReportSettings = ReportSettings()

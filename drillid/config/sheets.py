@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import pandas as pd
 from pydantic import Field, field_validator
@@ -23,9 +23,17 @@ if TYPE_CHECKING:
 
 Faults = Callable[[SettingsError], None]
 """What takes the faults of rows."""
-_OPTIONAL = {"section", "tool", "folder"}
+_OPTIONAL = {"section", "tool", "folder", "fitted"}
 """Columns that a sheet need not have, beside the description."""
 _SEPARATORS = {",": "commas", ";": "semicolons"}
+
+
+def _checked_name(name: str) -> str:
+    if not name.isprintable():
+        raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Write the name anew")
+    if {".", ".."}.intersection(name.split("/")):
+        raise KeyFault("", f"'{name}' is a path and no name", "Write the well's name")
+    return name
 
 
 class WellRow(Strict):
@@ -47,11 +55,7 @@ class WellRow(Strict):
     @field_validator("well")
     @classmethod
     def _is_a_name(cls, name: str) -> str:
-        if not name.isprintable():
-            raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Write the name anew")
-        if {".", ".."}.intersection(name.split("/")):
-            raise KeyFault("", f"'{name}' is a path and no name", "Write the well's name")
-        return name
+        return _checked_name(name)
 
 
 class LogRow(Strict):
@@ -64,7 +68,33 @@ class LogRow(Strict):
     folder, beside the sheet, or in a folder of the setting `log_roots`."""
 
 
-Row = TypeVar("Row", WellRow, LogRow)
+class StartUpRow(Strict):
+    """One row of the sheet of measured starts of rotation."""
+
+    start_up: str = Field(min_length=1, max_length=200)
+    """Name of the start of rotation as people write it."""
+    description: str = Field(min_length=1)
+    """YAML file that describes top drive, string, mud and friction, as of `drillid simulate start-up`."""
+    survey: str = Field(min_length=1)
+    """CSV file with depth_m, inclination_deg and, where the hole turns, azimuth_deg."""
+    log: str = Field(min_length=1)
+    """CSV file with t_s, td_rpm_measured, torque_knm_measured and, where measured, bit_rpm_min_measured and
+    bit_rpm_max_measured; paths are relative to the folder that snakemake is started in, as those of the logs sheet."""
+    depth_m: float = Field(gt=0, le=20_000)
+    """Depth of the bit along the hole, in m."""
+    fitted: str = ""
+    """What is fitted, separated by commas; by default what holds at other depths of the hole as well."""
+    folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
+    """Its folder in the results; by default made from its name."""
+
+    @field_validator("start_up")
+    @classmethod
+    def _is_a_name(cls, name: str) -> str:
+        return _checked_name(name)
+
+
+Row = TypeVar("Row", WellRow, LogRow, StartUpRow)
+Named = TypeVar("Named", WellRow, StartUpRow)
 
 
 @dataclass(frozen=True)
@@ -96,7 +126,12 @@ class Listing:
     def __post_init__(self) -> None:
         object.__setattr__(self, "folder", self.folder or folder_of(self.name))
 
-    def load(self) -> Well:
+    @property
+    def stated(self) -> dict[str, Any]:
+        """What its row of the sheet says that its results depend on."""
+        return {}
+
+    def load(self) -> Any:
         """The well with its rig description.
 
         Raises
@@ -131,6 +166,38 @@ class Listing:
         return replace(self, rig_file=self.rig_file.absolute(), logs=logs)
 
 
+@dataclass(frozen=True)
+class StartUp:
+    """One measured start of rotation with its files, as its stage receives it."""
+
+    name: str
+    description: Path
+    survey: Path
+    log: Path
+    depth: float
+    """m, of the bit along the hole."""
+    fitted: tuple[str, ...]
+    """What is fitted; empty where the usual is."""
+
+
+@dataclass(frozen=True)
+class StartUpListing(Listing):
+    """One start of rotation as listed in its sheet; its description stands in the place of a rig's."""
+
+    depth: float = 0.0
+    fitted: tuple[str, ...] = ()
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """Depth and what is fitted."""
+        return {"depth_m": self.depth, "fitted": list(self.fitted)}
+
+    def load(self) -> StartUp:
+        """The start with its files, none of which is read yet."""
+        log, survey = self.logs
+        return StartUp(self.name, self.rig_file, survey, log, self.depth, self.fitted)
+
+
 def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str, Listing]:
     """All wells of the sheets by their folders, in the order of the wells sheet.
 
@@ -147,7 +214,7 @@ def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str,
         outside of the folders that logs may lie in.
     """
     faults = _raise if faults is None else faults
-    rows = _wells_apart(_rows(Path(settings.wells), WellRow, faults), faults)
+    rows = _apart(_rows(Path(settings.wells), WellRow, faults), "well", faults)
     logs = _logs_of_wells(settings, rows.keys(), faults)
     listings = (
         Listing(
@@ -168,22 +235,45 @@ def _raise(fault: SettingsError) -> None:
     raise fault
 
 
-def _wells_apart(rows: Iterable[tuple[str, WellRow]], faults: Faults) -> dict[str, WellRow]:
-    """Rows by the names of their wells, each with a folder of its own on every file system."""
-    found: dict[str, WellRow] = {}
-    owners: dict[str, str] = {}
-    for where, row in rows:
-        if row.well in found:
-            faults(SettingsError(where, f"well '{row.well}' is listed twice", "Remove or rename one of the rows"))
+def read_start_ups(settings: "Settings", faults: Faults | None = None) -> dict[str, StartUpListing]:
+    """All measured starts of rotation by their folders, in the order of their sheet; none without a sheet.
+
+    Parameters, errors : as of `read_sheets`
+    """
+    if settings.start_up_sheet is None:
+        return {}
+    faults, sheet = _raise if faults is None else faults, Path(settings.start_up_sheet)
+    roots = Roots.of([".", sheet.parent, settings.results, *settings.log_roots])
+    listings = []
+    for name, row in _apart(_rows(sheet, StartUpRow, faults), "start_up", faults).items():
+        outside = [path for path in (row.description, row.survey, row.log) if not roots.hold(path)]
+        if outside:
+            faults(_outside(f"{sheet}, '{name}'", outside[0], roots))
             continue
-        folder = row.folder or folder_of(row.well)
-        other = owners.setdefault(as_seen(folder), row.well)
-        if other != row.well:
-            what = f"wells '{other}' and '{row.well}' would share the folder '{folder}' where case does not count"
+        files = Path(row.log), Path(row.survey)
+        fitted = tuple(part.strip() for part in row.fitted.split(",") if part.strip())
+        listings.append(StartUpListing(name, Path(row.description), files, "", row.folder, "", "", row.depth_m, fitted))
+    return {listing.folder: listing for listing in listings}
+
+
+def _apart(rows: Iterable[tuple[str, Named]], kind: str, faults: Faults) -> dict[str, Named]:
+    """Rows by the names of their wells or starts, each with a folder of its own on every file system."""
+    found: dict[str, Named] = {}
+    owners: dict[str, str] = {}
+    called = kind.replace("_", "-")
+    for where, row in rows:
+        name: str = getattr(row, kind)
+        if name in found:
+            faults(SettingsError(where, f"{called} '{name}' is listed twice", "Remove or rename one of the rows"))
+            continue
+        folder = row.folder or folder_of(name)
+        other = owners.setdefault(as_seen(folder), name)
+        if other != name:
+            what = f"{called}s '{other}' and '{name}' would share the folder '{folder}' where case does not count"
             remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
             faults(SettingsError(where, what, remedy))
             continue
-        found[row.well] = row
+        found[name] = row
     return found
 
 

@@ -184,3 +184,48 @@ FLEET = DatasetSchema(
     },
     ("well", "depth", "window", "start", "end"),
 )
+
+_MODEL_TIME, _MODEL_SPAN = ("model", "time"), ("model", "span")
+START_UPS = DatasetSchema(
+    "A measured start of rotation beside its simulations",
+    {
+        "time": Variable(("time",), "float64", "s", "time since the first sample"),
+        **each(
+            ("time",),
+            top_speed=("rad s-1", "measured speed of the top drive, which the simulations follow"),
+            torque=("N m", "measured torque of the drive"),
+            bit_slowest=("rad s-1", "least measured speed of the bit in each half second"),
+            bit_fastest=("rad s-1", "greatest measured speed of the bit in each half second"),
+        ),
+        "model": Variable(("model",), "str", "", "description with which it is simulated"),
+        **each(
+            _MODEL_TIME,
+            simulated_torque=("N m", "simulated torque of the drive"),
+            simulated_bit_speed=("rad s-1", "simulated speed of the bit as recorded, half-second statistics"),
+        ),
+        "span": Variable(("span",), "str", "", "part of the log: fitted to, or held out"),
+        **each(
+            ("span",), span_from=("s", "time at which the part begins"), span_to=("s", "time at which the part ends")
+        ),
+        **each(
+            _MODEL_SPAN,
+            torque_rms=("N m", "rms error of the torque, over friction of 98.5, 100 and 101.5 %"),
+            bit_rms=("rad s-1", "rms error of the bit speed; NaN where it is not measured"),
+        ),
+        **each(
+            ("model",),
+            gain=(
+                "1",
+                "held-out squared error that the model saves of the one before it, in units of the errors' scales",
+            ),
+            gain_low=("1", "lower end of the gain's interval, of 95 % confidence"),
+            gain_high=("1", "upper end of the gain's interval"),
+        ),
+        "kept": Variable(
+            ("model",), "bool", "", "the model with which to predict: its gain has a lower end above zero"
+        ),
+        "parameter": Variable(("parameter",), "str", "", "what is fitted"),
+        "value": Variable(("model", "parameter"), "float64", "", "its value, SI, the modulus in GPa"),
+        "at_bound": Variable(("model", "parameter"), "bool", "", "the value lies at its bound"),
+    },
+)

@@ -2,7 +2,7 @@
 
 from drillid.datasets.examined import DISCREPANCIES as DISCREPANCIES
 from drillid.datasets.examined import EXAMINATIONS as EXAMINATIONS
-from drillid.datasets.identified import DEPTH, FITS, FLEET, JOINT_FITS, STACK_FITS
+from drillid.datasets.identified import DEPTH, FITS, FLEET, JOINT_FITS, STACK_FITS, START_UPS
 from drillid.datasets.measured import LOGS, MOBILITIES, RECORDS, SPECTRA, STACKS, STATES, WINDOWS
 
 PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
@@ -53,6 +53,7 @@ DATASETS = {
     "joint": JOINT_FITS,
     "discrepancy": DISCREPANCIES,
     "examination": EXAMINATIONS,
+    "start_ups": START_UPS,
     "depth": DEPTH,
     "fleet": FLEET,
 }

@@ -15,7 +15,7 @@ from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import stored, write_whole
 from drillid.fleet.provenance import digest, numerical_versions, source_hash
-from drillid.fleet.stages import STAGES
+from drillid.fleet.stages import ALL_STAGES, STAGES
 from drillid.formats.description import Unusable
 from drillid.formats.remote import local_file, url_of
 from drillid.formats.remote import states as remote_states
@@ -134,14 +134,14 @@ def stages_behind(path: Path) -> dict[str, dict[str, Any]]:
 
 def _place(path: Path) -> tuple[Path, str, str]:
     for folder in (path, *path.parents):
-        if folder.parent.name in STAGES and (folder / "problems.csv").exists():
+        if folder.parent.name in ALL_STAGES and (folder / "problems.csv").exists():
             return folder.parent.parent, folder.parent.name, folder.name
     remedy = "Name a dataset, table or figure below <results>/<stage>/<well>"
     raise SettingsError(str(path), "is no result of a stage of a well", remedy)
 
 
 def _of_stage(name: str, content: dict[str, Any]) -> list[str]:
-    stage = STAGES[name]
+    stage = ALL_STAGES[name]
     now = source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else []))
     same = "the code as it is now" if content["source"] == now else "other code than now"
     lines = [
@@ -151,6 +151,7 @@ def _of_stage(name: str, content: dict[str, Any]) -> list[str]:
     ]
     for section, values in content["settings"].items():
         lines.append(f"  settings  {section}: {json.dumps(values)}")
+    lines += [f"  sheet     {name}: {json.dumps(value)}" for name, value in content.get("stated", {}).items()]
     if content["rig"]:
         lines.append(f"  rig       {', '.join(stage.rig)}: {content['rig']}")
     lines += [f"  log       {path}: sha256 {digest}" for path, digest in content.get("inputs", {}).items()]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from drillid.datasets.store import WellFolders
 from drillid.fleet.manifest import PROBLEMS, stored
-from drillid.fleet.stages import STAGES
+from drillid.fleet.stages import STAGES, START_UPS
 
 _NAMED = 5
 """Failed wells that the closing line names."""
@@ -17,8 +17,15 @@ _NAMED = 5
 
 def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
     """Reason of each well that failed in a stage."""
-    reasons = {well: _reason(WellFolders(results, well)) for well in wells}
+    reasons = {well: _reason(_folders(WellFolders(results, well))) for well in wells}
     return {well: reason for well, reason in reasons.items() if reason}
+
+
+def failed_start_ups(results: Path, start_ups: Sequence[str]) -> dict[str, str]:
+    """Reason of each start of rotation that failed; one that no run came to has not."""
+    places = {name: {START_UPS.name: WellFolders(results, name).stage(START_UPS.name)} for name in start_ups}
+    reasons = {name: _reason(folders) for name, folders in places.items()}
+    return {name: reason for name, reason in reasons.items() if reason}
 
 
 def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
@@ -46,9 +53,8 @@ def _folders(folders: WellFolders) -> dict[str, Path]:
     return {stage: folders.stage(stage) for stage in STAGES}
 
 
-def _reason(folders: WellFolders) -> str:
-    """The first failure; one that nobody foresaw has a row and no key."""
-    places = _folders(folders)
+def _reason(places: Mapping[str, Path]) -> str:
+    """The first failure in the stages' folders; one that nobody foresaw has a row and no key."""
     keys = {stage: stored(folder) for stage, folder in places.items()}
     failed = [stage for stage, key in keys.items() if key.get("status") == "failed"]
     without_key = [stage for stage, key in keys.items() if not key]

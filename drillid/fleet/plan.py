@@ -1,23 +1,24 @@
 """How the workflow is laid out: wells in batches, and what each stage of a batch depends on."""
 
+import functools
 import itertools
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 from drillid.config.files import read_yaml
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, read_sheets
+from drillid.config.sheets import Listing, read_sheets, read_start_ups
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
 from drillid.fleet.manifest import KEY, PROBLEMS, holds
 from drillid.fleet.mirror import restore
-from drillid.fleet.outcome import closing_line, failed_wells, unfinished_wells
+from drillid.fleet.outcome import closing_line, failed_start_ups, failed_wells, unfinished_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
-from drillid.fleet.stages import STAGES, failed_on, fingerprint
+from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, failed_on, fingerprint
 from drillid.fleet.workers import THREAD_VARIABLES
 from drillid.formats.remote import size_of, states, url_of
 
@@ -42,6 +43,7 @@ class Plan:
 
     settings: Settings
     wells: Mapping[str, Listing]
+    start_ups: Mapping[str, Listing] = field(default_factory=dict)
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any], files: Sequence[str | Path] = ()) -> Self:
@@ -60,7 +62,7 @@ class Plan:
         for file in files:
             read_yaml(file)
         settings = Settings.checked(dict(config), ", ".join(map(str, files)) or "configuration")
-        return cls(settings, read_sheets(settings))
+        return cls(settings, read_sheets(settings), read_start_ups(settings))
 
     @property
     def batches(self) -> dict[str, tuple[str, ...]]:
@@ -88,9 +90,12 @@ class Plan:
         there only while no job works on its batch, so a running workflow is not disturbed.
         """
         paths = (Path(self.settings.results, stage, f"{batch}.json") for stage in STAGES for batch in self.batches)
-        for path in paths:
-            if path.exists() and not holds(path, lambda well: failed_on(self.wells[well])):
-                path.unlink(missing_ok=True)
+        own = (Path(self.settings.results, START_UPS.name, f"{name}.json") for name in self.start_ups)
+        for found, listings in ((paths, self.wells), (own, self.start_ups)):
+            failed = functools.partial(_failed_on, listings)
+            for path in found:
+                if path.exists() and not holds(path, failed):
+                    path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:
         """Make the fleet's page older than all else where that of a well is gone: Snakemake has it written again."""
@@ -102,12 +107,21 @@ class Plan:
     def outcome(self) -> dict[str, Any]:
         """How many wells there are, why some failed, which were not finished, and the closing line of the run."""
         results, wells = Path(self.settings.results), tuple(self.wells)
-        failed = failed_wells(results, wells)
+        failed, failed_starts = failed_wells(results, wells), failed_start_ups(results, tuple(self.start_ups))
         unfinished = unfinished_wells(results, wells)
         line = closing_line(wells, failed, unfinished)
+        if failed_starts:
+            listed = ", ".join(f"{name} ({reason})" for name, reason in failed_starts.items())
+            line += f" {len(failed_starts)} of {len(self.start_ups)} starts of rotation failed: {listed}."
         report = results.absolute() / "report.html"
         told = {"report": str(report)} if report.exists() else {}
-        return {"wells": len(wells), "failed": failed, "unfinished": list(unfinished), "line": line, **told}
+        return {
+            "wells": len(wells),
+            "failed": failed | failed_starts,
+            "unfinished": list(unfinished),
+            "line": line,
+            **told,
+        }
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
         """Take the wells' keys and problems away, so that the stage and what follows are done again in any case."""
@@ -130,6 +144,11 @@ class Plan:
         simulated = self.settings.simulate is not None
         return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
 
+    def start_up_files(self, name: str) -> list[str]:
+        """Files of a start of rotation that are there; one that is missing is a row of problems.csv."""
+        listing = self.start_ups[name]
+        return [str(path) for path in (listing.rig_file, *listing.logs) if path.exists()]
+
     def memory_mb(self, wells: Sequence[str]) -> int:
         """Memory of a job that holds raw logs or their records, one log a process at a time, in MB."""
         largest = max((_memory_of(log) for well in wells for log in self.wells[well].logs), default=0.0)
@@ -138,18 +157,20 @@ class Plan:
     def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
         """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs."""
         simulated = self.settings.simulate is not None
-        prints = [fingerprint(STAGES[stage], self.wells[well], self.settings, simulated) for well in wells]
+        listings = self.start_ups if stage == START_UPS.name else self.wells
+        prints = [fingerprint(ALL_STAGES[stage], listings[well], self.settings, simulated) for well in wells]
         return {
             "wells": list(wells),
             "source": prints[0]["source"],
             "settings": prints[0]["settings"],
-            "rigs": digest([[each["rig"], each["name"]] if "name" in each else each["rig"] for each in prints]),
+            "rigs": digest([_of_sheets(each) for each in prints]),
             "logs": digest([each["logs"] for each in prints]),
         }
 
     def fleet_dependencies(self) -> dict[str, Any]:
         """The same for the tables over all wells."""
-        return {"wells": list(self.wells), "source": source_hash("drillid.depth.fleet", "drillid.depth.changes")}
+        source = source_hash("drillid.depth.fleet", "drillid.depth.changes")
+        return {"wells": list(self.wells), "start_ups": list(self.start_ups), "source": source}
 
     def common_causes_dependencies(self) -> dict[str, Any]:
         """The same for what wells have in common, by what the sheet says that they share."""
@@ -163,6 +184,7 @@ class Plan:
         """The same for the report, which lists the settings and describes the wells."""
         return {
             "wells": {folder: [listing.name, listing.description] for folder, listing in self.wells.items()},
+            "start_ups": list(self.start_ups),
             "source": source_hash("drillid.report.page", "drillid.config.rig"),
             "templates": template_hash(),
             "settings": self.settings.model_dump(mode="json", exclude={"fleet", "mirror"}),
@@ -191,6 +213,16 @@ class Plan:
         """What the simulated logs of the demo depend on."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
         return {"source": source_hash("drillid.demo.wells"), "settings": section}
+
+
+def _failed_on(listings: Mapping[str, Listing], name: str) -> str:
+    return failed_on(listings[name])
+
+
+def _of_sheets(of_well: Mapping[str, Any]) -> Any:
+    """What sheets and rig description say of a well."""
+    further = [of_well[name] for name in ("name", "stated") if name in of_well]
+    return [of_well["rig"], *further] if further else of_well["rig"]
 
 
 def _memory_of(log: Path) -> float:

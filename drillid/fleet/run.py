@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
@@ -25,7 +25,7 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, read_sheets
+from drillid.config.sheets import Listing, read_sheets, read_start_ups
 from drillid.datasets.checksums import check
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
@@ -37,7 +37,7 @@ from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.progress import SHOWN
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
-from drillid.fleet.stages import STAGES, Stage, failed_on, fingerprint
+from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, Stage, failed_on, fingerprint
 from drillid.fleet.workers import client_of
 
 _PRINT_EVERY_S = 2.0
@@ -132,7 +132,8 @@ def tasks_of(stage: str, wells: Sequence[str], settings: Settings) -> list[Task]
     SettingsError
         If the sheets cannot be used.
     """
-    listings, results = read_sheets(settings), Path(settings.results).absolute()
+    listings: Mapping[str, Listing] = read_start_ups(settings) if stage == START_UPS.name else read_sheets(settings)
+    results = Path(settings.results).absolute()
     return [Task(stage, listings[well].absolute(), settings, results, _LOADED) for well in wells]
 
 
@@ -155,7 +156,7 @@ def process_well(task: Task) -> Outcome:
 
 def _processed(task: Task) -> Outcome:
     began, began_work = time.perf_counter(), time.process_time()
-    stage, folders = STAGES[task.stage], WellFolders(task.results, task.listing.folder, name=task.listing.name)
+    stage, folders = ALL_STAGES[task.stage], WellFolders(task.results, task.listing.folder, name=task.listing.name)
     folder = folders.stage(stage.name)
     key = _key(stage, task.listing, task.settings, folders)
     failed = _failed_key(key, task.listing)
@@ -200,9 +201,12 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
             write_table(problems_table(name, stage, [problem]), folders.stage(stage) / PROBLEMS)
 
 
-def collect_problems(results: Path, wells: Sequence[str]) -> pd.DataFrame:
-    """The problems of all wells and stages as one table, in the order of the wells and of the data's way."""
+def collect_problems(results: Path, wells: Sequence[str], start_ups: Sequence[str] = ()) -> pd.DataFrame:
+    """The problems of all wells and stages as one table, in the order of the wells and of the data's way, then those of
+    starts of rotation.
+    """
     files = [WellFolders(results, well).stage(stage) / PROBLEMS for well in wells for stage in STAGES]
+    files += [WellFolders(results, start_up).stage(START_UPS.name) / PROBLEMS for start_up in start_ups]
     tables = [table for table in map(_read_problems, files) if len(table)]
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 

@@ -85,6 +85,15 @@ STAGES: dict[str, Stage] = {
 }
 """The stages in the order of the data's way."""
 
+START_UPS = Stage(
+    "start_ups",
+    (),
+    ("start_ups", "figures"),
+    ("top_drive", "pipe", "pipe_shear_modulus", "assembly", "assembly_shear_modulus", "mud_density", "friction"),
+)
+"""The one stage of a measured start of rotation, whose description stands in the place of a rig's."""
+ALL_STAGES = {**STAGES, START_UPS.name: START_UPS}
+
 
 def failed_on(listing: "Listing") -> str:
     """Hash of everything that may make a well fail: its whole rig description and its logs, as they are now."""
@@ -105,7 +114,8 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
     # datasets and tables say the well's name, which only here may change without its folder
     name = {} if listing.name == listing.folder else {"name": listing.name}
     # a stage is handed its rig description, which the modules it imports need not show
-    return name | {
+    own = name | ({"stated": listing.stated} if listing.stated else {})
+    return own | {
         "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),
         "settings": settings.model_dump(mode="json", include=stage.sections),
         "rig": yaml_digest(listing.rig_file, stage.rig) if stage.rig else "",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 import drillid
-from drillid.config.sheets import Listing, read_sheets
+from drillid.config.sheets import Listing, read_sheets, read_start_ups
 from drillid.datasets.reuse import digest
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import read_table
@@ -23,6 +23,7 @@ from drillid.report.attention import KINDS
 from drillid.report.charts.embedding import bokeh_script
 from drillid.report.rendering import render
 from drillid.report.rig_page import write_rig_pages
+from drillid.report.start_ups import start_up_rows
 from drillid.report.summary import new_since, summary, totals
 from drillid.report.well_page import well_page
 from drillid.report.well_report import well_report
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 PAGES = "report"
 """Folder of the wells' pages."""
-_WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "results", "mirror"}
+_WITHOUT_EFFECT = {"fleet", "wells", "logs", "rigs", "start_up_sheet", "results", "mirror"}
 """Settings without effect on the report."""
 
 
@@ -71,7 +72,8 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
     for path in pages.iterdir():
         if path.name not in kept:
             path.unlink()
-    write_whole(results / "report.html", fleet_page(settings, results, summaries, groups))
+    starts = start_up_rows(results, read_start_ups(settings), problems)
+    write_whole(results / "report.html", fleet_page(settings, results, summaries, groups, starts))
     return spent
 
 
@@ -110,7 +112,11 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def fleet_page(
-    settings: Settings, results: Path, wells: Sequence[Mapping[str, Any]], groups: Sequence[Mapping[str, str]] = ()
+    settings: Settings,
+    results: Path,
+    wells: Sequence[Mapping[str, Any]],
+    groups: Sequence[Mapping[str, str]] = (),
+    starts: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """The fleet's page as text.
 
@@ -118,6 +124,7 @@ def fleet_page(
     ----------
     wells : their summaries
     groups : what several wells have in common, as `write_rig_pages` tells of it
+    starts : measured starts of rotation, as `start_up_rows` tells of them
     """
     import yaml
 
@@ -129,6 +136,7 @@ def fleet_page(
         title=settings.report.title,
         wells=wells,
         groups=groups,
+        starts=starts,
         attention=sorted(attention, key=lambda item: (item["level"], -item["strength"])),
         kinds=[kind for kind in KINDS if kind in kinds],
         totals=totals(wells),

@@ -12,7 +12,7 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.soft_string import Survey
-from drillid.simulation.start_up import RATE, WellEquipment, WellFriction, rig_at, start_up
+from drillid.simulation.start_up import RATE, StartUp, WellEquipment, WellFriction, rig_at, start_up
 from drillid.units import RPM
 
 JITTER = (0.985, 1.0, 1.015)
@@ -35,7 +35,7 @@ BOUNDS = {
 """What may be fitted, on a logarithmic scale, with its bounds; the modulus is the pipe's, GPa."""
 USUAL = ("sliding", "assembly_sliding", "assembly_breakaway", "threshold", "rest", "rest_angle", "kappa", "modulus")
 """What holds at other depths of a hole as well: the assembly keeps its inertia."""
-_TORQUE, _BIT = 1.9, 21.0
+TORQUE_SCALE, BIT_SCALE = 1.9, 21.0
 """kN m and rpm that count alike."""
 _EVALUATIONS, _STEP, _TOO_FAST = 300, 0.06, 1e6
 
@@ -140,13 +140,29 @@ class StartUpModel:
         equipment = replace(self.equipment, pipe_shear_modulus=1e9 * modulus)
         return replace(self, equipment=equipment, friction=replace(self.friction, **found))
 
+    def simulated(self, log: MeasuredStartUp, factor: float = 1.0) -> StartUp:
+        """The start of rotation under the log's top-drive speed, with all friction times a factor."""
+        friction = replace(self.friction, sliding=self.friction.sliding * factor)
+        return start_up(rig_at(self.depth, self.survey, self.equipment, friction), log.top_speed, FITTING_STEP)
+
+    def squared_errors(self, log: MeasuredStartUp) -> Floats:
+        """Squared errors of torque and bit speed in the units that count alike, in the mean over JITTER, (samples,)."""
+        middle = (log.bit_slowest + log.bit_fastest) / 2
+        rows = []
+        for factor in JITTER:
+            made = self.simulated(log, factor)
+            size = made.torque.size
+            torque = (made.torque - log.torque[:size]) / 1e3 / TORQUE_SCALE
+            bit = (made.recorded_bit_speed() - middle[:size]) / RPM / BIT_SCALE
+            rows.append(torque**2 + np.nan_to_num(bit) ** 2)
+        return np.asarray(np.mean(rows, axis=0), dtype=float)
+
     def misfits(self, log: MeasuredStartUp, spans: Sequence[tuple[float, float]]) -> Floats:
         """Misfit of torque (kN m) and bit speed (rpm) in spans of time (s), over all JITTER, (span, 2)."""
         cut = log.until(max(last for _, last in spans))
         rows = []
         for factor in JITTER:
-            friction = replace(self.friction, sliding=self.friction.sliding * factor)
-            made = start_up(rig_at(self.depth, self.survey, self.equipment, friction), cut.top_speed, FITTING_STEP)
+            made = self.simulated(cut, factor)
             found = [misfit(cut, made.torque, made.recorded_bit_speed(), *span) for span in spans]
             rows.append([(each.torque_rms, each.bit_rms) for each in found])
         return np.asarray(np.sqrt(np.mean(np.square(rows), axis=0)), dtype=float)
@@ -161,7 +177,7 @@ class StartUpModel:
             except SettingsError:
                 # waves too fast for the time step
                 return _TOO_FAST
-            return float((torque / _TORQUE) ** 2 + np.nan_to_num(bit / _BIT) ** 2)
+            return float((torque / TORQUE_SCALE) ** 2 + np.nan_to_num(bit / BIT_SCALE) ** 2)
 
         bounds = np.log([BOUNDS[name] for name in self.fitted])
         start = np.clip(np.log(np.maximum(self.values, 1e-9)), *bounds.T)

@@ -6,7 +6,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from drillid.fleet.stages import STAGES
+from drillid.fleet.stages import ALL_STAGES, STAGES
 from tests.workflow.forked import snakemake
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,7 +25,7 @@ SHARED = (
 )
 """Rooms and modules of the library that are not replaced by toys."""
 READ = {dataset for stage in STAGES.values() for dataset in stage.reads}
-DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in STAGES}
+DATASETS = {name: sorted({name} | {dataset for stage, dataset in READ if stage == name}) for name in ALL_STAGES}
 
 STAGE = '''
 """A toy stage: one line in the journal for each well, and a folder with a file for each dataset."""
@@ -43,6 +43,8 @@ from drillid.datasets.store import Problem
 def process(well, folders, settings):
     with Path("journal.txt").open("a") as journal:
         journal.write("{stage} " + well.name + " " + str(os.getpid()) + "\\n")
+    if "{stage}" == "start_ups" and not well.log.exists():
+        raise LogError(str(well.log), "does not exist", "Check the path in its sheet")
     if "{stage}" == "records":
         # a missing log is a fault of the input, as the real readers say; any other OSError is one of the machine
         for log in well.logs:
@@ -178,7 +180,7 @@ class Checkout:
 def jobs_in(output: str) -> list[str]:
     """Jobs that Snakemake's output tells of, as `Checkout.would_run` names them."""
     blocks = re.findall(r"^(?:local)?rule (\S+):\n((?: +.*\n)*)", output, re.MULTILINE)
-    found = [(rule, re.search(r"wildcards: .*?(?:batch|well)=([^,\s]+)", block)) for rule, block in blocks]
+    found = [(rule, re.search(r"wildcards: .*?(?:batch|well|start_up)=([^,\s]+)", block)) for rule, block in blocks]
     return [f"{rule} {wildcard[1]}" if wildcard else rule for rule, wildcard in found]
 
 
@@ -194,7 +196,7 @@ def write_library(folder: Path) -> None:
             imports="from drillid.shared import USED_BY_FITS\n" if name == "fits" else "",
             datasets=DATASETS[name],
         )
-        for name in STAGES
+        for name in ALL_STAGES
     }
     texts |= {
         "shared.py": "USED_BY_FITS = 1\n",

@@ -17,7 +17,7 @@ from drillid.fleet.command import OUTCOME
 from drillid.fleet.lock import hold_results, name_run
 from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
-from drillid.fleet.stages import STAGES
+from drillid.fleet.stages import START_UPS, STAGES
 
 prepare_environment(workflow.basedir)
 try:
@@ -50,6 +50,10 @@ def wells(wildcards):
     return BATCHES[wildcards.batch]
 
 
+def start_up(wildcards):
+    return (wildcards.start_up,)
+
+
 def raw_logs(wildcards):
     return PLAN.logs(wells(wildcards))
 
@@ -67,15 +71,15 @@ def runtime(wildcards):
 
 
 @functools.cache
-def dependencies_of_batch(stage, batch):
-    return PLAN.dependencies(stage, BATCHES[batch])
+def dependencies_of(stage, names):
+    return PLAN.dependencies(stage, names)
 
 
-def dependencies(stage):
+def dependencies(stage, names=wells):
     """The batch's wells, and code, settings, rigs and logs, a change of any of which has the stage done again."""
 
     def parameter(name):
-        return lambda wildcards: dependencies_of_batch(stage, wildcards.batch)[name]
+        return lambda wildcards: dependencies_of(stage, names(wildcards))[name]
 
     return {name: parameter(name) for name in ("wells", "source", "settings", "rigs", "logs")}
 
@@ -83,6 +87,11 @@ def dependencies(stage):
 def manifests(stage):
     """Manifests of all batches: what waits for them has all wells."""
     return expand(f"<results>/{stage}/{{batch}}.json", batch=BATCHES)
+
+
+def start_up_manifests():
+    """Manifests of all starts of rotation."""
+    return expand("<results>/start_ups/{start_up}.json", start_up=PLAN.start_ups)
 
 
 def manifest_of_well(stage="{stage}"):
@@ -93,7 +102,7 @@ def manifest_of_well(stage="{stage}"):
 def everything():
     """Tables and report, the figures that Snakemake's report shows, and all manifests, of which none may be missing."""
     if not PLAN.wells:
-        return []
+        return start_up_manifests()
     # a file that is missing between others is remade only where it is a target
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [
@@ -104,7 +113,7 @@ def everything():
             "ro-crate-metadata.json",
         )
     ]
-    return stages + expand("<results>/figures/{well}", well=PLAN.wells) + tables
+    return stages + start_up_manifests() + expand("<results>/figures/{well}", well=PLAN.wells) + tables
 
 
 def mirrored():
@@ -134,3 +143,5 @@ def forget_forced():
     for job in workflow.dag.needrun_jobs():
         if job.rule.name in STAGES and workflow.dag.reason(job).forced:
             PLAN.forget(job.rule.name, wells(job.wildcards))
+        elif job.rule.name == START_UPS.name and workflow.dag.reason(job).forced:
+            PLAN.forget(job.rule.name, start_up(job.wildcards))

@@ -4,6 +4,7 @@
 rule fleet:
     input:
         [manifests(stage) for stage in STAGES],
+        start_up_manifests(),
     output:
         fleet=directory("<results>/fleet.zarr"),
         problems=report(

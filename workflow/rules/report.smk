@@ -12,6 +12,7 @@ rule report:
         discrepancy=manifests("discrepancy"),
         depth=manifests("depth"),
         figures=manifests("figures"),
+        start_ups=start_up_manifests(),
     output:
         html=report(
             "<results>/report.html",
