@@ -295,6 +295,14 @@ FAULTS = (
     ),
     Fault(
         "discrepancy/inference",
+        "drillid/discrepancy/inference/control_errors.py",
+        "rough - of_noise, 0.0)",
+        "0.0 * rough, 0.0)",
+        ("tests/unit/discrepancy/test_control_errors.py",),
+        "a control that reads the speed seldom is told to be something unknown",
+    ),
+    Fault(
+        "discrepancy/inference",
         "drillid/discrepancy/inference/projection.py",
         "information**2 / diagonal[None, :]",
         "information**2 / diagonal[:, None]",
