@@ -76,6 +76,7 @@ class Header:
     layout : what the reader keeps for `read_columns`
     notes : decisions that were taken
     rows : number of rows, where it is known without reading them
+    aliases : columns by other names that the file states for them
     """
 
     columns: tuple[str, ...]
@@ -89,6 +90,7 @@ class Header:
     layout: Any = None
     notes: tuple[Note, ...] = ()
     rows: int | None = None
+    aliases: dict[str, str] = field(default_factory=dict)
 
 
 class Unusable(ValueError):

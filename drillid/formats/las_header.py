@@ -18,6 +18,8 @@ from drillid.formats.written_times import UnclearDate, parse
 _DEPTHS = ("DEPT", "DEPTH", "MD", "TVD", "TDEP", "BDEP")
 _LENGTHS = ("M", "FT", "F", "FEET", "METER", "METRE", "METERS", "METRES", ".1IN")
 _DATES = ("STRTDATE", "STARTDATE", "STDATE", "SDAT", "SDATE", "DATESTART", "DATE", "DATEDAY")
+_MOMENTS = ("STRT", *_DATES, "STRTTIME", "STARTTIME", "STTIME", "STIME", "STIM", "TIMESTART", "STARTDATETIME", "TSTART")
+"""Mnemonics of a date with a time of day."""
 _CLOCKS = ("STRTTIME", "STARTTIME", "STTIME", "STIM", "TIMESTART", "TIME", "TIM")
 
 
@@ -118,7 +120,7 @@ def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:
 
 def _start(items: dict[str, str]) -> np.datetime64 | None:
     """The time that a curve of seconds counts from: STRT, or a date with a time of day."""
-    whole = next((found for name in ("STRT", *_DATES) if (found := _moment(items.get(name, ""))) is not None), None)
+    whole = next((found for name in _MOMENTS if (found := _moment(items.get(name, ""))) is not None), None)
     if whole is None:
         dates = [found for name in _DATES if (found := _moment(items.get(name, ""), dated=True)) is not None]
         clocks = [found for name in _CLOCKS if (found := _moment(items.get(name, ""), timed=True)) is not None]

@@ -167,9 +167,13 @@ def table_with(path: Path, columns: Sequence[str], dialect: Dialect = PLAIN) -> 
 
 
 def column_in(header: Header, name: str) -> str | None:
-    """The column of a header that a name stands for: exactly, without its unit, or in other case; None without one."""
+    """The column of a header that a name stands for: exactly, as the file's other name, without its unit, or in other
+    case; None without one.
+    """
     if name in header.columns:
         return name
+    if name in header.aliases:
+        return header.aliases[name]
     bare = split_unit(name)[0]
     alike = [column for column in header.columns if split_unit(column)[0] == bare]
     in_any_case = [column for column in header.columns if split_unit(column)[0].casefold() == bare.casefold()]

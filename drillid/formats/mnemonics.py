@@ -58,9 +58,9 @@ _TIMES = (
     *("time", "timestamp", "datetime", "dateandtime", "dateandtimeutc", "timedate", "timeutc", "utctime", "utc"),
     *("timestamputc", "localtime", "timelocal", "datetimeutc", "rtime", "logtime", "timeindex", "zeit", "datumzeit"),
     *("tid", "datotid", "hora", "fechahora", "heure", "время", "etim", "etime", "elapsedtime", "unixtime", "epoch"),
-    *("seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
+    *("hhmmss", "seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
 )
-_DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "day")
+_DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "ddmmyyyy", "mmddyyyy", "day")
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>.*)\)|\{(?P<curly>[^{}]*)\})$")
 _AFTER_COMMA = re.compile(r"^(?P<name>.*?\S)\s*,\s*(?P<unit>[^,]+)$")
 _NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}

@@ -148,7 +148,8 @@ def _by_mnemonic(
 ) -> tuple[MappedColumn | None, list[Note]]:
     """The column that WITS calls so, where its unit is known and no other channel has it; and a note."""
     used = {column_in(header, column.column) for column in taken.values()}
-    found = surely(name, header.columns)
+    named = surely(name, header.columns) or surely(name, header.aliases)
+    found = None if named is None else column_in(header, named)
     if found is None or found in used:
         return None, []
     unit = header.units.get(found) or WITHOUT_UNIT.get(name)

@@ -17,8 +17,10 @@ from drillid.formats.readers import hdf5
 SUFFIXES = (".mat",)
 FRAGILE = True
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_NAMES = ("columns", "column_names", "names", "channels", "headers", "varnames", "labels")
+_NAMES = ("columns", "column_names", "names", "channels", "header", "headers", "colheaders", "varnames", "labels")
 _UNITS = ("units", "unit", "Units", "Unit")
+_VALUES = ("data", "values", "value", "samples")
+"""Fields of a structure of one channel."""
 _ADVICE = "Save the columns as plain arrays, such as t = posixtime(T.Time); rpm = T.RPM; save('log.mat', 't', 'rpm')"
 
 
@@ -85,8 +87,25 @@ def _content(path: Path) -> dict[str, Any]:
     except Exception as error:  # scipy raises whatever it meets in a damaged file
         raise ValueError(f"it is no MATLAB file, or damaged: {error}") from error
     return {
-        name: value for name, value in content.items() if name == "__function_workspace__" or not name.startswith("__")
+        name: _channels(value) or value
+        for name, value in content.items()
+        if name == "__function_workspace__" or not name.startswith("__")
     }
+
+
+def _channels(value: Any) -> dict[str, Any] | None:
+    """An array of structures with the name and the values of a channel each, as arrays by their names; else None."""
+    if not isinstance(value, list | np.ndarray) or not len(value) or not all(isinstance(one, Mapping) for one in value):
+        return None
+    found, units = {}, {}
+    for one in value:
+        fields = {key.lower(): field for key, field in one.items()}
+        samples = next((fields[key] for key in _VALUES if key in fields), None)
+        if not isinstance(fields.get("name"), str) or samples is None:
+            return None
+        found[fields["name"]] = samples
+        units[fields["name"]] = next((str(fields[key]) for key in ("unit", "units") if key in fields), "")
+    return {**found, "units": units}
 
 
 def _tables(

@@ -10,11 +10,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
+from drillid.formats.since import start_of
 
 SUFFIXES = (".xml", ".witsml")
 STREAMS = True
@@ -23,12 +26,13 @@ _BLOCK = 2**18
 _LINES = 20_000
 _OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
 _DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
-_TIME_INDEX = "date time"
+_TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
 
 
 @dataclass
 class _Curve:
     mnemonic: str = ""
+    alias: str = ""
     unit: str = ""
     null: str = ""
     column: int = 0
@@ -39,7 +43,8 @@ class _Curve:
 class _Log:
     """One log object, filled while it is read.
 
-    lists : mnemonics and units beside its data, which name the order of the cells
+    start : of its index, as text
+    mnemonics, units : beside its data, which name the order of the cells
     """
 
     name: str = ""
@@ -47,6 +52,7 @@ class _Log:
     index_type: str = ""
     index_curve: str = ""
     index_column: int = 0
+    start: str = ""
     null: str = ""
     delimiter: str = ","
     curves: list[_Curve] = field(default_factory=list)
@@ -57,7 +63,7 @@ class _Log:
     def over_time(self) -> bool:
         """Whether the index is a time; of a log that does not say, what its index is called."""
         if self.index_type:
-            return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", "elapsed time")
+            return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", _ELAPSED_INDEX)
         ordered = self.ordered()
         index = self.index_curve or (ordered[0].mnemonic if ordered else "")
         return "TIME" in index.upper() or time_among([index]) is not None
@@ -85,6 +91,7 @@ class _Columns:
     units: dict[str, str]
     nulls: tuple[float, ...]
     time: str
+    aliases: dict[str, str]
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
@@ -114,7 +121,20 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         table = "" if len(tables) == 1 else name
         units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
         nulls = tuple(dict.fromkeys(null for _, columns in logs for null in columns.nulls))
-        found.append(Header(first.names, units, table=table, time=first.time, nulls=nulls, layout=set(first.names)))
+        start = _start(logs[0][0]) if len(logs) == 1 else None
+        found.append(
+            Header(
+                first.names,
+                units,
+                table=table,
+                time=first.time,
+                start=start,
+                start_is_utc=True,
+                nulls=nulls,
+                layout=set(first.names),
+                aliases=first.aliases,
+            )
+        )
     return found
 
 
@@ -171,9 +191,16 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
     try:
         return read(as_text | dict.fromkeys(numeric, pa.float64()))
     except pa.ArrowInvalid:
-        # writers leave out empty cells at the end of a row
-        lines = [line + delimiter * max(0, len(names) - 1 - line.count(delimiter)) for line in lines]
+        lines = [_of_width(line, delimiter, len(names)) for line in lines]
         return with_numbers(read(as_text), numeric, ".", None, delimiter)
+
+
+def _of_width(line: str, delimiter: str, width: int) -> str:
+    """A line with as many cells as there are curves, as writers leave empty cells at its end out, or add some."""
+    missing = width - 1 - line.count(delimiter)
+    if missing >= 0:
+        return line + delimiter * missing
+    return line[:missing] if line.endswith(delimiter * -missing) else line
 
 
 def _columns(log: _Log) -> _Columns:
@@ -190,7 +217,17 @@ def _columns(log: _Log) -> _Columns:
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
     nulls = [number for text in (log.null, *(curve.null for curve in curves)) if (number := _number(text)) is not None]
-    return _Columns(names, units, tuple(dict.fromkeys(nulls)), time)
+    aliases = {curve.alias: name for name, curve in zip(names, curves, strict=True) if curve.alias}
+    return _Columns(names, units, tuple(dict.fromkeys(nulls)), time, aliases)
+
+
+def _start(log: _Log) -> np.datetime64 | None:
+    """The time that an index of elapsed seconds counts from."""
+    return start_of(f"seconds since {log.start}") if _is_elapsed(log.index_type) and log.start else None
+
+
+def _is_elapsed(index_type: str) -> bool:
+    return index_type.replace("_", " ").strip().lower() == _ELAPSED_INDEX
 
 
 def _number(text: str) -> float | None:
@@ -323,6 +360,8 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
 def _fill_curve(curve: _Curve, element: str, text: str) -> None:
     if element == "mnemonic":
         curve.mnemonic = text
+    elif element == "mnemAlias":
+        curve.alias = text
     elif element == "unit":
         curve.unit = text
     elif element == "nullValue":
@@ -345,6 +384,8 @@ def _fill_log(log: _Log, element: str, text: str) -> None:
         log.index_type = text
     elif element == "indexCurve":
         log.index_curve = text
+    elif element == "startDateTimeIndex":
+        log.start = text
     elif element == "nullValue":
         log.null = text
     elif element == "dataDelimiter" and text:

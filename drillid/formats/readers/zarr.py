@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from drillid.formats.description import Dialect, Header
+from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.readers.netcdf import columns_of, tables_of
 
 SUFFIXES = (".zarr",)
@@ -31,7 +31,7 @@ def _opened(path: Path) -> Iterator[Any]:
                 yield dataset
     except FileNotFoundError as error:
         raise ValueError(f"it is no zarr store, or damaged: {error}") from error
-    except (OSError, MemoryError):
+    except (OSError, MemoryError, Unusable):
         raise
     except Exception as error:  # zarr and its codecs raise whatever they meet in a damaged store
         raise ValueError(f"it is no zarr store, or damaged: {error}") from error

@@ -93,6 +93,23 @@ def _mat_5(log: pd.DataFrame, folder: Path) -> list[Path]:
     return [folder / "log.mat"]
 
 
+def _mat_channels(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """An array of structures, one a channel."""
+    columns = {"Time": since_1970(log), **log[NUMBERS].to_dict("series")}
+    channels = [(name, np.asarray(values, dtype=float), UNITS.get(name, "s")) for name, values in columns.items()]
+    kinds = [("Name", "O"), ("Data", "O"), ("Unit", "O")]
+    savemat(folder / "log.mat", {"channels": np.array(channels, dtype=kinds)})
+    return [folder / "log.mat"]
+
+
+def _mat_matrix(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """A matrix as importdata makes it."""
+    matrix = np.column_stack([719529 + since_1970(log) / 86400, log[NUMBERS]])
+    names = np.array(["Time", *NUMBERS], dtype=object)
+    savemat(folder / "log.mat", {"log": {"data": matrix, "colheaders": names}})
+    return [folder / "log.mat"]
+
+
 def _mat_73(log: pd.DataFrame, folder: Path) -> list[Path]:
     path = folder / "log.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
@@ -187,6 +204,14 @@ def _split(log: pd.DataFrame, folder: Path) -> list[Path]:
     return [folder / "log.csv"]
 
 
+def _by_form(log: pd.DataFrame, folder: Path) -> list[Path]:
+    """Date and time under their forms, as an electronic drilling recorder exports them."""
+    times = log["Time"].dt
+    apart = {"YYYY/MM/DD": times.strftime("%Y/%m/%d"), "HH:MM:SS": times.strftime("%H:%M:%S.%f")}
+    pd.DataFrame(apart).join(log[NUMBERS]).to_csv(folder / "log.csv", index=False)
+    return [folder / "log.csv"]
+
+
 def _units_row(log: pd.DataFrame, folder: Path) -> list[Path]:
     rows = log.assign(Time=iso(log)).to_csv(index=False, header=False)
     (folder / "log.csv").write_text(f"{','.join(log)}\n(),{','.join(f'({unit})' for unit in UNITS.values())}\n{rows}")
@@ -254,6 +279,8 @@ SHAPES: dict[str, Shape] = {
     "WITSML 1.4.1.1": Shape(witsml_1411, {"channels": WITHOUT_UNITS}),
     "WITSML of a gateway": Shape(witsml_lists_only, {"channels": WITHOUT_UNITS}),
     "MAT 5, datenum": Shape(_mat_5, {"channels": WITHOUT_UNITS}, told=("days of MATLAB",)),
+    "MAT 5, a structure a channel": Shape(_mat_channels, {"channels": WITHOUT_UNITS}, told=("read as s since 1970",)),
+    "MAT 5, matrix": Shape(_mat_matrix, told=("days of MATLAB",)),
     "MAT 7.3, epoch": Shape(_mat_73, told=("read as s since 1970",)),
     "HDF5 groups": Shape(_hdf5, {"channels": WITHOUT_UNITS}, told=("read as us since 1970",)),
     "TDMS waveforms": Shape(_tdms, {"channels": WITHOUT_UNITS}),
@@ -307,6 +334,7 @@ SHAPES: dict[str, Shape] = {
     ),
     "serial dates": Shape(_text("log.csv", lambda log: 25569 + since_1970(log) / 86400), {"time": {"unit": "excel"}}),
     "split date and time": Shape(_split, told=("dates are taken from column 'Date'",)),
+    "columns named by their forms": Shape(_by_form, told=("dates are taken from column 'YYYY/MM/DD'",)),
     "units in a row": Shape(_units_row, {"channels": WITHOUT_UNITS}, told=("units are taken from line 2",)),
     "junk header": Shape(
         _text("log.csv", iso, head="Well: 34/10-A-12 H, Rig 7\nExported: 2025-03-04, by nobody, at all\n***\n\n"),
