@@ -11,17 +11,21 @@ import contextlib
 import json
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+import uuid
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, write_whole
+from drillid.fleet.mirror_lock import LOCK, hold
 
 LISTING = "mirror.json"
-"""What the copy holds: its place, and size and time in ns of each file by its path."""
-_NOT_COPIED = {"raw", "logs", "benchmarks", ".previous", LISTING}
+"""What the copy holds: its place, its version, and size and time in ns of each file by its path."""
+_VERSION = ".mirror"
+"""The versions of the copy that this machine's results go on from: JSON with its place and their names."""
+_NOT_COPIED = {"raw", "logs", "benchmarks", ".previous", LISTING, _VERSION}
 """Inputs, what only this machine's runs tell of, and what stages keep for themselves."""
 _AT_ONCE = 500
 """Files that are copied in one request."""
@@ -47,23 +51,27 @@ def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
     Raises
     ------
     SettingsError
-        If the place does not answer or refuses to be written.
+        If the place does not answer or refuses to be written, or another machine has brought it up to date meanwhile.
     """
     local = _files(results)
-    known = _known(results / LISTING, mirror)
     with _answering(mirror):
         system, root = _place(mirror)
-        there = _sizes_there(system, root)
+        before, version = _listing_there(system, root), uuid.uuid4().hex
+        _refuse_newer(before, results, mirror)
+        known, there = before.get("files", {}), _sizes_there(system, root)
         changed = [name for name, state in local.items() if known.get(name) != state or there.get(name) != state[0]]
-        gone = sorted(there.keys() - local.keys() - {LISTING})
+        gone = sorted(there.keys() - local.keys() - {LISTING, LOCK})
         # a well's folder that changes has no key until it is whole
         folders = {"/".join(Path(name).parts[:2]) for name in (*changed, *gone)}
         keys = {f"{folder}/{KEY}" for folder in folders} & there.keys()
         _delete(system, root, keys | set(gone))
         for names in _in_order({*changed, *(keys & local.keys())}):
             _put(system, results, root, names)
-        write_whole(listing, json.dumps({"mirror": mirror, "files": local}, indent=0))
+        write_whole(listing, json.dumps({"mirror": mirror, "version": version, "files": local}, indent=0))
+        # both hold for a run that is killed before or after the listing is there
+        _remember(results, mirror, before.get("version"), version)
         _put(system, listing.parent, root, [listing.name])
+        _remember(results, mirror, version)
     return Changes(len(changed), len(gone))
 
 
@@ -82,7 +90,8 @@ def restore(results: Path, mirror: str) -> bool:
         system, root = _place(mirror)
         if not system.exists(f"{root}/{LISTING}"):
             return False
-        files = json.loads(system.cat_file(f"{root}/{LISTING}"))["files"]
+        listing = _listing_there(system, root)
+        files = listing["files"]
         try:
             for names in _pieces([*files, LISTING]):
                 places = [part / name for name in names]
@@ -91,6 +100,7 @@ def restore(results: Path, mirror: str) -> bool:
                 system.get([f"{root}/{name}" for name in names], [str(place) for place in places])
             for name, (_, time_ns) in files.items():
                 os.utime(part / name, ns=(time_ns, time_ns))
+            _remember(part, mirror, listing.get("version"))
             part.rename(results)
         finally:
             shutil.rmtree(part, ignore_errors=True)
@@ -110,13 +120,57 @@ def _files(results: Path) -> dict[str, list[int]]:
     return found
 
 
-def _known(listing: Path, mirror: str) -> dict[str, list[int]]:
-    """What was copied to this place before."""
+def hold_mirror(results: Path, mirror: str) -> Callable[[], None]:
+    """Keep other machines away from the copy until the function that is returned is called.
+
+    Raises
+    ------
+    SettingsError
+        If another machine works on it, or has brought it up to date since this one did; or the place does not answer.
+    """
+    with _answering(mirror):
+        system, root = _place(mirror)
+        if "file" in system.protocol:
+            Path(root).mkdir(parents=True, exist_ok=True)
+        release = hold(system, root, results)
+        try:
+            _refuse_newer(_listing_there(system, root), results, mirror)
+        except BaseException:
+            release()
+            raise
+    return release
+
+
+def _refuse_newer(listing: Mapping[str, Any], results: Path, mirror: str) -> None:
+    """Refuse a copy that another machine has brought up to date: it would be overwritten by older results."""
+    if "version" in listing and listing["version"] not in _remembered(results, mirror):
+        raise SettingsError(
+            "mirror",
+            f"{mirror} was brought up to date from elsewhere, and {results} does not go on from that",
+            f"Move {results} away, so that the next run begins with the copy, or name another place",
+        )
+
+
+def _remember(results: Path, mirror: str, *versions: str | None) -> None:
+    write_whole(results / _VERSION, json.dumps({"mirror": mirror, "versions": versions}))
+
+
+def _remembered(results: Path, mirror: str) -> Sequence[str]:
     try:
-        content = json.loads(listing.read_bytes())
-        return dict(content["files"]) if content["mirror"] == mirror else {}
+        content = json.loads((results / _VERSION).read_bytes())
+        return list(content["versions"]) if content["mirror"] == mirror else []
     except (OSError, ValueError, LookupError, TypeError):
+        return []
+
+
+def _listing_there(system: Any, root: str) -> dict[str, Any]:
+    """What the copy holds by its own listing; nothing where there is none that can be read."""
+    system.invalidate_cache()
+    try:
+        content = json.loads(system.cat_file(f"{root}/{LISTING}"))
+    except (FileNotFoundError, ValueError):
         return {}
+    return content if isinstance(content, dict) else {}
 
 
 def _sizes_there(system: Any, root: str) -> dict[str, int]:
@@ -166,6 +220,8 @@ def _place(mirror: str) -> tuple[Any, str]:
 def _answering(mirror: str) -> Iterator[None]:
     try:
         yield
+    except SettingsError:
+        raise
     except Exception as error:  # each store has errors of its own
         said = " ".join(f"{type(error).__name__}: {error}".split())
         remedy = "Look at the address, the network and the credentials, then run again"

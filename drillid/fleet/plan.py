@@ -3,7 +3,7 @@
 import functools
 import itertools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -15,7 +15,7 @@ from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
 from drillid.fleet.manifest import KEY, PROBLEMS, holds
-from drillid.fleet.mirror import restore
+from drillid.fleet.mirror import hold_mirror, restore
 from drillid.fleet.outcome import closing_line, failed_start_ups, failed_wells, unfinished_wells
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, failed_on, fingerprint
@@ -82,6 +82,17 @@ class Plan:
         """
         mirror = self.settings.mirror
         return mirror is not None and restore(Path(self.settings.results), mirror)
+
+    def hold_mirror(self) -> Callable[[], None]:
+        """Keep other machines away from the copy of the results until the function that is returned is called.
+
+        Raises
+        ------
+        SettingsError
+            If another machine works on the copy or has brought it up to date meanwhile, or its place does not answer.
+        """
+        mirror = self.settings.mirror
+        return hold_mirror(Path(self.settings.results), mirror) if mirror is not None else lambda: None
 
     def drop_untrue_manifests(self) -> None:
         """Take away the manifests of batches with a well whose folder is gone or other than named there, or mended.

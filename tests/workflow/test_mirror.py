@@ -1,6 +1,7 @@
 """Results on a store that speaks S3: a copy that each run brings up to date, and from which another machine goes on."""
 
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,9 +9,10 @@ import fsspec
 import pytest
 
 from drillid.errors import SettingsError
+from drillid.fleet import mirror_lock
 from drillid.fleet.crate import CRATE
 from drillid.fleet.manifest import KEY
-from drillid.fleet.mirror import Changes, restore, update_mirror
+from drillid.fleet.mirror import Changes, hold_mirror, restore, update_mirror
 from tests.s3 import BUCKET, store
 from tests.workflow.killed import digests
 from tests.workflow.toys import Checkout
@@ -51,9 +53,14 @@ def test_a_run_keeps_a_copy_on_s3_from_which_another_machine_goes_on(
     assert "was fetched from" in finished.run(*words)
     assert finished.journal() == []
     assert digests(results) == expected
+    before = there(bucket)
     (finished.root / "raw/c.csv").write_text("other samples")
     finished.run(*words)
     assert {line.split()[1] for line in finished.journal()} == {"W-2"}
+    written = {name for name, time in there(bucket).items() if before.get(name) != time}
+    assert f"records/W-2/{KEY}" in written
+    assert not [name for name in written if "/W1/" in name]
+    assert mirror_lock.LOCK not in there(bucket)
 
 
 @pytest.fixture
@@ -106,6 +113,43 @@ def test_a_folder_has_no_key_in_the_copy_while_it_is_brought_up_to_date(
     assert f"fits/W2/{KEY}" in there(bucket)
     update_mirror(results, MIRROR, results / "mirror.json")
     assert f"fits/W1/{KEY}" in there(bucket)
+
+
+@pytest.mark.parametrize("on_s3", [True, False])
+def test_another_machine_waits_until_the_first_is_done_or_gone(
+    results: Path, bucket: fsspec.AbstractFileSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, on_s3: bool
+) -> None:
+    mirror, other = MIRROR if on_s3 else str(tmp_path / "share/main"), tmp_path / "other/main"
+    release = hold_mirror(results, mirror)
+    with pytest.raises(SettingsError, match=f"another machine works on the copy .*{results}"):
+        hold_mirror(other, mirror)
+    # a run that was killed is taken up by the next on the same results
+    again = hold_mirror(results, mirror)
+    release()
+    with pytest.raises(SettingsError, match="another machine works on the copy"):
+        hold_mirror(other, mirror)
+    again()
+    hold_mirror(other, mirror)()
+    hold_mirror(results, mirror)
+    now = time.time()
+    monkeypatch.setattr(mirror_lock.time, "time", lambda: now + 1000.0)
+    hold_mirror(other, mirror)()
+
+
+def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Path, tmp_path: Path) -> None:
+    mirror, other = str(tmp_path / "share/main"), tmp_path / "other/main"
+    update_mirror(results, mirror, results / "mirror.json")
+    restore(other, mirror)
+    (other / "fits/W1/fits.zarr/zarr.json").write_text('{"a": 1}')
+    assert update_mirror(other, mirror, other / "mirror.json") == Changes(1, 0)
+    for refused in (
+        lambda: update_mirror(results, mirror, results / "mirror.json"),
+        lambda: hold_mirror(results, mirror),
+    ):
+        with pytest.raises(SettingsError, match=f"{results} does not go on from that. Move {results} away"):
+            refused()
+    hold_mirror(other, mirror)()
+    assert update_mirror(other, mirror, other / "mirror.json") == Changes(0, 0)
 
 
 def test_a_bucket_that_is_not_there_is_named(results: Path, bucket: fsspec.AbstractFileSystem) -> None:

@@ -29,6 +29,7 @@ except DrillidError as error:
     raise WorkflowError(str(error)) from None
 
 BATCHES = PLAN.batches
+RELEASES = []
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
 if not PLAN.wells:
@@ -122,15 +123,18 @@ def mirrored():
 
 
 def begin():
-    """Keep other runs away from the results."""
+    """Keep other runs away from the results, and other machines from their copy."""
     try:
         hold_results(Path(PLAN.settings.results))
+        RELEASES.append(PLAN.hold_mirror())
     except DrillidError as error:
         raise WorkflowError(str(error)) from None
 
 
 def end():
-    """Tell what became of the wells: to `drillid run`, or else on the terminal."""
+    """Tell what became of the wells, to `drillid run` or else on the terminal, and let other machines on the copy."""
+    for release in RELEASES:
+        release()
     outcome = PLAN.outcome()
     if OUTCOME in os.environ:
         Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))

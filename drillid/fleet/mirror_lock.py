@@ -1,0 +1,86 @@
+"""One machine at a time on a copy of the results: an object beside the copy names the one that works on it.
+
+The object is renewed while the run lasts, as a store takes nothing away by itself when a machine is gone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import threading
+import time
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from drillid.errors import SettingsError
+
+LOCK = ".lock"
+"""Name of the object: JSON with the `holder`, a `token` of its run and when it was last `renewed`, s since 1970."""
+_RENEW_EVERY_S = 60.0
+_GONE_AFTER_S = 900.0
+"""A machine that has not renewed its lock for so long counts as gone."""
+
+
+def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
+    """Keep other machines away from a copy until the function that is returned is called.
+
+    Parameters
+    ----------
+    system : file system of the copy
+    root : its folder there
+    results : the folder that is copied; a lock that an earlier run on it has left is taken over
+
+    Raises
+    ------
+    SettingsError
+        If another machine works on the copy; the message names it.
+    """
+    place, holder, token = f"{root}/{LOCK}", f"{socket.gethostname()}:{results.absolute()}", uuid.uuid4().hex
+    _refuse_another(_read(system, place), lambda lock: lock.get("holder") == holder)
+    _write(system, place, holder, token)
+    # of two that begin at once, the one that has written last holds it
+    _refuse_another(_read(system, place), lambda lock: lock.get("token") == token)
+    done = threading.Event()
+
+    def renew() -> None:
+        while not done.wait(_RENEW_EVERY_S):
+            # of the network, each store's own: the next minute tries again
+            with contextlib.suppress(Exception):
+                _write(system, place, holder, token)
+
+    def release() -> None:
+        done.set()
+        # a lock that cannot be taken away counts as gone after a while
+        with contextlib.suppress(Exception):
+            if _read(system, place).get("token") == token:
+                system.rm_file(place)
+
+    threading.Thread(target=renew, daemon=True).start()
+    return release
+
+
+def _refuse_another(lock: dict[str, Any], is_own: Callable[[dict[str, Any]], bool]) -> None:
+    renewed = float(lock.get("renewed", 0.0))
+    if lock and not is_own(lock) and time.time() - renewed < _GONE_AFTER_S:
+        seen = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(renewed))
+        raise SettingsError(
+            "mirror",
+            f"another machine works on the copy ({lock.get('holder')}, last seen {seen})",
+            f"Wait until its run ends; one that was killed counts as gone after {_GONE_AFTER_S / 60:.0f} minutes",
+        )
+
+
+def _write(system: Any, place: str, holder: str, token: str) -> None:
+    system.pipe_file(place, json.dumps({"holder": holder, "token": token, "renewed": time.time()}).encode())
+
+
+def _read(system: Any, place: str) -> dict[str, Any]:
+    system.invalidate_cache()
+    try:
+        content = json.loads(system.cat_file(place))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
