@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.blind import __main__ as proof
 from benchmarks.blind import blocks
 from benchmarks.blind.answer import Claim
 from benchmarks.blind.baselines import _coordinates
@@ -140,6 +141,17 @@ def test_scores_have_limits_on_either_side() -> None:
     assert holds("causes_right", found["causes_right"]) is False
     assert holds("unknown_share_low", found["unknown_share_low"]) is False
     assert set(TARGETS) <= set(found)
+
+
+def test_times_of_examinations_are_kept_for_either_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proof, "RESULT", tmp_path / "blind.json")
+    table = _table()
+    for world, factor in (("own", 1.0), ("other", 2.0)):
+        seconds = factor * np.where(table["hidden"] == "none", 0.5, 3.0)
+        proof._keep(world, scores(table.assign(seconds=seconds)), {})
+    kept = json.loads((tmp_path / "blind.json").read_text())
+    assert [kept[f"{prefix}examine_s_median_wrong"] for prefix in ("", "other_")] == [3.0, 6.0]
+    assert [kept[f"{prefix}examine_s_median_null"] for prefix in ("", "other_")] == [0.5, 1.0]
 
 
 def test_engines_are_compared_at_equal_false_alarms() -> None:
