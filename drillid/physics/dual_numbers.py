@@ -6,7 +6,7 @@ is written with ufuncs only, any parameter of the equipment, and s itself, may b
 size: the derivatives are as exact as the values.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -162,3 +162,23 @@ def derivatives(function: Callable[..., Any], parameters: ArrayLike) -> tuple[Ar
         value = np.asarray(result)
         return value, np.zeros((*value.shape[:-1], columns.shape[0], value.shape[-1]))
     return result.value, np.moveaxis(result.full_tangents(), 0, -2)
+
+
+def composed(value: Array, parts: Sequence[tuple[Array, Any]]) -> Any:
+    """A function of several variables with its partial derivatives given, by the chain rule; the value itself where no
+    variable is a Dual.
+
+    Parameters
+    ----------
+    parts : partial derivative with respect to each variable, of the value's shape, and the variable
+    """
+    duals = [(slope, argument) for slope, argument in parts if isinstance(argument, Dual)]
+    if not duals:
+        return value
+    indices = np.unique(np.concatenate([argument.indices for _, argument in duals]))
+    total = np.zeros((indices.size, *value.shape), dtype=np.result_type(value, *(slope for slope, _ in duals)))
+    for slope, argument in duals:
+        rows = np.searchsorted(indices, argument.indices)
+        for row, tangent in zip(rows, _aligned(argument.tangents, value.ndim), strict=True):
+            total[row] += slope * tangent
+    return Dual(value, total, indices, duals[0][1].parameters)

@@ -10,7 +10,7 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.physics.damping import KelvinVoigt, ViscousWall
-from drillid.physics.dual_numbers import primal
+from drillid.physics.dual_numbers import Dual, composed, primal
 from drillid.physics.equipment import Section
 
 
@@ -55,10 +55,29 @@ def input_admittance(section: Section, load: Complex, s: Complex) -> Complex:
 
     Equation 5 with both sides divided by cosh γL, which overflows on long lossy lines.
     """
-    gamma, characteristic = propagation(section, s)
-    tangent = np.tanh(gamma * section.length)
-    admittance: Complex = characteristic * (load + characteristic * tangent) / (characteristic + load * tangent)
-    return admittance
+    shunt, series = immittances(section, s)
+    own, end = [primal(each) for each in (shunt, series, section.length)], primal(load)
+    root_shunt, root_series = np.sqrt(own[0]), np.sqrt(own[1])
+    gamma, characteristic = root_shunt / root_series, root_shunt * root_series
+    phase = gamma * own[2]
+    tangent = np.tanh(phase)
+    above, below = end + characteristic * tangent, characteristic + end * tangent
+    admittance = np.asarray(characteristic * above / below)
+    if not any(isinstance(each, Dual) for each in (shunt, series, section.length, load)):
+        return admittance
+    # derivatives by hand: few products of long arrays, where the chain rule through every step would need many
+    per_square = characteristic / (below * below)
+    falling = 1 - tangent * tangent
+    by_phase = per_square * (characteristic - end) * (characteristic + end) * falling
+    by_logarithm = 0.5 * (admittance + per_square * (tangent * below - above) * characteristic)
+    parts = [
+        ((by_logarithm + 0.5 * phase * by_phase) / own[0], shunt),
+        ((by_logarithm - 0.5 * phase * by_phase) / own[1], series),
+        (gamma * by_phase, section.length),
+        (per_square * characteristic * falling, load),
+    ]
+    found: Complex = composed(admittance, parts)
+    return found
 
 
 def input_impedance(section: Section, load: Complex, s: Complex) -> Complex:

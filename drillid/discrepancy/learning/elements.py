@@ -9,11 +9,13 @@ Technical Journal 3, 259–267; Brune 1931, Journal of Mathematics and Physics 1
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 from drillid.physics.attachments import MountedInertia, Relaxation, with_joint, with_law, with_lump
 from drillid.physics.damping import DampingLaw
@@ -270,6 +272,8 @@ class Element:
     """Of `unknown.CHANNELS`, at which an unknown misfit may be this element."""
     starts: tuple[tuple[float, ...], ...]
     """Sizes from which fits begin, in units of the terms' typical sizes."""
+    admittance: Callable[[Complex, Floats], Any] | None = None
+    """Of the unit of its first size, N m s/rad, from s and its sizes, where it hangs in the string at its place."""
 
     @property
     def order(self) -> int:
@@ -280,11 +284,18 @@ class Element:
 _ALONG = ("top", "upper string", "lower string", "bit", "data sheet")
 _MOUNT_STARTS = tuple((1.0, frequency / 2.0, 1.0) for frequency in (0.15, 0.3, 0.6, 1.2, 2.4, 4.0))
 
+
+def _mounted(s: Complex, sizes: Floats) -> Complex:
+    return np.asarray(MountedInertia(1.0, *sizes[1:].tolist()).admittance(s), dtype=complex)
+
+
 ELEMENTS = (
-    Element("inertia", ("learnt_inertia",), True, _ALONG, ((1.0,),)),
-    Element("damper", ("learnt_damper",), True, _ALONG, ((1.0,),)),
+    Element("inertia", ("learnt_inertia",), True, _ALONG, ((1.0,),), lambda s, sizes: s),
+    Element("damper", ("learnt_damper",), True, _ALONG, ((1.0,),), lambda s, sizes: np.ones_like(s)),
     Element("joint", ("learnt_joint",), True, _ALONG, ((1.0,), (10.0,))),
-    Element("mounted inertia", ("mount_inertia", "mount_frequency", "mount_loss"), True, _ALONG, _MOUNT_STARTS),
+    Element(
+        "mounted inertia", ("mount_inertia", "mount_frequency", "mount_loss"), True, _ALONG, _MOUNT_STARTS, _mounted
+    ),
     Element("drag with memory", ("drag_coefficient", "drag_rate"), False, _ALONG, ((1.0, 0.2), (1.0, 2.0))),
     Element("profile", ("profile",) * PIECES, False, _ALONG, ((0.0,) * PIECES,)),
     *(

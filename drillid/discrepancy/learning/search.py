@@ -123,13 +123,15 @@ def best_of(model: SetModel, before: SetFit, present: tuple[Extension, ...], ele
     for place, sizes in starts:
         extensions = (*present, *placed(element, place))
         point = Point(before.point.shared, before.point.local, np.append(before.point.sizes, sizes))
-        fit = fit_set(model, point, extensions)
+        # a start that falls too slowly to come to the best one is left
+        fit = fit_set(model, point, extensions, np.inf if best is None else best.fit.cost)
         if best is None or fit.cost < best.fit.cost:
             best = Candidate(element, place, extensions, fit)
     assert best is not None
     expected = model.expected()
     # what the base fit has absorbed of it is given back where the data sheets are the start
-    again = fit_set(model, Point(expected.shared, expected.local, best.fit.point.sizes), best.extensions)
+    start = Point(expected.shared, expected.local, best.fit.point.sizes)
+    again = fit_set(model, start, best.extensions, best.fit.cost)
     best = replace(best, fit=min(best.fit, again, key=lambda each: each.cost))
     return _refined(model, present, best) if element.has_place else best
 
@@ -164,19 +166,44 @@ def _screened(
     tried = [(place, start) for place in places for start in starts]
     if len(tried) <= _FITTED:
         return tried
-    directions = np.stack([_direction(model, before, present, element, *each) for each in tried], axis=1)
-    projection = project(model, before, present, directions)
+    projection = project(model, before, present, _directions(model, before, present, element, tried))
     information = np.diag(projection.information)
     estimate = projection.score / information
     explained = 0.5 * np.where(estimate > 0, estimate * projection.score, 0.0)
     limits = TERMS[element.terms[0]].size
-    chosen = []
+    chosen = {}
     for index in np.argsort(-explained)[:_FITTED]:
         place, start = tried[index]
-        sizes = start.copy()
-        sizes[0] = np.clip(estimate[index], 0.1 * limits.typical, limits.high)
-        chosen.append((place, sizes))
-    return chosen
+        first = float(np.clip(estimate[index], 0.1 * limits.typical, limits.high))
+        # starts that differ in the first size alone are one
+        chosen[place, first, *start[1:].tolist()] = place, np.array([first, *start[1:]])
+    return list(chosen.values())
+
+
+def _directions(
+    model: SetModel,
+    before: SetFit,
+    present: tuple[Extension, ...],
+    element: Element,
+    tried: Sequence[tuple[float, Floats]],
+) -> Complex:
+    """Directions (W, tried, rows) of an element from some places and sizes.
+
+    To first order whatever hangs in the string acts by its admittance: its direction is that of a damper of 1 N m s/rad
+    at the same place, times the admittance of its unit at every line.
+    """
+    if element.admittance is None:
+        first = {place: _direction(model, before, present, element, place, sizes) for place, sizes in tried}
+        return np.stack([first[place] for place, _ in tried], axis=1)
+    damper = next(each for each in ELEMENTS if each.name == "damper")
+    size = np.array([TERMS[damper.terms[0]].size.typical])
+    at = {place: _direction(model, before, present, damper, place, size) for place, _ in tried}
+    rows = np.zeros(model.rows, dtype=complex)
+    found = []
+    for place, sizes in tried:
+        rows[: model.s.size] = element.admittance(model.s, sizes)
+        found.append(at[place] * rows)
+    return np.stack(found, axis=1)
 
 
 def _direction(

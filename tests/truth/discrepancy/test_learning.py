@@ -19,7 +19,7 @@ from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
 from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.learning.fingerprint import Fingerprint
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
-from drillid.discrepancy.learning.search import placed
+from drillid.discrepancy.learning.search import _directions, placed
 from drillid.discrepancy.products.extended_model import extended_window_model, extension_variables
 from drillid.discrepancy.sets import ExaminedSet
 from drillid.discrepancy.verdicts.examination import Examination
@@ -100,6 +100,17 @@ def test_a_learnt_extension_is_stored_and_read_as_a_named_cause_is(
     stored = xr.Dataset(variables | {"window_set": ("window", np.zeros(4, dtype=int))})
     again = extended_window_model(stored, 0).mobility(model.s)
     np.testing.assert_allclose(again, model.predicted(learnt.fit.point, learnt.extensions), rtol=1e-9)
+
+
+@pytest.mark.parametrize("element", [each for each in ELEMENTS if each.admittance], ids=lambda element: element.name)
+def test_directions_by_the_admittance_are_those_of_the_whole_model(
+    mounted: tuple[SetModel, SetFit], element: Element
+) -> None:
+    model, base = mounted
+    tried = [(place, np.array(typical(element))) for place in (0.0, 0.4, 1.0)]
+    found = _directions(model, base, (), element, tried)
+    whole = _directions(model, base, (), replace(element, admittance=None), tried)
+    assert np.abs(found - whole).max() < 1e-9 * np.abs(whole).max()
 
 
 def test_nothing_is_offered_where_nothing_is_wrong() -> None:

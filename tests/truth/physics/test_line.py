@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive, polar_moment
 from drillid.physics.line import chain_matrix, input_admittance, input_impedance, propagation, speed_ratio
 from drillid.physics.lumped import ladder_input_admittance
@@ -145,3 +146,24 @@ def test_reflection_returns_after_twice_the_travel_time() -> None:
     crossing = lags[1:][np.diff(np.sign(bit_speed)) < 0][0]
     rise = 3 * bit.inertia / characteristic
     assert 0 <= crossing - 2 * pipe.length / wave_speed <= rise
+
+
+def test_derivatives_of_the_input_admittance_are_those_of_its_chain_matrix() -> None:
+    s, names = laplace(np.linspace(0.1, 5.0, 7)), ("length", "polar_moment", "kappa", "delta", "density")
+    section = Section(1500.0, 1.5e-5, 120.0, 2e8, 7850.0)
+    load = 60.0 + 40.0 * s
+
+    def admittance(own: Section, end: np.ndarray) -> np.ndarray:
+        gamma, characteristic = propagation(own, s)
+        tangent = np.tanh(gamma * own.length)
+        return characteristic * (end + characteristic * tangent) / (characteristic + end * tangent)
+
+    dual = {name: Dual(getattr(section, name), np.eye(6)[place]) for place, name in enumerate(names)}
+    end = Dual(load, np.eye(6)[5])
+    described = replace(section, **dual)
+    found, expected = input_admittance(described, end, s), admittance(described, end)
+    assert np.array_equal(found.value, expected.value)
+    slopes, stepwise = found.full_tangents(), expected.full_tangents()
+    assert np.all(np.abs(slopes - stepwise).max(axis=1) < 1e-12 * np.abs(stepwise).max(axis=1))
+    (alone,) = input_admittance(section, end, s).full_tangents()[5:]
+    assert alone == pytest.approx(stepwise[5], rel=1e-12)
