@@ -13,7 +13,7 @@ from tests.simulated import SHALLOW, Processed, drilled, processed
 LONG = (
     *("tests/workflow/test_kill.py", "tests/truth/discrepancy/test_detectors.py"),
     *("tests/workflow/test_targets.py", "tests/truth/blind/test_engine.py"),
-    *("tests/workflow/test_workflow.py", "tests/baselines/test_baselines.py"),
+    *("tests/workflow/test_workflow.py", "tests/baselines"),
     *("tests/workflow/test_dask.py", "tests/unit/discrepancy"),
     *("tests/workflow/test_demo.py", "tests/data_shared/test_w10.py"),
     *("tests/workflow/test_resume.py", "tests/unit/report"),
@@ -21,14 +21,14 @@ LONG = (
     *("tests/workflow/test_s3.py", "tests/unit/fits"),
     *("tests/workflow/test_faults.py", "tests/unit/formats"),
     *("tests/workflow/test_names.py", "tests/unit/fleet"),
-    *("tests/truth/blind/test_other_cases.py", "tests/baselines/test_discoveries.py"),
+    *("tests/truth/blind/test_other_cases.py", "tests/truth/simulation/test_friction.py"),
     *("tests/truth/common_causes/test_fleets.py", "tests/truth/demo/test_wash_out.py"),
     *("tests/truth/blind/test_ideal.py", "tests/truth/discrepancy/test_products.py"),
     *("tests/truth/fits/joint/test_gains.py", "tests/truth/discoveries/test_motor.py"),
 )
 """Modules and rooms of 15 s and more, which come first so that the processes end together. A workflow waits for what it
 starts, so that each has another's work beside it."""
-ROOMS = "tests/unit/"
+ROOMS = ("tests/unit/", "tests/baselines/")
 """Where all modules of a folder share what is made for them."""
 
 

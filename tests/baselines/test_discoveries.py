@@ -12,14 +12,15 @@ from matplotlib.patches import Rectangle
 
 from benchmarks.discoveries import motor_fit as motor
 from benchmarks.discoveries.field import Misses, log_odds
-from benchmarks.discoveries.field_rows import CONTACT, REST, SOLID, STIFFER, field_rows, parts, simulated
+from benchmarks.discoveries.field_rows import CONTACT, REST, SOLID, STIFFER, field_rows, parts
 from benchmarks.discoveries.figures import draw_field, draw_motor
-from benchmarks.discoveries.motor import MotorExamined, examine_motor, read_record
+from benchmarks.discoveries.motor import MotorExamined
 from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
-from benchmarks.field.log import FieldLog, read_field_log
+from benchmarks.field.log import FieldLog
 from drillid.units import RPM
+from tests.baselines.values import examined_motor, simulated_field
 from tests.drawn import check_visible, kept_figures, line
 
 
@@ -27,19 +28,19 @@ from tests.drawn import check_visible, kept_figures, line
 def examined() -> MotorExamined:
     if not motor.DATA.is_file():
         pytest.skip(f"the motor's record is not at {motor.DATA}")
-    return examine_motor(read_record())
+    return examined_motor()
 
 
 @pytest.fixture(scope="module")
 def log() -> FieldLog:
     if not field.DATA.is_file():
         pytest.skip(f"the field log is not at {field.DATA}")
-    return read_field_log(field.DATA)
+    return simulated_field()[0]
 
 
 @pytest.fixture(scope="module")
 def found(log: FieldLog) -> dict[str, Misses]:
-    return simulated(log)
+    return simulated_field()[1]
 
 
 @pytest.fixture(scope="module")

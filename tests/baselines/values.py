@@ -4,6 +4,7 @@ Each function computes the numbers of one stored file; `python -m tests.baseline
 Recordings of others are read from ../shared/data; what they give may be stored here, they themselves may not.
 """
 
+import functools
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -12,13 +13,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.discoveries import motor_fit
+from benchmarks.discoveries.field import Misses
 from benchmarks.discoveries.field_rows import field_rows, simulated
-from benchmarks.discoveries.motor import examine_motor, read_record
+from benchmarks.discoveries.motor import MotorExamined, examine_motor, read_record
 from benchmarks.discoveries.motor_fit import CANDIDATES, fit_motor, halves
 from benchmarks.discoveries.motor_rows import motor_rows
 from benchmarks.discoveries.rows import Discovery
 from benchmarks.field import start_up as field
-from benchmarks.field.log import read_field_log
+from benchmarks.field.log import FieldLog, read_field_log
 from benchmarks.field.start_up import LADDER, jittered_misfits
 from benchmarks.microstrip import CONNECTED, PLAIN, fit_line, read_ends
 from benchmarks.microstrip import DATA as LINE
@@ -73,13 +75,26 @@ def field_start() -> Values:
 
 def field_discoveries() -> Values:
     """Verdicts, sizes and gains on the field well's start of rotation."""
+    log, found = simulated_field()
+    return _rows(field_rows(found, log))
+
+
+@functools.cache
+def simulated_field() -> tuple[FieldLog, dict[str, Misses]]:
+    """The field log, and the misses of each model's simulation."""
     log = read_field_log(field.DATA)
-    return _rows(field_rows(simulated(log), log))
+    return log, simulated(log)
 
 
 def motor_discoveries() -> Values:
     """Verdicts, sizes and gains on the motor bench."""
-    return _rows(motor_rows(examine_motor(read_record())))
+    return _rows(motor_rows(examined_motor()))
+
+
+@functools.cache
+def examined_motor() -> MotorExamined:
+    """The motor's record, examined."""
+    return examine_motor(read_record())
 
 
 def _rows(rows: tuple[Discovery, ...]) -> Values:
