@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from drillid.fleet import stages
-from tests.mutants.faults import FAULTS, Fault
+from tests.mutants.fault import Fault
+from tests.mutants.faults import FAULTS
 
 ROOT = Path(stages.__file__).parents[2]
 WITHOUT = {"compiled", "arrays", "errors", "statistics", "__main__", "__init__"}
