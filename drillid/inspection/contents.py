@@ -84,12 +84,13 @@ class Contents:
 
 @dataclass
 class _Read:
-    """Columns of a table in order of time."""
+    """Columns of a table in order of time; `aliases` as a header has them."""
 
     stamps: Integers
     numbers: dict[str, Floats]
     units: dict[str, str]
     notes: list[Note]
+    aliases: Mapping[str, str]
     others: list[str] = field(default_factory=list)
 
 
@@ -155,7 +156,7 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
     stamps = log.stamps.view(np.int64)
     kept, left_out = usable_rows(stamps, path)
     order = np.flatnonzero(kept)[np.argsort(stamps[kept], kind="stable")]
-    read = _Read(stamps[order], {}, log.units, [*log.notes, *left_out])
+    read = _Read(stamps[order], {}, log.units, [*log.notes, *left_out], header.aliases)
     if np.any(np.diff(order) < 0):
         what = f"{int(np.sum(order != np.sort(order)))} rows are not in the order of time, and are sorted"
         read.notes.append((what, "None needed where the stamps are right"))
@@ -190,10 +191,14 @@ def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
             found["torque_sweep"] = guess
             del bare[sweep.column]
     for name in CHANNELS:
-        called = None if name in found else channel_column(name, (own for own, _ in bare.values()))
+        # the first of several columns of a name
+        named = {own: column for column, (own, _) in reversed(bare.items())}
+        aliases = {alias: column for alias, column in read.aliases.items() if column in bare and alias not in named}
+        named = dict(reversed(named.items())) | aliases
+        called = None if name in found else channel_column(name, named)
         if called is None:
             continue
-        column = next(column for column, (own, _) in bare.items() if own == called)
+        column = named[called]
         turning = np.abs(read.numbers[column][np.nan_to_num(read.numbers[column]) != 0])
         level = float(np.median(turning)) if turning.size else 0.0
         guess = _guess(name, column, units.get(column, ""), level)

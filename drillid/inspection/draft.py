@@ -12,6 +12,8 @@ import yaml
 from drillid.config.rig import CHANNEL_UNITS, CHANNELS, REQUIRED_CHANNELS, Channel, Clock, LogFile
 from drillid.inspection.contents import ChannelGuess, Contents
 
+UNKNOWN = "?"
+"""Stands for a column that is not known yet."""
 _CHECK = "check the unit: the file states none, this one fits the size"
 _TAKEN = {"column": r"times are taken from column '(.*)'", "date": r"dates are taken from column '(.*)'"}
 _ORDER = re.compile(r"read as (day first|month first)")
@@ -63,7 +65,7 @@ def _channel_lines(
         if guess is None and name in needed:
             unit = CHANNEL_UNITS[name]
             why = "no sweep was found" if name == "torque_sweep" else "none is named like it"
-            yield f"{indent}{name}: {{column: '?', unit: {unit}}}  # {why}: write its column and unit"
+            yield f"{indent}{name}: {{column: '{UNKNOWN}', unit: {unit}}}  # {why}: write its column and unit"
         elif guess is not None:
             notes = [str(contents.sweep)] if name == "torque_sweep" and contents.sweep is not None else []
             notes += [_CHECK] if guess.guessed else []

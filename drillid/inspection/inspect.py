@@ -16,7 +16,7 @@ from drillid.config.sheets import Well
 from drillid.datasets.memory import WellInMemory
 from drillid.errors import DrillidError, LogError, SettingsError
 from drillid.inspection.contents import Contents, contents
-from drillid.inspection.draft import draft
+from drillid.inspection.draft import UNKNOWN, draft
 from drillid.records import stage as records_stage
 from drillid.windows import stage as windows_stage
 
@@ -88,6 +88,10 @@ def _tried(text: str, logs: Sequence[Path], settings: Settings) -> tuple[list[tu
         rig = Rig.checked(parse_yaml(text, "draft"), "draft")
     except SettingsError as error:
         return [(error.where, error.what, error.remedy)], pd.DataFrame()
+    unknown = [name for name, channel in rig.channels.items() if channel is not None and channel.column == UNKNOWN]
+    if unknown:
+        what = f"has no column for {', '.join(unknown)} yet, so that records and windows are not tried"
+        return [("draft", what, f"Write the column's name and unit where it has '{UNKNOWN}'")], pd.DataFrame()
     well, folders = Well(rig.name, rig, tuple(logs)), WellInMemory(name=rig.name)
     problems = list(records_stage.process(well, folders, settings))
     segments = pd.DataFrame()

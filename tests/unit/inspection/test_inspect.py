@@ -39,6 +39,23 @@ def inspected(*logs: Path, **clock: str) -> Inspection:
     return inspect(logs, "Rig", Clock(**clock), LogFile(), settings)  # type: ignore[arg-type]
 
 
+def test_a_draft_that_lacks_a_column_says_so_and_curves_are_known_by_their_aliases(tmp_path: Path) -> None:
+    curves = "".join(
+        f"<logCurveInfo><mnemonic>{name}</mnemonic><mnemAlias>{alias}</mnemAlias><unit>{unit}</unit></logCurveInfo>"
+        for name, alias, unit in (("TIME", "", ""), ("S1", "RPMA", "rpm"), ("S2", "DMEA", "m"))
+    )
+    rows = "".join(f"<data>2025-03-04T06:00:{second:02d}Z,{second},1500</data>" for second in range(30))
+    (tmp_path / "log.xml").write_text(f"<logs><log>{curves}<logData>{rows}</logData></log></logs>")
+    found = inspected(tmp_path / "log.xml")
+    assert {name: guess.column for name, guess in found.files[0].channels.items()} == {
+        "speed": "S1",
+        "hole_depth": "S2",
+    }
+    [(where, what, remedy)] = found.problems
+    assert (where, what.partition(" yet")[0]) == ("draft", "has no column for torque_sweep")
+    assert "'?'" in remedy
+
+
 def test_the_draft_reads_the_log_as_it_is(tmp_path: Path) -> None:
     path = save(whole_log().rename(columns=NAMES), tmp_path / "log.csv")
     found = inspected(path)
