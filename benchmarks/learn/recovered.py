@@ -24,7 +24,7 @@ from benchmarks.result import Result
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.set_fit import fit_base, fit_set
 from drillid.discrepancy.inference.set_model import Point
-from drillid.discrepancy.learning.fingerprint import Fingerprint
+from drillid.discrepancy.learning.fingerprint import SAME, Fingerprint
 from drillid.discrepancy.learning.offer import learnt_extension
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.fleet.provenance import digest, source_hash
@@ -34,8 +34,6 @@ FIRST = 90_000
 RIGS = (900, 901)
 LEARNING = 4
 """Windows that learning has."""
-SAME = 0.01
-"""p-value from which two fingerprints count as the same."""
 _WELLS = (0, 1)
 _CODE = source_hash("drillid.discrepancy.learning.offer", "benchmarks.learn.cases", "benchmarks.learn.effects")
 

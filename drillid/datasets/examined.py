@@ -57,6 +57,7 @@ EXAMINATIONS = DatasetSchema(
         "window_set": Variable(("window",), "int32", "", "set of the window; -1 where it has no fit"),
         "verdict": Variable(("set",), "str", "", "verdicts on the set"),
         "advice": Variable(("set",), "str", "", "the one further measurement that would help most"),
+        "fingerprint": Variable(("set",), "str", "", "what was learnt in the words of every element, JSON; or empty"),
         **each(
             ("set",),
             from_m=("m", "hole depth at which the set begins"),

@@ -29,6 +29,7 @@ TABLES = {
     "report.html": "the fleet's report",
     "problems.csv": "whatever was rejected, with its remedy",
     "verdicts.csv": "what the simulation gets wrong",
+    "learnt.csv": "what no cause explains and was learnt",
     "changes.csv": "what is new since the last report",
     "common_causes.csv": "what wells of a rig, a hole section or a tool have in common",
     "well_standings.csv": "each well beside its sisters",

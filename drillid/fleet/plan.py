@@ -180,7 +180,7 @@ class Plan:
 
     def fleet_dependencies(self) -> dict[str, Any]:
         """The same for the tables over all wells."""
-        source = source_hash("drillid.depth.fleet", "drillid.depth.changes")
+        source = source_hash("drillid.depth.fleet", "drillid.depth.changes", "drillid.discrepancy.learning.fleet")
         return {"wells": list(self.wells), "start_ups": list(self.start_ups), "source": source}
 
     def common_causes_dependencies(self) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from drillid.fleet.provenance import source_hash, template_hash
 from drillid.fleet.stages import STAGES
 from drillid.report.attention import KINDS
 from drillid.report.charts.embedding import bokeh_script
+from drillid.report.learnt import learnt_rows
 from drillid.report.rendering import render
 from drillid.report.rig_page import write_rig_pages
 from drillid.report.start_ups import start_up_rows
@@ -137,6 +138,7 @@ def fleet_page(
         wells=wells,
         groups=groups,
         starts=starts,
+        learnt=learnt_rows(results),
         attention=sorted(attention, key=lambda item: (item["level"], -item["strength"])),
         kinds=[kind for kind in KINDS if kind in kinds],
         totals=totals(wells),

@@ -95,6 +95,16 @@ def write_common_causes(results, wells, settings):
     return 0
 '''
 
+LEARNT = '''
+"""A toy table of what was learnt."""
+
+from pathlib import Path
+
+
+def write_learnt(results, wells):
+    (Path(results) / "learnt.csv").write_text("well,resembles\\n")
+'''
+
 CHANGES = '''
 """A toy table of changes."""
 
@@ -202,6 +212,8 @@ def write_library(folder: Path) -> None:
         "shared.py": "USED_BY_FITS = 1\n",
         "depth/fleet.py": FLEET,
         "depth/changes.py": CHANGES,
+        "discrepancy/learning/__init__.py": "",
+        "discrepancy/learning/fleet.py": LEARNT,
         "common_causes/stage.py": COMMON_CAUSES,
         "report/page.py": REPORT,
         "report/templates/report.html.j2": "",

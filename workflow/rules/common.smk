@@ -109,7 +109,7 @@ def everything():
     tables = [
         f"<results>/{name}"
         for name in (
-            *("fleet.zarr", "problems.csv", "verdicts.csv", "changes.csv", "report.html"),
+            *("fleet.zarr", "problems.csv", "verdicts.csv", "learnt.csv", "changes.csv", "report.html"),
             *("common_causes.csv", "well_standings.csv"),
             "ro-crate-metadata.json",
         )

@@ -25,6 +25,12 @@ rule fleet:
             category="Tables",
             labels={"table": "changes"},
         ),
+        learnt=report(
+            "<results>/learnt.csv",
+            caption="../report/learnt.rst",
+            category="Tables",
+            labels={"table": "learnt"},
+        ),
     log:
         "<logs>/fleet.log",
     benchmark:

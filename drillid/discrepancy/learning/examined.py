@@ -36,7 +36,13 @@ def with_learnt(examination: Examination, seed: int = 0) -> Examination:
         return examination
     generator = np.random.default_rng(seed)
     after = screen(examination.model, learnt.fit, learnt.extensions, list(CATALOGUE.values()), generator)
-    extended = replace(examination, extended=learnt.fit, extensions=learnt.extensions, after=after)
+    extended = replace(
+        examination,
+        extended=learnt.fit,
+        extensions=learnt.extensions,
+        after=after,
+        fingerprint=learnt.fingerprint,
+    )
     verdicts = tuple(
         _with_gain(extended, verdict, learnt) if verdict.verdict == UNKNOWN else verdict
         for verdict in examination.verdicts

@@ -25,6 +25,8 @@ PLACE_TOLERANCE = 0.03
 """Of the string's length: standard deviation of the place of one and the same thing in two wells."""
 SIZE_TOLERANCE = 0.15
 """Relative standard deviation of its sizes, as the data sheets of rigs are wrong by some percent."""
+SAME = 0.01
+"""p-value from which two fingerprints count as the same."""
 _PLACE_STEP = 0.01
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -108,6 +109,7 @@ def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> 
     return {
         "verdict": ((), " + ".join(verdict.verdict for verdict in examination.verdicts)),
         "advice": ((), advice_text(examination, members)),
+        "fingerprint": ((), json.dumps(examination.fingerprint.content()) if examination.fingerprint else ""),
         "from_m": ((), depth.min()),
         "to_m": ((), depth.max()),
         "p_value_before": ((), examination.before.p_value),

@@ -1,6 +1,9 @@
 """The engine's examination of a set of windows."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import logsumexp
@@ -12,6 +15,9 @@ from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.verdicts.naming import Posterior
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED, Verdict
+
+if TYPE_CHECKING:
+    from drillid.discrepancy.learning.fingerprint import Fingerprint
 
 NO_SURE_GAIN = "its predictive gain on held-out data is not significant"
 
@@ -32,6 +38,8 @@ class Examination:
     posterior: Posterior | None
     detections: tuple[PooledDetection, ...]
     base_rates: BaseRates
+    fingerprint: Fingerprint | None = None
+    """Of what was learnt, where that is offered."""
 
 
 def unextended(examination: Examination) -> Examination:
