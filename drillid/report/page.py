@@ -58,7 +58,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
         (pages / name).write_bytes(content)
     problems = read_table(results / "problems.csv", dtype=str, keep_default_na=False)
     basis = [source_hash("drillid.report.page", "drillid.config.rig"), template_hash(), name, drillid.__version__]
-    neighbours = dict(zip(wells, zip(["", *wells], [*wells[1:], ""], strict=False), strict=True))
+    neighbours = dict(zip(wells, zip(["", *wells], [*wells[1:], ""], strict=False), strict=False))
     summaries, spent = list[dict[str, Any]](), dict[str, float]()
     for well in wells:
         began, folders = time.process_time(), WellFolders(results, well)

@@ -28,6 +28,16 @@ def test_a_start_of_rotation_is_done_kept_done_again_and_fails_alone(checkout: C
     assert checkout.journal() == ["start_ups B/1733"]
 
 
+def test_starts_of_rotation_without_wells_have_their_report(checkout: Checkout) -> None:
+    checkout.sheets({})
+    (checkout.root / "raw").mkdir(exist_ok=True)
+    (checkout.root / "raw/start.csv").write_text("t_s")
+    (checkout.root / "config/start_ups.tsv").write_text(f"{HEAD}B\traw/start.csv\traw/start.csv\traw/start.csv\t900\n")
+    checkout.run(*CONFIG)
+    assert checkout.journal() == ["start_ups B"]
+    assert (checkout.root / "results/main/report.html").exists()
+
+
 def test_without_a_sheet_there_are_none(finished: Checkout) -> None:
     assert finished.would_run() == []
     assert not (finished.root / "results/main/start_ups").exists()

@@ -32,7 +32,7 @@ BATCHES = PLAN.batches
 RELEASES = []
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
-if not PLAN.wells:
+if not PLAN.wells and not PLAN.start_ups:
     logger.warning(
         f"{PLAN.settings.wells} lists no wells: nothing to do. Add a row for each well, as config/README.md says."
     )
@@ -102,8 +102,8 @@ def manifest_of_well(stage="{stage}"):
 
 def everything():
     """Tables and report, the figures that Snakemake's report shows, and all manifests, of which none may be missing."""
-    if not PLAN.wells:
-        return start_up_manifests()
+    if not PLAN.wells and not PLAN.start_ups:
+        return []
     # a file that is missing between others is remade only where it is a target
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [
