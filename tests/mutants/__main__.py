@@ -24,7 +24,7 @@ from tests.mutants.fault import Fault
 from tests.mutants.faults import FAULTS
 
 ROOT = Path(__file__).resolve().parents[2]
-COPIED = ("drillid", "tests", "benchmarks", "config", "pyproject.toml")
+COPIED = ("drillid", "tests", "benchmarks", "config", "workflow", "scripts", "envs", "Snakefile", "pyproject.toml")
 CAUGHT, SURVIVED, NOT_FOUND = "caught", "survived", "text not found"
 _PASSED, _FAILED = 0, 1
 """Exit codes of pytest; any other says that the tests did not run."""

@@ -67,7 +67,6 @@ def test_the_depth_dataset_holds_what_the_simulator_was_given(demo: Path) -> Non
 
 
 def test_make_setup_had_compiled_all_functions_that_a_well_needs(demo: Path) -> None:
-    """A well of one window may need one of them for other layouts of arrays as well, which are not counted here."""
     sources = [
         path
         for room in ("compiled.py", "physics", "fits", "simulation")
