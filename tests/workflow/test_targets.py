@@ -92,10 +92,10 @@ def test_the_archived_report_sorts_figures_tables_and_the_report(finished: Check
     shown = {name: json.loads(text) for name, (text,) in texts.items()}
     results = "results/main"
     figures = {well: [f"{results}/figures/{well}/figure_6.png"] for well in WELLS}
-    tables = [f"{results}/{name}.csv" for name in ("changes", "common_causes", "problems", "verdicts")]
+    tables = [f"{results}/{name}.csv" for name in ("changes", "common_causes", "learnt", "problems", "verdicts")]
     pages = [f"{results}/report.html"]
     assert shown["categories"] == {"Figures": figures, "Tables": {"Other": tables}, "Report": {"Other": pages}}
     labels = [shown["results"][path]["labels"] for path in (*figures["W1"], *tables, *pages)]
-    named = [{"table": name} for name in ("changes", "common causes", "problems", "verdicts")]
+    named = [{"table": name} for name in ("changes", "common causes", "learnt", "problems", "verdicts")]
     assert labels == [{"figure": "figure_6"}, *named, {"report": "fleet"}]
     assert "logs of well W1" in shown["results"][figures["W1"][0]]["caption"]
