@@ -261,12 +261,12 @@ def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
     """Laplace's approximation with the size's normal or half-normal prior (Kass and Raftery 1995)."""
     place = SHARED + fit.point.sizes.size - 1
-    of_base = np.linalg.slogdet(base.information)[1]
+    of_base = np.linalg.slogdet(base.information)[1] + base.windows_information
     if cause.size.fixed:
         others = np.delete(np.arange(len(fit.information)), place)
-        of_fit = np.linalg.slogdet(fit.information[np.ix_(others, others)])[1]
+        of_fit = np.linalg.slogdet(fit.information[np.ix_(others, others)])[1] + fit.windows_information
         return float(base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
-    of_fit = np.linalg.slogdet(fit.information)[1]
+    of_fit = np.linalg.slogdet(fit.information)[1] + fit.windows_information
     wide = WIDE_PRIOR * cause.size.typical
     evidence = base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(wide)
     precision = 1 / np.linalg.inv(fit.information)[place, place]

@@ -83,6 +83,8 @@ class SetFit:
     """Sum of squared residuals of the mobilities, two for each used frequency."""
     information: Floats
     """(P, P), curvature of the cost in shared coordinates, sizes and shapes, the windows' deviations eliminated."""
+    windows_information: float
+    """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
     """(13,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
@@ -116,7 +118,8 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     best = descend(_expanded(model, point, extensions), steps_from, SET, SET_END, enough)
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
-    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], off_data_sheet)
+    windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())
+    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], windows, off_data_sheet)
 
 
 def fit_local(
