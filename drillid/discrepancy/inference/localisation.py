@@ -90,4 +90,4 @@ def _moved(extensions: tuple[Extension, ...], index: int, distance: float) -> tu
 
 def _log_marginal(fit: SetFit) -> float:
     """Log marginal likelihood about an optimum by Laplace's approximation, up to a constant."""
-    return float(-fit.cost - 0.5 * np.linalg.slogdet(fit.information)[1])
+    return float(-fit.cost - 0.5 * (np.linalg.slogdet(fit.information)[1] + fit.windows_information))

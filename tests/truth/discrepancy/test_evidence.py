@@ -1,0 +1,54 @@
+"""A cause's evidence is what remains once all that it frees is integrated over, the windows' deviations among it."""
+
+import numpy as np
+import pytest
+
+from drillid.config.settings import Settings
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.evidence import OperatingPoints
+from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.screen import screen
+from drillid.discrepancy.inference.search import search
+from drillid.discrepancy.inference.set_fit import fit_base
+from drillid.fits.datasheet import DataSheet
+from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
+from tests.simulated import RATE, Truth, drilled
+
+WINDOWS, WINDOW_S, SPEED = 6, 300.0, 10.5
+STRONG = np.log(20.0)
+"""Odds that are strong evidence (Kass and Raftery 1995)."""
+SOUND = Truth(
+    pipe=Section(1800.0, polar_moment(0.127, 0.1086), kappa=200.0, delta=2.5e8),
+    collars=Section(60.0, polar_moment(0.1651, 0.0714), kappa=200.0, delta=2.5e8),
+    top_drive=TopDrive(1390.0, 0.0315, Controller(1200.0, 650.0)),
+    bit=Bit(40.0, 30.0),
+    sweep_amplitude=420.0,
+    bit_noise=300.0,
+    bit_torque=3600.0,
+)
+SHEET = DataSheet(
+    SOUND.top_drive.controller,
+    collar_length=float(SOUND.collars.length),
+    collar_polar_moment=float(SOUND.collars.polar_moment),
+    delay=0.030,
+    delay_error=0.003,
+    inertia_td=1420.0,
+    inertia_td_error=0.03 * 1420.0,
+    polar_moment=float(SOUND.pipe.polar_moment),
+    polar_moment_error=0.05 * float(SOUND.pipe.polar_moment),
+    length_relative=0.02,
+)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_resonance_that_each_window_turns_into_its_own_noise_is_no_evidence(seed: int) -> None:
+    channels = drilled(SOUND, WINDOWS * WINDOW_S, seed)
+    parts = (np.split(channels[name], WINDOWS) for name in ("torque_sweep", "speed", "torque_command"))
+    windows = [Series(*each) for each in zip(*parts, strict=True)]
+    depth, same = np.full(WINDOWS, SOUND.bit_depth), np.ones(WINDOWS)
+    points = OperatingPoints(depth, depth, SPEED * same, SOUND.bit_torque * same, np.nan * same)
+    model, base = fit_base(gather(windows, RATE, points, SHEET, Settings()))
+    zone = [CATALOGUE["local_damping_zone"]]
+    screened = screen(model, base, (), zone, np.random.default_rng(0))
+    best, *_ = search(model, base, (), screened, zone, time_varying={}, all_causes=True)
+    assert best.log_evidence < STRONG
