@@ -86,6 +86,7 @@ def line_spectra(
     time, by weighted least squares over all unexcited lines; the transient and other leakage, which
     are linear over the nearest `noise_lines` unexcited lines (a local polynomial estimate: Pintelon
     and Schoukens 2012, chapter 7); bursts of noise, by weighting each period at each time (`noise`).
+    What does not repeat in the sweep is removed as leakage is, since the command holds it as well.
     The power that remains in these lines, divided by the smooth spectrum of the noise, gives the
     variance; its degrees of freedom are theirs less two, fewer where bursts are weighted down, and
     fewer for the error of the smooth spectrum, which few periods determine less well.
@@ -187,27 +188,29 @@ def _at_harmonics(
     leverage = 1 + np.sum(projector[0] ** 2)
     relative_level = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
     at_line, residuals = [], []
-    for channel in outputs:
+    # of the sweep as well: what does not repeat in it, such as a spike in its last row, is in the command too
+    for channel in (sweep, *outputs):
         noise = channel[np.abs(around)]
         np.conj(noise, out=noise, where=around < 0)
         coefficients = noise @ projector.T
         at_line.append(channel[harmonics] - coefficients[:, 0])
         residuals.append((noise - coefficients @ powers.T) * relative_level)
+    sweep_line, speed_line, command_line = at_line
+    of_speed, of_command = residuals[1:]
     freedom = float(offsets.size - _ORDER - 1)
     scale = leverage * periods / freedom * (1.0 if weights is None else (periods - 1) / weights.residual)
-    speed_noise, command_noise = (np.sum(np.abs(residual) ** 2, axis=1) * scale for residual in residuals)
-    sweep_line = sweep[harmonics]
+    speed_noise, command_noise = (np.sum(np.abs(noise) ** 2, axis=1) * scale for noise in (of_speed, of_command))
     count = np.full(harmonics.size, averages)
     spread = 1 / (freedom * (1.0 if weights is None else weights.efficiency))
     spread += level_variance(lines.last, int(np.count_nonzero(lines.unexcited)), int(offsets[-1]))
     return Spectra(
         sweep_power=np.abs(sweep_line) ** 2,
-        speed_power=np.abs(at_line[0]) ** 2 + speed_noise * (averages - 1) / averages,
+        speed_power=np.abs(speed_line) ** 2 + speed_noise * (averages - 1) / averages,
         speed_noise=speed_noise,
         command_noise=command_noise,
-        cross_speed=at_line[0] * np.conj(sweep_line),
-        cross_command=at_line[1] * np.conj(sweep_line),
-        cross_noise=np.sum(residuals[0] * np.conj(residuals[1]), axis=1) * scale,
+        cross_speed=speed_line * np.conj(sweep_line),
+        cross_command=command_line * np.conj(sweep_line),
+        cross_noise=np.sum(of_speed * np.conj(of_command), axis=1) * scale,
         averages=count,
         degrees_of_freedom=np.full(harmonics.size, 1 / spread),
         sweep_rounding=np.full(harmonics.size, lines.rounding),

@@ -180,6 +180,16 @@ def test_a_drift_of_the_mean_does_not_reach_the_response() -> None:
     assert np.max(np.abs(values[1] / values[0] - 1)) < 1e-3
 
 
+def test_what_does_not_repeat_in_the_sweep_leaves_the_controls_response_alone() -> None:
+    gain, sweep = 300.0, exponential_sweeps(TIME, 500.0, period=120.0)
+    sweep[-1] += 50.0
+    speed = measured(1, sweep, 5.0)
+    frequency = frequency_grid(120.0, SETTINGS, RATE)
+    spectra = line_spectra(sweep, speed, sweep - gain * speed, RATE, 120.0, frequency, SETTINGS.noise_lines)
+    control = closed_loop_responses(stacked([spectra], frequency))["control_response"].values
+    np.testing.assert_allclose(control, gain, rtol=1e-6)
+
+
 @pytest.mark.parametrize("periods", [3, 6])
 def test_steps_of_the_recorded_sweep_are_an_error_of_the_control_that_no_period_averages(periods: int) -> None:
     step, gain = 4.0, 30.0
