@@ -31,6 +31,7 @@ from drillid.fits.datasheet import (
 from drillid.fits.window_fit import fit, measured_rows, with_fitted_gains
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.responses import closed_loop_responses
+from drillid.records.held_rows import released
 from drillid.records.quality import held_interval
 from drillid.spectra.cross_spectra import stacked
 from drillid.spectra.local_polynomial import local_spectra
@@ -180,11 +181,13 @@ def gather(
             f"{len(windows)} windows and {operating_points.bit_depth.size} operating points",
             "Give one for each window",
         )
-    periods = np.array([sweep_period(window.sweep, rate, settings.spectra.frequency_minimum_hz) for window in windows])
-    spectra = _spectra(windows, rate, periods, settings)
-    mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
     held = [held_interval(np.stack([window.sweep, window.speed]), rate) for window in windows]
-    known = with_held_control(with_logged_gains(sheet, spectra), held)
+    channels = [released(np.stack(_channels(window)), rate) for window in windows]
+    periods = np.array([sweep_period(sweep, rate, settings.spectra.frequency_minimum_hz) for sweep, _, _ in channels])
+    spectra = _spectra(channels, rate, periods, settings)
+    mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
+    sheet = with_held_control(sheet, held)
+    known = with_logged_gains(sheet, spectra)
     fits = [
         fit(measured, known.equipment, known.prior(float(depth)), settings.fits)
         for measured, depth in zip(measured_rows(mobility), operating_points.bit_depth, strict=True)
@@ -203,14 +206,21 @@ def _channels(window: Series) -> tuple[Floats, Floats, Floats]:
     return window.sweep, window.speed, window.command
 
 
-def _spectra(windows: Sequence[Series], rate: float, periods: Floats, settings: Settings) -> xr.Dataset:
-    """Spectra (window, frequency) on the grid of the usual sweep; `periods` are (window,)."""
+def _spectra(windows: Sequence[Floats], rate: float, periods: Floats, settings: Settings) -> xr.Dataset:
+    """Spectra (window, frequency) on the grid of the usual sweep.
+
+    Parameters
+    ----------
+    windows : sweep, speed and command of each, (3, samples)
+    periods : (window,) s
+    """
     usual, frequency = usual_sweep(periods, settings.spectra, rate)
     lines = settings.spectra.noise_lines
 
-    def of(window: Series, is_periodic: bool) -> Spectra:
+    def of(channels: Floats, is_periodic: bool) -> Spectra:
+        sweep, speed, command = channels
         if is_periodic:
-            return line_spectra(*_channels(window), rate, usual, frequency, lines)
-        return local_spectra(*_channels(window), rate, frequency, lines // 4)
+            return line_spectra(sweep, speed, command, rate, usual, frequency, lines)
+        return local_spectra(sweep, speed, command, rate, frequency, lines // 4)
 
     return stacked([of(*row) for row in zip(windows, is_usual(periods, usual, rate), strict=True)], frequency)

@@ -114,9 +114,9 @@ AMPLITUDE_REACH = Rule(
     "make blind: detections_named",
 )
 UNEVEN_ROWS = Rule(
-    1.2e-3,
+    2e-4,
     "standard deviation of the age of a record's rows, s, from which it hides jitter of the drive",
-    "half more than the jump at the end of a sweep's period gives in even rows; a hold of 4 ms makes as much",
+    "three times that of even rows; lines between samples at 22 ms, or a hold of 1 ms, make as much",
     _DETECTORS + "test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew",
 )
 STEPPED_ROWS = Rule(

@@ -137,6 +137,8 @@ class TopDrive:
     hold_variance: Quantity = 0.0
     """s², what control that samples and holds adds to the variance of the delay, as in
     `drillid.physics.held_control`."""
+    hold_skewness: Quantity = 0.0
+    """s³, the same of its third cumulant."""
 
 
 @dataclass(frozen=True)

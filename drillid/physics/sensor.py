@@ -17,7 +17,7 @@ from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
 
 @dataclass(frozen=True)
 class Recording:
-    """How one channel is recorded, R(s) = c e^(−s t₀ + s²(σ² + v)/2) B(s); the defaults record the true signal.
+    """How one channel is recorded, R(s) = c e^(−s t₀ + s²(σ² + v)/2 − s³κ/6) B(s); the defaults record the true signal.
 
     B is a Butterworth low pass (Butterworth 1930, Experimental Wireless 7, 536–541). Gaussian
     time-stamp jitter σ acts by the mean over its distribution, as does the jitter of a drive's delay.
@@ -37,6 +37,8 @@ class Recording:
     hold_variance: Quantity = 0.0
     """v, s², what readings between the steps of a held command add to the variance of the time stamps, as in
     `drillid.physics.held_control`."""
+    hold_skewness: Quantity = 0.0
+    """κ, s³, the same of their third cumulant."""
 
     def __post_init__(self) -> None:
         if self.filter_order < 1:
@@ -45,7 +47,7 @@ class Recording:
     def transfer(self, s: Complex) -> Complex:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
         variance = self.clock_jitter * self.clock_jitter + self.hold_variance
-        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset)
+        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset - s**3 * (self.hold_skewness / 6))
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
         )

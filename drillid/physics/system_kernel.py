@@ -23,8 +23,9 @@ drive; stiffness, damping and inertia of the motor; inertia of the bit, amplitud
 cutting; damping at the bit in every part of the window. κ, δ, drag and loss factor of every line follow, then length
 and polar moment of every section."""
 PER_LINE, PER_SECTION = 4, 2
-FIXED = 2
-"""Number of constants before those of the lines: compensated inertia and the filter of its compensation."""
+FIXED = 4
+"""Number of constants before those of the lines: compensated inertia, the filter of its compensation, and the third
+cumulants of the drive's delay and of the recording's clock."""
 FIXED_PER_LINE = 3
 """Density, shear modulus and reference frequency of the loss factor."""
 
@@ -86,15 +87,16 @@ def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> N
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
     delay, variance, gain, lag = values[9], values[10], values[11], values[12]
     compensated, compensation_filter = constants[0], constants[1]
+    of_delay, of_clock = constants[2] / 6, constants[3] / 6
     for j in range(BLOCK):
         s = complex(0.0, omega[j])
         compensation = compensated * s * inverse(1.0 + compensation_filter * s)
         filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * s)
-        square = 0.5 * omega[j] * omega[j]
-        delayed = falling(complex(square * variance, delay * omega[j]))
+        square, cube = 0.5 * omega[j] * omega[j], omega[j] * omega[j] * omega[j]
+        delayed = falling(complex(square * variance, delay * omega[j] - of_delay * cube))
         write(table, CONTROL_ROW, j, (complex(proportional, -integral / omega[j]) - compensation) * filters)
         write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s))
-        write(table, RECORD_ROW, j, falling(complex(square * clock_variance, offset * omega[j])))
+        write(table, RECORD_ROW, j, falling(complex(square * clock_variance, offset * omega[j] - of_clock * cube)))
         write(table, _TO_DRIVE, j, complex(0.0, 0.0))
         write(table, _TO_CONTROL, j, complex(0.0, 0.0))
         write(table, MOBILITY_ROW, j, complex(0.0, 0.0))

@@ -53,13 +53,13 @@ def matching_transfer(matching: ImpedanceMatching, s: Complex) -> Complex:
 
 
 def drive(top_drive: TopDrive, s: Complex) -> Complex:
-    """D e^(−sT_d + s²(σ² + v)/2): motor torque per commanded torque, with gain, first-order lag and delay.
+    """D e^(−sT_d + s²(σ² + v)/2 − s³κ/6): motor torque per commanded torque, with gain, first-order lag and delay.
 
     A delay with Gaussian jitter σ that is drawn anew faster than the rig responds acts by its mean, the moment
-    generating function of the jitter. Control that samples and holds adds v to its variance.
+    generating function of the jitter. Control that samples and holds adds v to its variance, and a third cumulant κ.
     """
     variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
-    delayed = np.exp(np.square(s) * variance / 2 - s * top_drive.delay)
+    delayed = np.exp(np.square(s) * variance / 2 - s * top_drive.delay - s**3 * (top_drive.hold_skewness / 6))
     torque: Complex = top_drive.gain * delayed / (1 + s * top_drive.lag)
     return torque if top_drive.shaping is None else torque * top_drive.shaping.factor(s)
 

@@ -19,11 +19,12 @@ from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo, completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
 from drillid.errors import EstimationError
+from drillid.records.held_rows import released
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
 from drillid.spectra.local_polynomial import LEAST_LINES, local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
-from drillid.windows.channels import CHANNELS, sample_rate, window_channels
+from drillid.windows.channels import sample_rate, window_channels
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings, SpectraSettings
@@ -79,7 +80,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     rows, contents = range(windows.sizes["window"]), windows["key"].values.tolist()
 
     def period(row: int) -> float:
-        return sweep_period(window_channels(records, windows, row, CHANNELS[:1])[0], rate, chosen.frequency_minimum_hz)
+        sweep, *_ = released(window_channels(records, windows, row), rate)
+        return sweep_period(sweep, rate, chosen.frequency_minimum_hz)
 
     periods = np.array(
         [memo.result(memo.key("period", contents[row], rate), functools.partial(period, row)) for row in rows]
@@ -94,7 +96,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     def make(missing: list[int]) -> xr.Dataset:
         lines, others = [], []
         for row in missing:
-            sweep, speed, command = channels = window_channels(records, windows, row)
+            sweep, speed, command = channels = released(window_channels(records, windows, row), rate)
             spectra = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
             torque = command if np.isfinite(command).all() else sweep
             distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)

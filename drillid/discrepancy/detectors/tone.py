@@ -8,15 +8,16 @@ interpolated from the neighbouring harmonics.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import rfft, rfftfreq
+from scipy.fft import irfft, rfft, rfftfreq
 
-from drillid.arrays import Complex, Floats, Indices
+from drillid.arrays import Booleans, Complex, Floats, Indices
 from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Score, normal_of_p_value
 from drillid.discrepancy.rules import LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZE
 from drillid.physics.top_drive import control
+from drillid.records.quality import quantisation_step
 
 _OWN_LINES, _CLOSE_LINES, _FAR_LINES = 3, 10, 22
 """Lines on either side of a tone that estimate its noise: from the first beyond its leakage to the last used. Where
@@ -32,6 +33,9 @@ _WIDEST = 1.0
 """Noise that the interpolation adds, relative to a harmonic's own, up to which it is used."""
 _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
+_ABOVE_ROUNDING, _IMAGE = 16.0, 0.25
+"""Power over that of the sweep's rounding from which a line of the sweep is one, as noise exceeds it once in e^16; and
+the share of a line of the speed from which an image explains it."""
 _LEAST_KEPT = 0.1
 """Least share of a tone assumed to remain, in the correction for what is removed with the sweep."""
 
@@ -84,7 +88,9 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     if residual.periods:
         noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], residual.periods))
     tried = np.stack([usable & np.isfinite(method.noise) for method in methods])
-    ratio = np.where(tried, powers / np.maximum(noise, np.finfo(float).tiny), 0.0)
+    own = tried.copy()
+    own[0] &= ~_is_image(residual, spectra[0])
+    ratio = np.where(own, powers / np.maximum(noise, np.finfo(float).tiny), 0.0)
     best, place = (int(index) for index in np.unravel_index(np.argmax(ratio), ratio.shape))
     log_ratio = _FREEDOM * float(np.log1p(ratio[best, place] / _FREEDOM))
     overall = -np.expm1(tried.sum() * np.log1p(-min(np.exp(-log_ratio), 1 - 1e-12)))
@@ -92,11 +98,37 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     height, normal = complex(spectra[best][place]), normal_of_p_value(float(overall))
     # a line that stands out by chance differs from window to window and gives no size
     size_error = float(_amplitude_error(residual, place)) / kept if normal > TONE_WITH_SIZE else np.inf
-    lines = _faint_lines(residual, spectra[0], ratio[0], place)
+    lines = _faint_lines(residual, spectra[0], ratio[0], tried[0], place)
     return SpectralLine(place, height, Score(normal, amplitude, size_error, log_ratio, lines=lines))
 
 
-def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, strongest: int) -> SpectralLines:
+def _is_image(residual: ResidualRecord, spectrum: Complex) -> Booleans:
+    """Half lines off the harmonics that may be images of the sweep, (half line,).
+
+    Rows of different ages fold the sweep, and the speed with it, to other lines. The record of the sweep shows them:
+    what does not repeat in it. Those of the speed are larger by the mobility at the line that was folded, thus at most
+    by the largest.
+
+    Parameters
+    ----------
+    spectrum : (half line,) of the residual record, rad/s
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    if not residual.periods:
+        return np.zeros(spectrum.size, dtype=bool)
+    images = irfft(rfft(residual.sweep) * residual.off_harmonics, residual.samples) * residual.taper
+    # images a line or two apart cancel each other in some lines, not in all within their leakage
+    power = maximum_filter1d(np.abs(rfft(images, 2 * residual.samples)) ** 2, 4 * _OWN_LINES + 1)
+    step = quantisation_step(residual.sweep) or 0.0
+    shown = power > _ABOVE_ROUNDING * step**2 / 12 * np.sum(residual.taper**2)
+    largest = np.abs(residual.mobility[residual.inside]).max()
+    return np.asarray(shown & (np.sqrt(power) * largest > _IMAGE * np.abs(spectrum)), dtype=bool)
+
+
+def _faint_lines(
+    residual: ResidualRecord, spectrum: Complex, ratio: Floats, tried: Booleans, strongest: int
+) -> SpectralLines:
     """Lines that stand out at all and are not periodic with the sweep, at any frequency.
 
     Lines that are periodic with it appear alike in all windows: errors of the model in the sweep's band, distortion and
@@ -105,13 +137,14 @@ def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, str
     Parameters
     ----------
     spectrum : (half line,) of the residual record, rad/s
-    ratio : (half line,) power over noise; 0 for lines that are not tested
+    ratio : (half line,) power over noise; 0 for lines that are not tested, or may be images
+    tried : (half line,) lines that are tested; images among them, as what is taken for one depends on its height
     strongest : half line of the window's own detection
     """
     harmonics = np.zeros(ratio.size, dtype=bool)
     harmonics[::2] = ~residual.off_harmonics
     near = np.convolve(harmonics, np.ones(2 * _ABSORBED + 1), "same") > 0
-    ratio = np.where(near, 0.0, ratio)
+    ratio, tried = np.where(near, 0.0, ratio), tried & ~near
     log_ratio = _FREEDOM * np.log1p(ratio / _FREEDOM)
     place = np.flatnonzero(log_ratio > LINE_KEPT)
     error = _amplitude_error(residual, place)
@@ -120,7 +153,7 @@ def _faint_lines(residual: ResidualRecord, spectrum: Complex, ratio: Floats, str
     size = np.sqrt(np.maximum(height**2 - 2 * error**2, 0.0))
     spacing = residual.record.rate / (2 * residual.samples)
     kept = (values.astype(np.float32) for values in (log_ratio[place], size, error))
-    return SpectralLines(spacing, int(np.count_nonzero(ratio)), strongest, place.astype(np.int32), *kept)
+    return SpectralLines(spacing, int(np.count_nonzero(tried)), strongest, place.astype(np.int32), *kept)
 
 
 class LineDetector(Detector):

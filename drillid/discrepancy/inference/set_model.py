@@ -22,9 +22,14 @@ from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.control_errors import control_errors
 from drillid.discrepancy.inference.rows import Linearised, Products, products_of, weighted
 from drillid.physics.compiled_system import compiled_system, data_of
-from drillid.physics.dual_numbers import Dual
+from drillid.physics.dual_numbers import Dual, primal
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import hold_variance_prior, reading_variance_prior
+from drillid.physics.held_control import (
+    hold_skewness,
+    hold_variance_prior,
+    reading_skewness,
+    reading_variance_prior,
+)
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -159,7 +164,7 @@ class SetModel:
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
         held = hold_variance_prior(sheet.control_interval, sheet.delay, sheet.delay_error)
-        read = reading_variance_prior(sheet.control_interval, sheet.clock_error)
+        read = reading_variance_prior(sheet.control_interval, sheet.delay, sheet.delay_error, sheet.clock_error)
         mean, error = [*mean, held[0] / _HOLD, read[0] / _HOLD], [*error, held[1] / _HOLD, read[1] / _HOLD]
         return np.array(mean), np.minimum(error, _WIDE)
 
@@ -238,11 +243,15 @@ class SetModel:
             proportional=self.controller.proportional * (1 + proportional),
             integral=self.controller.integral * (1 + integral),
         )
-        top_drive = TopDrive(_INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold)
+        held = hold_skewness(sheet.control_interval, primal(_DELAY * delay))
+        read = reading_skewness(sheet.control_interval, primal(_DELAY * delay), primal(_CLOCK * clock))
+        top_drive = TopDrive(
+            _INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold, hold_skewness=held
+        )
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
-            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading),
+            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading, hold_skewness=read),
         )
 
     def coordinates(self, point: Point) -> Floats:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 COORDINATES = (
     *("kappa", "delta", "length", "polar_moment", "delay", "inertia_td", "damping_bha", "inertia_bit"),
     *("proportional", "integral", "speed_filter", "torque_filter", "clock_offset"),
-    *("delay_variance", "clock_variance"),
+    *("delay_variance", "clock_variance", "delay_skewness", "clock_skewness"),
     *("collar_length", "collar_polar_moment", "mean_speed", "mean_torque", "depth_length"),
 )
 """Parameters that describe a window before causes are added, SI: the eight of the transmission line, with the inertia
@@ -42,6 +42,7 @@ def coordinates(model: SetModel, point: Point) -> dict[str, Floats]:
     values += [system.bit.damping, system.bit.inertia, controller.proportional, controller.integral]
     values += [controller.speed_filter, controller.torque_filter, window_model.recording.clock_offset]
     values += [top_drive.hold_variance, window_model.recording.hold_variance]
+    values += [top_drive.hold_skewness, window_model.recording.hold_skewness]
     values += [sheet.collar_length, sheet.collar_polar_moment]
     values += [operating_point.speed, operating_point.torque, operating_point.length]
     shape = (model.evidence.windows, 1)

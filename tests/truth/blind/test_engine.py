@@ -177,7 +177,7 @@ def test_where_a_string_changes_its_size_is_told_between_the_shapes_that_are_tri
 
 
 def test_what_one_of_two_causes_explains_is_no_rival_of_the_other() -> None:
-    pair = (Hidden("clock_offset", 0.01, 0.5), Hidden("local_damping_zone", 150.0, 0.5))
+    pair = (Hidden("clock_offset", 0.01, 0.5), Hidden("local_damping_zone", 200.0, 0.5))
     case = replace(plain_case(2053, 1)[0], hidden=pair, command_logged=True)
     # a held record is a rival of the offset in its own right
     others = [cause for name, cause in CATALOGUE.items() if name != "sample_and_hold"]

@@ -20,6 +20,7 @@ from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.recorder import RotatingErrors
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.discrepancy.detectors.score import score, whitened
+from drillid.discrepancy.gather import all_detections
 from drillid.errors import EstimationError
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
 from drillid.physics.limits import rate_limited
@@ -99,6 +100,16 @@ def course(change: Callable[[float], NonlinearRig]) -> VaryingRig:
 def recorded(record: WindowRecord, recorder: Recorder) -> WindowRecord:
     """The same with the speed recorded otherwise."""
     return replace(record, speed=recorder.record(record.speed, SAMPLE_INTERVAL))
+
+
+def of_slower_samples(record: WindowRecord, interval: float, *, held: bool) -> WindowRecord:
+    """The same with rows that hold samples at some interval, s, or lie on lines between them."""
+    rows = np.arange(record.sweep.size)
+    samples = np.arange(0, rows[-1], interval * RATE)
+    place = np.floor(rows / (interval * RATE)) * interval * RATE if held else rows
+    channels = record.sweep, record.speed, record.command
+    sweep, speed, command = (np.interp(place, samples, np.interp(samples, rows, values)) for values in channels)
+    return replace(record, sweep=sweep, speed=speed, command=command)
 
 
 def detections_of(record: WindowRecord) -> dict[str, Detection]:
@@ -201,12 +212,11 @@ def test_delay_jitter() -> None:
 
 def test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew() -> None:
     (record,) = records(RIG, 5)
-    # samples at 50 ms, held in rows at 20 ms
-    rows = np.floor(np.floor(np.arange(record.sweep.size) / 2.5) * 2.5).astype(int)
-    held = replace(record, **{name: getattr(record, name)[rows] for name in ("sweep", "speed", "command")})
+    held = of_slower_samples(record, 0.05, held=True)
     found = detections_of(held)
     assert "delay_jitter" not in found
     assert "torque_rate_limit" not in found
+    assert "delay_jitter" not in detections_of(of_slower_samples(record, 0.0275, held=False))
     assert held_interval(np.stack([held.sweep, held.speed]), RATE) == pytest.approx(0.05, rel=1e-3)
     assert np.isnan(held_interval(np.stack([record.sweep, record.speed]), RATE))
 
@@ -334,6 +344,12 @@ def test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep(
     assert pooled.size == pytest.approx(5e-5, rel=0.3) or not seen
     assert pooled.size_error < 0.3 * pooled.size or not seen
     assert detection_gain(own).low > 0 or not seen
+
+
+def test_images_of_the_sweep_in_held_rows_are_no_tone(null_records: list[WindowRecord]) -> None:
+    held = [of_slower_samples(record, 0.0325, held=True) for record in null_records[:8]]
+    [pooled] = [each for each in pool(all_detections(held)) if each.cause == "aliased_tone"]
+    assert pooled.p_value > 0.01
 
 
 def test_a_bit_that_sticks_and_slips() -> None:
