@@ -10,10 +10,13 @@ from matplotlib.transforms import blended_transform_factory
 
 from drillid.arrays import Floats
 from drillid.figures.data import DepthCells, WellResults, cell_edges
+from drillid.units import to_si_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
+
+    from drillid.config.rig import Collars
 
 
 STYLE: Any = {
@@ -111,15 +114,17 @@ class Mark:
     """False for a section or run that began above and has a label only."""
 
 
-def well_marks(results: WellResults, shallowest: float, deepest: float) -> list[Mark]:
-    """Hole sections and assembly runs that begin in the drawn depths or just before them, and flagged intervals."""
+def well_marks(results: WellResults, shallowest: float, deepest: float, *, oilfield: bool = False) -> list[Mark]:
+    """Hole sections and assembly runs that begin in the drawn depths or just before them, and flagged intervals.
+
+    Parameters
+    ----------
+    oilfield : sizes of collars in feet and inches
+    """
     beginnings: dict[float, list[str]] = {}
     for begin, text in [
         *((section.from_depth, f"{section.diameter} hole") for section in results.rig.hole_sections),
-        *(
-            (run.from_depth, f"{run.length:.0f} m collars\nOD {run.outer_diameter * 1e3:.0f} mm")
-            for run in results.rig.collars
-        ),
+        *((run.from_depth, _collars(run, oilfield=oilfield)) for run in results.rig.collars),
     ]:
         beginnings.setdefault(begin, []).append(text)
     above = [begin for begin in beginnings if begin <= shallowest]
@@ -132,6 +137,15 @@ def well_marks(results: WellResults, shallowest: float, deepest: float) -> list[
     for begin, end in results.intervals[["from_m", "to_m"]].to_numpy(dtype=float):
         marks.append(Mark(float(begin), f"flagged\n{begin:.0f}–{end:.0f} m", float(end)))
     return sorted(marks, key=lambda mark: mark.depth)
+
+
+def _collars(run: Collars, *, oilfield: bool) -> str:
+    if oilfield:
+        length, diameter = (
+            value / to_si_factor(unit, "m") for value, unit in ((run.length, "ft"), (run.outer_diameter, "in"))
+        )
+        return f"{length:.0f} ft collars\nOD {diameter:.3g} in"
+    return f"{run.length:.0f} m collars\nOD {run.outer_diameter * 1e3:.0f} mm"
 
 
 def _draw_marks(axis: Axes, marks: list[Mark], *, shaded: bool, line: str) -> None:

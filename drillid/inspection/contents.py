@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +12,24 @@ from drillid.arrays import Floats, Integers
 from drillid.config.rig import CHANNEL_UNITS, CHANNELS, Channel, Clock, LogFile
 from drillid.errors import LogError
 from drillid.formats import Dialect, Header, format_of, headers, read_log
-from drillid.formats.mnemonics import channel_column, is_no_unit, is_unit
+from drillid.formats.mnemonics import WITHOUT_UNIT, channel_column, is_no_unit, is_unit
 from drillid.inspection.sweep import Sweep, find_sweep
 from drillid.records.channels import usable_rows
 from drillid.records.grid import Note
 from drillid.records.mapping import dialect_of, time_of
-from drillid.records.plausibility import likely_unit
+from drillid.records.plausibility import fitting_units
 from drillid.units import to_si_factor
 
 _GAP = 5.0
 """Usual intervals between rows beyond which there is a gap, and at least a second."""
+_OILFIELD = {
+    "N m": ("ft-lbf", "kft-lbf"),
+    "m": ("ft",),
+    "N": ("lbf", "klbf"),
+    "m^3/s": ("gal/min", "bbl/min"),
+    "Pa": ("psi",),
+}
+"""Oilfield units of each kind of quantity."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +52,16 @@ class ColumnContent:
 
 @dataclass(frozen=True)
 class ChannelGuess:
-    """The column that is probably a channel; `guessed`: its unit is not the file's but one that fits its size."""
+    """The column that is probably a channel.
+
+    guessed : its unit is not the file's but one that fits its size
+    others : units that fit its size as well
+    """
 
     column: str
     unit: str
     guessed: bool = False
+    others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -205,7 +218,33 @@ def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
         if guess is not None:
             found[name] = guess
             del bare[column]
+    return _of_one_system(found)
+
+
+def _of_one_system(found: dict[Channel, ChannelGuess]) -> dict[Channel, ChannelGuess]:
+    """Guessed torques in the system of units of the channels whose units are stated or fit in one system alone.
+
+    Their size does not tell N m from ft-lbf, which are less than a half apart.
+    """
+    torque = [name for name in found if CHANNEL_UNITS[name] == "N m"]
+    told = [
+        {_is_oilfield(unit, name) for unit in (guess.unit, *guess.others)}
+        for name, guess in found.items()
+        if name not in torque + list(WITHOUT_UNIT)
+    ]
+    systems = [oilfield for (oilfield,) in (each for each in told if len(each) == 1)]
+    oilfield = 2 * sum(systems) > len(systems)
+    for name in torque:
+        fitting = [unit for unit in (found[name].unit, *found[name].others) if _is_oilfield(unit, name) == oilfield]
+        if found[name].guessed and fitting:
+            rest = tuple(unit for unit in (found[name].unit, *found[name].others) if unit != fitting[0])
+            found[name] = replace(found[name], unit=fitting[0], others=rest)
     return found
+
+
+def _is_oilfield(unit: str, name: Channel) -> bool:
+    si = CHANNEL_UNITS[name]
+    return any(to_si_factor(unit, si) == to_si_factor(each, si) for each in _OILFIELD.get(si, ()))
 
 
 def _without_unit(name: str) -> tuple[str, str]:
@@ -217,8 +256,8 @@ def _without_unit(name: str) -> tuple[str, str]:
 def _guess(name: Channel, column: str, unit: str, level: float) -> ChannelGuess | None:
     """A column as a channel in its unit, or in one that fits its size; None where its unit is of another kind."""
     if not unit:
-        fitting = likely_unit(name, level)
-        return ChannelGuess(column, CHANNEL_UNITS[name] if fitting is None else fitting[0], guessed=True)
+        first, *others = fitting_units(name, level) or [CHANNEL_UNITS[name]]
+        return ChannelGuess(column, first, guessed=True, others=tuple(others))
     try:
         to_si_factor(unit, CHANNEL_UNITS[name])
     except ValueError:

@@ -14,7 +14,6 @@ from drillid.inspection.contents import ChannelGuess, Contents
 
 UNKNOWN = "?"
 """Stands for a column that is not known yet."""
-_CHECK = "check the unit: the file states none, this one fits the size"
 _TAKEN = {"column": r"times are taken from column '(.*)'", "date": r"dates are taken from column '(.*)'"}
 _ORDER = re.compile(r"read as (day first|month first)")
 
@@ -68,9 +67,14 @@ def _channel_lines(
             yield f"{indent}{name}: {{column: '{UNKNOWN}', unit: {unit}}}  # {why}: write its column and unit"
         elif guess is not None:
             notes = [str(contents.sweep)] if name == "torque_sweep" and contents.sweep is not None else []
-            notes += [_CHECK] if guess.guessed else []
+            notes += [_doubt(guess)] if guess.guessed else []
             comment = f"  # {'; '.join(notes)}" if notes else ""
             yield f"{indent}{name}: {_inline({'column': guess.column, 'unit': guess.unit})}{comment}"
+
+
+def _doubt(guess: ChannelGuess) -> str:
+    others = f", and so would {' or '.join(guess.others)}" if guess.others else ""
+    return f"check the unit: the file states none, this one fits the size{others}"
 
 
 def _other_logs(alike: Sequence[Contents], clock: Clock, file: LogFile) -> Iterator[str]:

@@ -348,6 +348,11 @@ def unit_remedy(name: Channel, value: float, column: MappedColumn) -> str:
 
 def likely_unit(name: Channel, level: float, besides: str = "") -> tuple[str, float] | None:
     """The unit, other than `besides`, in which a channel has a usual level, and that level in SI; None without one."""
+    return next(iter(fitting_units(name, level, besides).items()), None)
+
+
+def fitting_units(name: Channel, level: float, besides: str = "") -> dict[str, float]:
+    """Units, other than `besides`, in which a channel has a usual level, with that level in SI; the likeliest first."""
     si, bounds = CHANNEL_UNITS[name], RANGES[name]
     excluded = to_si_factor(besides, si) if besides else None
     factors = {unit: to_si_factor(unit, si) for unit in _UNITS[si]}
@@ -356,10 +361,7 @@ def likely_unit(name: Channel, level: float, besides: str = "") -> tuple[str, fl
         for unit, factor in factors.items()
         if bounds.usual[0] <= level * factor <= bounds.usual[1] and factor != excluded
     }
-    if not usual:
-        return None
-    unit = min(usual, key=lambda unit: abs(math.log(usual[unit] / bounds.typical)))
-    return unit, usual[unit]
+    return dict(sorted(usual.items(), key=lambda each: abs(math.log(each[1] / bounds.typical))))
 
 
 def _level(samples: Samples, name: Channel) -> Measure | None:

@@ -10,7 +10,7 @@ from markupsafe import Markup, escape
 from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.report.content import EXPLANATIONS, FlaggedInterval, Rise
 from drillid.report.quantities import QUANTITIES, number
-from drillid.report.sentences import deviations_text, problem_sentence, rejections_text
+from drillid.report.sentences import PARAMETER_QUANTITIES, deviations_text, problem_sentence, rejections_text
 from drillid.report.verdicts import VerdictText
 from drillid.report.well_report import WellReport
 
@@ -29,7 +29,6 @@ _FAMILIES = {
     "bit": "Bit and assembly",
     "time": "Change while drilling",
 }
-_PARAMETER_QUANTITIES = {"damping_bha": "damping", "inertia_bha": "inertia"}
 KINDS = (
     *("No result", "Wash-out", "Top drive", "Bit and assembly", "String", "Change while drilling"),
     *("Stick-slip", "Sensors and data", "Unknown", "Data sheet"),
@@ -121,7 +120,7 @@ def interval_explanation(interval: FlaggedInterval) -> str:
 
 def rise_text(rise: Rise) -> Markup:
     """The parameter that rose, its value, the usual one and the ratio."""
-    name, quantity = DISPLAYED_PARAMETERS[rise.parameter].name, QUANTITIES[_PARAMETER_QUANTITIES[rise.parameter]]
+    name, quantity = DISPLAYED_PARAMETERS[rise.parameter].name, QUANTITIES[PARAMETER_QUANTITIES[rise.parameter]]
     ratio = rise.least_ratio
     times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
     usual = (
@@ -160,7 +159,7 @@ def _data_sheet(well: WellReport) -> list[Item]:
     level = LOOK if any(each.verdict == "disagrees" for each in well.deviations) else NOTE
     largest = max(abs(each.pull) for each in well.deviations)
     lead = Markup("The data do not agree with the rig's data sheets: compare them with the rig.")
-    more = escape(deviations_text(well.deviations))
+    more = deviations_text(well.deviations)
     return [Item(level, "Data sheet", lead, more, np.nan, np.nan, largest / 100, "sheets")]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from drillid.arrays import Booleans, Floats, Integers
@@ -17,6 +18,7 @@ from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE, runs
 from drillid.figures.data import drilled_length
 from drillid.physics.parameters import PARAMETERS
+from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
 
 if TYPE_CHECKING:
@@ -140,7 +142,7 @@ class AssemblyRun:
     windows: int
     used: int
     """Windows with an accepted fit that are not flagged."""
-    collars: str
+    collars: Markup
     spreads: dict[str, ParameterSpread]
 
 
@@ -269,9 +271,11 @@ def _run(number: int, rig: Rig, windows: xr.Dataset, fits: xr.Dataset, run: Inte
         to_m=float(windows["depth_to"].values[of_run].max()),
         windows=int(of_run.sum()),
         used=int(used.sum()),
-        collars=f"{collars.length:.0f} m collars, OD {collars.outer_diameter * 1e3:.0f} mm"
+        collars=Markup("{} collars, OD {}").format(
+            QUANTITIES["depth"].text(collars.length), QUANTITIES["diameter"].text(collars.outer_diameter)
+        )
         if collars
-        else "no collars listed",
+        else Markup("no collars listed"),
         spreads=spreads,
     )
 

@@ -67,6 +67,7 @@ def _one(si_unit: str, unit: str, shown: str, decimals: int) -> Quantity:
 
 QUANTITIES = {
     "depth": Quantity("m", Scale("m", "m", 0), Scale("ft", "ft", 0)),
+    "diameter": Quantity("m", Scale("mm", "mm", 0), Scale("in", "in", 2)),
     "weight": Quantity("N", Scale("kN", "kN", 0), Scale("klbf", "klbf", 0)),
     "torque": Quantity("N m", Scale("kN m", "kN m", 1), Scale("kft lbf", "kft·lbf", 1)),
     "rotation": _one("rad/s", "rpm", "rpm", 0),
@@ -77,6 +78,12 @@ QUANTITIES = {
     "inertia": Quantity("kg m^2", Scale("kg m^2", "kg m²", 0), Scale("lb ft^2", "lb·ft²", 0)),
     "proportional": Quantity("N m s/rad", Scale("kN m/rpm", "kN m/rpm", 3), Scale("ft lbf/rpm", "ft·lbf/rpm", 0)),
     "integral": Quantity("N m/rad", Scale("kN m/rad", "kN m/rad", 2), Scale("ft lbf/rad", "ft·lbf/rad", 0)),
+    "mobility": Quantity(
+        "rad/(N m s)", Scale("rpm/(kN m)", "rpm per kN m", 2), Scale("rpm/(kft lbf)", "rpm per kft·lbf", 2)
+    ),
+    "wall damping": Quantity("N s/m^4", Scale("N s/m^4", "N s/m⁴", 0), Scale("lbf s/ft^4", "lbf·s/ft⁴", 2)),
+    "internal damping": Quantity("N s/m^2", Scale("MN s/m^2", "MN s/m²", 0), Scale("kpsi s", "kpsi·s", 1)),
+    "polar moment": Quantity("m^4", Scale("cm^4", "cm⁴", 0), Scale("in^4", "in⁴", 1)),
     "torque rate": Quantity("N m/s", Scale("kN m/s", "kN m/s", 1), Scale("kft lbf/s", "kft·lbf/s", 1)),
     "time": _one("s", "ms", "ms", 0),
     "frequency": _one("Hz", "Hz", "Hz", 2),
@@ -149,5 +156,6 @@ _SIZES = {
     "N m": "torque",
     "N m/s": "torque rate",
     "N m s/rad": "damping",
+    "N s/m⁴": "wall damping",
 }
 """Quantities of the sizes of causes, by their units."""

@@ -25,23 +25,33 @@ _VERDICTS = {
     "not determined by the data": ("is not determined by these data", "are not determined by these data"),
 }
 """Sentences on one and on several parameters, by verdict."""
-_OILFIELD = {"length": "depth", "damping_bha": "damping", "inertia_bha": "inertia", "inertia_td": "inertia"}
+PARAMETER_QUANTITIES = {
+    "kappa": "wall damping",
+    "delta": "internal damping",
+    "length": "depth",
+    "polar_moment": "polar moment",
+    "damping_bha": "damping",
+    "inertia_td": "inertia",
+    "inertia_bha": "inertia",
+}
 """Quantities of parameters that have an oilfield unit."""
 
 
-def deviations_text(comparisons: Sequence[Comparison]) -> str:
+def deviations_text(comparisons: Sequence[Comparison]) -> Markup:
     """Agreement of top drive and pipe with the rig's data sheets in one sentence."""
     if not comparisons:
-        return "The rig's data sheets give nothing to compare with."
-    groups: dict[str, list[str]] = {}
+        return Markup("The rig's data sheets give nothing to compare with.")
+    groups: dict[str, list[Markup]] = {}
     for comparison in comparisons:
-        text = DISPLAYED_PARAMETERS[comparison.parameter].name.lower()
+        text = Markup(DISPLAYED_PARAMETERS[comparison.parameter].name.lower())
         if comparison.deviates and comparison.measured is not None:
-            measured = estimate_text(comparison.measured, comparison.parameter)
-            text += f" ({measured} against {estimate_text(comparison.data_sheet, comparison.parameter)})"
+            values = (comparison.measured, comparison.data_sheet)
+            text += Markup(" ({} against {})").format(*(estimate_text(each, comparison.parameter) for each in values))
         groups.setdefault(comparison.verdict, []).append(text)
-    sentence = "; ".join(f"{_listed(names)} {_VERDICTS[verdict][len(names) > 1]}" for verdict, names in groups.items())
-    return f"{sentence[0].upper()}{sentence[1:]}."
+    sentence = Markup("; ").join(
+        Markup("{} {}").format(_listed(names), _VERDICTS[verdict][len(names) > 1]) for verdict, names in groups.items()
+    )
+    return sentence[:1].upper() + sentence[1:] + Markup(".")
 
 
 def data_sheet_verdict(comparisons: Sequence[Comparison]) -> str:
@@ -74,12 +84,15 @@ def problem_sentence(row: Mapping[Any, Any]) -> Markup:
     return Markup("{}: {}: {}. {}{}").format(str(row["stage"]).capitalize(), row["where"], row["what"], remedy, end)
 
 
-def estimate_text(estimate: Estimate, parameter: str) -> str:
-    """Value ± standard error in the parameter's usual unit, to two digits of the error."""
-    quantity = DISPLAYED_PARAMETERS[parameter]
-    value, error = estimate.value * quantity.factor, estimate.error * quantity.factor
-    decimals = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else quantity.decimals
-    return f"{number(value, decimals)} ± {number(error, decimals)} {quantity.unit}"
+def estimate_text(estimate: Estimate, parameter: str) -> Markup:
+    """Value ± standard error in the parameter's unit, to two digits of the error."""
+    return both(*(_estimate(estimate, *scale) for scale in scales(parameter)))
+
+
+def _estimate(estimate: Estimate, factor: float, usual_decimals: int, unit: str) -> str:
+    value, error = estimate.value / factor, estimate.error / factor
+    decimals = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else usual_decimals
+    return f"{number(value, decimals)} ± {number(error, decimals)} {unit}"
 
 
 def spread_text(spread: ParameterSpread, parameter: str) -> Markup:
@@ -106,7 +119,7 @@ def _spread(spread: ParameterSpread, factor: float, decimals: int, unit: str) ->
 
 def scales(parameter: str) -> list[tuple[float, int, str]]:
     """SI value, decimals and name of the parameter's metric and oilfield unit."""
-    shown, quantity = DISPLAYED_PARAMETERS[parameter], QUANTITIES.get(_OILFIELD.get(parameter, ""))
+    shown, quantity = DISPLAYED_PARAMETERS[parameter], QUANTITIES.get(PARAMETER_QUANTITIES.get(parameter, ""))
     usual = (1 / shown.factor, shown.decimals, shown.unit)
     if quantity is None:
         return [usual, usual]
@@ -114,5 +127,5 @@ def scales(parameter: str) -> list[tuple[float, int, str]]:
     return [usual, (oilfield.factor(quantity.si_unit), oilfield.decimals, oilfield.shown)]
 
 
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+def _listed(names: Sequence[Markup]) -> Markup:
+    return names[0] if len(names) == 1 else Markup(", ").join(names[:-1]) + Markup(" and ") + names[-1]

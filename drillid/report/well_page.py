@@ -37,7 +37,7 @@ def well_page(
     neighbours : folders of the wells before and behind it; empty where there is none
     script : name of the file with Bokeh beside the page
     """
-    charts = _charts(well, results) if results is not None else {"json": "", "places": {}, "missing": ()}
+    charts = _charts(well, results) if results is not None else {"log": "", "places": {}, "missing": ()}
     pictures = [name for name in FIGURES if (folders.stage("figures") / f"{name}.png").exists()]
     return render(
         "well.html.j2",
@@ -55,7 +55,10 @@ def well_page(
 
 
 def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
-    """The JSON of all charts, and for each kind the elements that they are drawn in."""
+    """The JSON of the log plot and that of the other charts, and for each kind the elements that they are drawn in.
+
+    The log plot is a document of its own, which the page shows before it reads the other.
+    """
     from drillid.report.charts import discovery, well_data
     from drillid.report.charts.embedding import document
     from drillid.report.charts.log_plot import log_plot
@@ -63,33 +66,27 @@ def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
     from drillid.report.charts.style import depth_range
 
     cells = well_data.cell_columns(results)
-    depths = depth_range(float(cells["cell_top"][0]), float(cells["cell_bottom"][-1]))
+    depths, map_depths = (depth_range(float(cells["cell_top"][0]), float(cells["cell_bottom"][-1])) for _ in range(2))
     log = log_plot(results, well.verdicts, depths)
     maps = well_data.maps(results)
     rows = map_source(results, maps)
     spectra, steps = spectrum_source(maps, rows, len(maps.rows) // 2)
-    drawn: dict[str, Any] = {"log": log.chart}
-    places = {"maps": map_charts(results, maps, rows, depths), "spectra": spectrum_charts(results, spectra, steps)}
+    places = {"maps": map_charts(results, maps, rows, map_depths), "spectra": spectrum_charts(results, spectra, steps)}
     for number in well.told:
         held_out = discovery.held_out_chart(results, number)
         pair = {"held_out": held_out, "residuals": discovery.residual_chart(results, number)}
         places[f"set{number}"] = {name: chart for name, chart in pair.items() if chart is not None}
-    drawn |= {f"{place}-{name}": chart for place, charts in places.items() for name, chart in charts.items()}
+    drawn = {f"{place}-{name}": chart for place, charts in places.items() for name, chart in charts.items()}
     columns = (rows.data[name] for name in ("window", "depth", "start"))
     windows = [
         {"number": int(number), "depth": float(depth), "start": start}
         for number, depth, start in zip(*columns, strict=True)
     ]
-    data = {
-        "windows": log.windows,
-        "shown": log.shown,
-        "maps": rows,
-        "spectra": spectra,
-        "steps": steps,
-        "depths": depths,
-    }
+    log_data = {"windows": log.windows, "shown": log.shown, "depths": depths}
+    data = {"maps": rows, "spectra": spectra, "steps": steps, "map_depths": map_depths}
     return {
-        "json": document(drawn, data),
+        "log": document({"log": log.chart}, log_data, "l"),
+        "others": document(drawn, data, "o"),
         "places": {place: [f"{place}-{name}" for name in charts] for place, charts in places.items()},
         "missing": log.missing,
         "windows": windows,

@@ -11,13 +11,14 @@ from typing import Any
 _IDENTIFIER = re.compile(r'"id":"(p\d+)"')
 
 
-def document(charts: Mapping[str, Any], named: Mapping[str, Any]) -> str:
+def document(charts: Mapping[str, Any], named: Mapping[str, Any], prefix: str) -> str:
     """All charts with their data, each once.
 
     Parameters
     ----------
     charts : by the identifiers of the elements of the page that they are drawn in
     named : models that the page's script looks up by these names
+    prefix : of the identifiers of models, another one for each document of a page
 
     Returns
     -------
@@ -33,7 +34,7 @@ def document(charts: Mapping[str, Any], named: Mapping[str, Any]) -> str:
             held.add_root(chart)
     text = serialize_json(held.to_json(deferred=False))
     # Bokeh counts models through the life of a process
-    names = {name: f"p{number}" for number, name in enumerate(dict.fromkeys(_IDENTIFIER.findall(text)))}
+    names = {name: f"{prefix}{number}" for number, name in enumerate(dict.fromkeys(_IDENTIFIER.findall(text)))}
     text = _IDENTIFIER.sub(lambda match: f'"id":"{names[match[1]]}"', text)
     found = {"roots": charts, "named": named}
     looked_up = {kind: {name: names[model.id] for name, model in models.items()} for kind, models in found.items()}

@@ -10,14 +10,25 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from bokeh.layouts import gridplot
-from bokeh.models import BoxZoomTool, ColumnDataSource, FixedTicker, PanTool, Range1d, ResetTool, TapTool, WheelZoomTool
+from bokeh.models import (
+    BoxZoomTool,
+    ColumnDataSource,
+    FixedTicker,
+    PanTool,
+    Range1d,
+    ResetTool,
+    Span,
+    TapTool,
+    WheelZoomTool,
+)
 
 from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.figures.data import WellResults
 from drillid.figures.style import well_marks
 from drillid.report.charts import well_data
-from drillid.report.charts.style import coloured, hover, label_axis, new_chart, source, tagged, value_range
+from drillid.report.charts.style import coloured, hover, label_axis, level, new_chart, source, tagged, value_range
 from drillid.report.quantities import QUANTITIES
+from drillid.report.sentences import PARAMETER_QUANTITIES
 from drillid.report.verdicts import VerdictText
 
 _HEIGHT = 760
@@ -37,10 +48,12 @@ _QUANTITIES = {
     "present_proportional": "proportional",
     "tuned_integral": "integral",
     "present_integral": "integral",
-    **{f"damping_bha{end}": "damping" for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")},
-    **{f"inertia_bha{end}": "inertia" for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")},
+    **{
+        f"{name}{end}": PARAMETER_QUANTITIES[name]
+        for name in well_data.PARAMETERS_SHOWN
+        for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")
+    },
 }
-_OF_PARAMETER = {"damping_bha": "damping", "inertia_bha": "inertia"}
 _FOUR_DIGITS = 1000.0
 _PERCENT = (-12.0, 115.0)
 """Ends of an axis of shares: the numbers 0 and 100 are clear of those of the tracks beside it."""
@@ -61,8 +74,8 @@ class LogPlot:
 
     chart: Any
     windows: ColumnDataSource
-    shown: ColumnDataSource
-    """Depth of the window whose spectra are shown; the page's script fills it."""
+    shown: Span
+    """At the depth of the window whose spectra are shown; the page's script places it."""
     missing: tuple[str, ...]
     """Channels that are not logged, in words."""
 
@@ -122,15 +135,17 @@ class _Tracks:
         self.results, self.windows, self.depths = results, windows, depths
         self.tracks: list[Any] = []
         begin, end = float(windows.data["cell_top"][0]), float(windows.data["cell_bottom"][-1])
-        self.marks = well_marks(results, begin, end)
+        self.marks, self.oilfield_marks = (
+            well_marks(results, begin, end, oilfield=oilfield) for oilfield in (False, True)
+        )
         intervals = [mark for mark in self.marks if mark.until is not None]
         self.flagged = source(
             {"top": [mark.depth for mark in intervals], "bottom": [float(mark.until or 0) for mark in intervals]},
             {"top": "depth", "bottom": "depth"},
         )
         boundaries = [mark.depth for mark in self.marks if mark.until is None and mark.line]
-        self.boundaries = source({"depth": boundaries}, {"depth": "depth"})
-        self.shown = source({"depth": np.array([])}, {"depth": "depth"})
+        self.shown = level(None, "accent", line_width=2, line_alpha=0.7)
+        self.lines = [*(level(depth, "muted", line_dash="dashed") for depth in boundaries), self.shown]
 
     def _new(self, width: int, across: Range1d) -> Any:
         first = not self.tracks
@@ -140,6 +155,7 @@ class _Tracks:
             y_range=self.depths,
             x_range=across,
             x_axis_location="above",
+            y_axis_location="left" if first else None,
             tools=[
                 BoxZoomTool(dimensions="height"),
                 PanTool(dimensions="height"),
@@ -153,14 +169,13 @@ class _Tracks:
             min_border_right=3,
         )
         track.toolbar.update(active_scroll=None, active_drag=track.tools[0])
-        label_axis(track.yaxis[0], "Measured depth", "depth", joint=" ")
-        track.yaxis[0].update(visible=first)
-        bands = track.hstrip(y0="top", y1="bottom", source=self.flagged, fill_alpha=0.18, line_alpha=0)
-        coloured(bands, fill_color="flag")
-        lines = track.hspan(y="depth", source=self.boundaries, line_dash="dashed", line_width=1)
-        coloured(lines, line_color="muted")
-        chosen = track.hspan(y="depth", source=self.shown, line_width=2, line_alpha=0.7)
-        coloured(chosen, line_color="accent")
+        if first:
+            label_axis(track.yaxis[0], "Measured depth", "depth", joint=" ")
+        if self.flagged.data["top"]:
+            bands = track.hstrip(y0="top", y1="bottom", source=self.flagged, fill_alpha=0.18, line_alpha=0)
+            coloured(bands, fill_color="flag")
+        for line in self.lines:
+            track.add_layout(line)
         self.tracks.append(track)
         return track
 
@@ -170,12 +185,16 @@ class _Tracks:
     def hole(self) -> None:
         """Hole sections and assembly runs in words."""
         track = self._new(_WIDE, Range1d(0, 1))
-        words = [mark for mark in self.marks if mark.until is None]
-        texts = source({"depth": [mark.depth for mark in words], "text": [mark.text for mark in words]}, _QUANTITIES)
-        label = track.text(
-            x=0.03, y="depth", text="text", source=texts, text_font_size="10px", text_baseline="top", y_offset=2
+        words, oilfield = (
+            [mark for mark in marks if mark.until is None] for marks in (self.marks, self.oilfield_marks)
         )
-        coloured(label, text_color="ink")
+        columns = {"depth": [mark.depth for mark in words], "metric": [mark.text for mark in words]}
+        texts = source(columns | {"oilfield": [mark.text for mark in oilfield]}, _QUANTITIES)
+        label = track.text(
+            x=0.03, y="depth", text="metric", source=texts, text_font_size="10px", text_baseline="top", y_offset=2
+        )
+        units = ({"text": {"field": name}} for name in ("metric", "oilfield"))
+        coloured(label, *units, text_color="ink")
         label_axis(track.xaxis[0], "Hole and\nassembly")
         track.xaxis[0].update(ticker=FixedTicker(ticks=[]))
         track.xgrid[0].update(visible=False)
@@ -228,12 +247,15 @@ class _Tracks:
             rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
         track.add_tools(hover([*rows, *_place()], [dots]))
         label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
-        self._ticks(track, 1 if across.end >= _FOUR_DIGITS else 2)
+        ratio = QUANTITIES[channel.quantity].per_metric
+        counts = [1 if across.end * factor >= _FOUR_DIGITS else 2 for factor in (1.0, ratio)]
+        self._ticks(track, counts[0])
+        tagged(track.xaxis[0].ticker, None, *({"desired_num_ticks": count} for count in counts))
 
     def parameter(self, name: str) -> None:
         """A parameter window by window with its intervals, and from all windows together with its band."""
         shown, data = DISPLAYED_PARAMETERS[name], self.windows.data
-        quantity = _OF_PARAMETER.get(name, "")
+        quantity = PARAMETER_QUANTITIES[name]
         used = np.asarray(data["accepted"]) == "accepted"
         held = [np.asarray(data[f"{name}_joint{end}"]) for end in ("_lower", "_upper")]
         across = value_range(np.asarray(data[name])[used], *held, quantity=quantity)
@@ -252,16 +274,15 @@ class _Tracks:
         coloured(joint, line_color="joint")
         coloured(bars, line_color="ink")
         coloured(dots, fill_color="ink", line_color="ink")
-        unit = quantity or shown.unit
         rows = [
-            (shown.name, f"@{name}{{0.[0]}}", unit),
-            ("95 % interval", f"@{name}_low{{0.[0]}} to @{name}_high{{0.[0]}}", unit),
-            ("All windows together", f"@{name}_joint{{0.[0]}}", unit),
+            (shown.name, f"@{name}{{0.[00]}}", quantity),
+            ("95 % interval", f"@{name}_low{{0.[00]}} to @{name}_high{{0.[00]}}", quantity),
+            ("All windows together", f"@{name}_joint{{0.[00]}}", quantity),
             ("Fit", "@accepted", ""),
         ]
         track.add_tools(hover([*rows, *_place()], [dots]))
         symbol = shown.symbol + {"bha": "\u00a0bha"}.get(shown.index, "")
-        label_axis(track.xaxis[0], _wrapped(f"{shown.name} {symbol}"), quantity, "" if quantity else shown.unit)
+        label_axis(track.xaxis[0], _wrapped(f"{shown.name} {symbol}"), quantity)
         self._ticks(track)
 
     def coherence(self) -> None:

@@ -13,12 +13,12 @@ from drillid.figures.data import WellResults
 from drillid.report.charts import well_data
 from drillid.report.charts.style import FONT, coloured, hover, label_axis, new_chart, source, tagged
 from drillid.report.charts.well_data import Maps
+from drillid.report.quantities import QUANTITIES
 
 _HEIGHT, _SPECTRUM_HEIGHT = 360, 250
 _AMPLITUDE, _SIGNED = "Viridis256", "Cividis256"
 _RESIDUAL_LIMIT = 4.0
 TICKS = (0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
-_MOBILITY = "rpm per kN m"
 _TITLES = {
     "measured": "Command mobility, measured",
     "fitted": "Command mobility, identified",
@@ -29,6 +29,8 @@ _TITLES = {
     "step_stiff": "Bit speed after a torque step, top drive clamped",
     "step_controlled": "Bit speed after a torque step, as controlled",
 }
+_DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
+_MOBILITIES = ("measured", "fitted", "bit_stiff", "bit_controlled", "step_stiff", "step_controlled")
 _TOOLS = "box_zoom,pan,wheel_zoom,reset"
 
 
@@ -37,10 +39,9 @@ def map_source(results: WellResults, maps: Maps) -> ColumnDataSource:
     cells = well_data.cell_columns(results)
     columns: dict[str, Any] = {name: np.asarray(values)[maps.rows] for name, values in cells.items()}
     for name, image in maps.images.items():
-        factor = 1.0 if name.startswith(("residual", "coherence")) or "phase" in name else RPM_PER_KILONEWTON_METRE
+        factor = RPM_PER_KILONEWTON_METRE if name in _MOBILITIES else 1.0
         columns[name] = [(factor * row)[None].astype(np.float32) for row in image]
-    depths = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
-    return source(columns, dict.fromkeys(depths, "depth"))
+    return source(columns, dict.fromkeys(_DEPTHS, "depth") | dict.fromkeys(_MOBILITIES, "mobility"))
 
 
 def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths: Range1d) -> dict[str, Any]:
@@ -69,7 +70,7 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
         )
         chart.toolbar.update(logo=None, autohide=True)
         points = maps.lag if over_time else maps.frequency
-        mapper, unit = _colours(name, maps)
+        mapper = _colours(name, maps)
         image = chart.image(
             image=name,
             x=float(points[0]),
@@ -82,22 +83,25 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
         image.update(nonselection_glyph=None)
         if not over_time and not name.startswith("residual"):
             _mode_lines(chart, maps, rows)
-        _finish(chart, image, mapper, unit, "s" if over_time else "Hz")
+        _finish(chart, image, "mobility" if name in _MOBILITIES else "standard deviations", "s" if over_time else "Hz")
         charts[name] = chart
     return charts
 
 
-def _colours(name: str, maps: Maps) -> tuple[Any, str]:
-    """Colours with limits that related maps share, and the unit."""
+def _colours(name: str, maps: Maps) -> Any:
+    """Colours with limits that related maps share."""
     if name.startswith("residual"):
-        return LinearColorMapper(_AMPLITUDE, low=0.0, high=_RESIDUAL_LIMIT), "standard deviations"
+        return LinearColorMapper(_AMPLITUDE, low=0.0, high=_RESIDUAL_LIMIT)
     kind = "step" if name.startswith("step") else "bit" if name.startswith("bit") else "fitted"
     alike = [np.abs(image) for other, image in maps.images.items() if other.startswith(kind) and "phase" not in other]
     values = RPM_PER_KILONEWTON_METRE * np.concatenate([image.ravel() for image in alike])
     low, high = _limits(values)
-    if kind == "step":
-        return LinearColorMapper(_SIGNED, low=-high, high=high), _MOBILITY
-    return LogColorMapper(_AMPLITUDE, low=low, high=high), _MOBILITY
+    low = -high if kind == "step" else low
+    mapper = LinearColorMapper(_SIGNED) if kind == "step" else LogColorMapper(_AMPLITUDE)
+    mapper.update(low=low, high=high)
+    ratio = QUANTITIES["mobility"].per_metric
+    limits = ({"low": low * factor, "high": high * factor} for factor in (1.0, ratio))
+    return tagged(mapper, None, *limits)
 
 
 def _limits(values: Floats) -> tuple[float, float]:
@@ -122,12 +126,16 @@ def _mode_lines(chart: Any, maps: Maps, rows: ColumnDataSource) -> None:
     lines.glyph.update(line_color="white", line_dash="dotted", line_width=1.5)
 
 
-def _finish(chart: Any, image: Any, mapper: Any, unit: str, across: str) -> None:
-    bar = ColorBar(color_mapper=mapper, title=unit, width=10, padding=4, title_text_font_size="10px")
+def _finish(chart: Any, image: Any, quantity: str, across: str) -> None:
+    mapper, scales = image.glyph.color_mapper, QUANTITIES.get(quantity)
+    titles = (quantity, quantity) if scales is None else (scales.metric.shown, scales.oilfield.shown)
+    bar = ColorBar(color_mapper=mapper, title=titles[0], width=10, padding=4, title_text_font_size="10px")
     bar.update(major_label_text_font_size="10px", title_text_font=FONT, title_text_font_style="normal")
     tagged(
         bar,
         {"title_text_color": "ink", "major_label_text_color": "muted", "background_fill_color": "paper"},
+        metric={"title": titles[0]},
+        oilfield={"title": titles[1]},
     )
     chart.add_layout(bar, "right")
     label_axis(chart.xaxis[0], "Frequency" if across == "Hz" else "Time since the step", unit=across, joint=" ")
@@ -135,7 +143,7 @@ def _finish(chart: Any, image: Any, mapper: Any, unit: str, across: str) -> None
         chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.yaxis[0], "Measured depth", "depth", joint=" ")
     place = "Frequency" if across == "Hz" else "Time"
-    rows = [("Value", "@image{0.000}", unit), (place, "$x{0.00}", across), ("Depth", "@depth{0.0}", "depth")]
+    rows = [("Value", "@image{0.000}", quantity), (place, "$x{0.00}", across), ("Depth", "@depth{0.0}", "depth")]
     chart.add_tools(hover([*rows, ("Window", "@window", "")], [image]))
     for grid in chart.grid:
         grid.update(visible=False)
@@ -152,13 +160,13 @@ def spectrum_source(maps: Maps, rows: ColumnDataSource, shown: int) -> tuple[Col
     spectra |= {name: of(name) for name in (*over_frequency, "bit_stiff")}
     steps: dict[str, Any] = {"lag": maps.lag.astype(np.float32)}
     steps |= {name: of(name) for name in ("step_stiff", "step_controlled")}
-    return ColumnDataSource(spectra, name="spectra"), ColumnDataSource(steps, name="steps")
+    return tuple(source(columns, dict.fromkeys(_MOBILITIES, "mobility")) for columns in (spectra, steps))
 
 
 def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: ColumnDataSource) -> dict[str, Any]:
     """Amplitude, phase, coherence and bit mobility of a window over frequency, and its steps over time."""
     frequencies = Range1d(*results.band)
-    amplitude = _spectrum("Command mobility", _MOBILITY, frequencies, logarithmic=True)
+    amplitude = _spectrum("Command mobility", "", frequencies, quantity="mobility", logarithmic=True)
     _dots(amplitude, spectra, "measured")
     _line(amplitude, spectra, "fitted", "identified", "joint", "solid")
     phase = _spectrum("Phase", "°", frequencies)
@@ -166,13 +174,13 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     _line(phase, spectra, "fitted_phase", "identified", "joint", "solid")
     coherent = _spectrum("Coherence γ²", "–", frequencies, y_range=Range1d(0, 1.03))
     _dots(coherent, spectra, "coherence_map")
-    bit = _spectrum("Bit mobility", _MOBILITY, frequencies, logarithmic=True)
+    bit = _spectrum("Bit mobility", "", frequencies, quantity="mobility", logarithmic=True)
     _line(bit, spectra, "bit_stiff", "top drive clamped", "flag", "dashed")
     _line(bit, spectra, "bit_controlled", "as controlled", "ink", "solid")
     step = new_chart(None, _SPECTRUM_HEIGHT, title="Bit speed after a torque step", tools=_TOOLS)
     step.toolbar.update(logo=None, autohide=True)
     label_axis(step.xaxis[0], "Time since the step", unit="s", joint=" ")
-    label_axis(step.yaxis[0], "Bit speed per torque", unit=_MOBILITY, joint=" ")
+    label_axis(step.yaxis[0], "Bit speed per torque", "mobility", joint=" ")
     _line(step, steps, "step_stiff", "top drive clamped", "flag", "dashed", across="lag")
     _line(step, steps, "step_controlled", "as controlled", "ink", "solid", across="lag")
     charts = {"amplitude": amplitude, "phase": phase, "coherence": coherent, "bit": bit, "step": step}
@@ -185,15 +193,23 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
 
 
 def legend(chart: Any) -> None:
-    """The legend in the page's colours, small and above the lines."""
+    """The legend in the page's colours, small and above the chart, where it covers no line."""
     box = chart.legend[0]
+    chart.center.remove(box)
+    chart.add_layout(box, "above")
     box.update(label_text_font_size="10px", label_text_font=FONT, padding=4, spacing=16, glyph_width=24)
-    box.update(orientation="horizontal", location="top_right", background_fill_alpha=0.7)
-    tagged(box, {"label_text_color": "ink", "background_fill_color": "paper", "border_line_color": "none"})
+    box.update(orientation="horizontal", location="right", background_fill_alpha=0, margin=0)
+    tagged(box, {"label_text_color": "ink", "border_line_color": "none"})
 
 
 def _spectrum(
-    title: str, unit: str, frequencies: Range1d, *, logarithmic: bool = False, y_range: Range1d | None = None
+    title: str,
+    unit: str,
+    frequencies: Range1d,
+    *,
+    quantity: str = "",
+    logarithmic: bool = False,
+    y_range: Range1d | None = None,
 ) -> Any:
     chart = new_chart(
         None,
@@ -208,7 +224,7 @@ def _spectrum(
     chart.toolbar.update(logo=None, autohide=True)
     chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
-    label_axis(chart.yaxis[0], title, unit=unit, joint=" ")
+    label_axis(chart.yaxis[0], title, quantity, unit, joint=" ")
     return chart
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from drillid.arrays import Floats
@@ -161,8 +161,32 @@ def _tip(row: tuple[str, str, str], number: int) -> tuple[str, str]:
     return words, f"{template} {unit}".strip()
 
 
-def coloured(renderer: Any, **colours: str) -> Any:
-    """A renderer whose glyph has colours of the page; those of what is not selected are the same."""
-    renderer.update(nonselection_glyph=None, selection_glyph=None)
-    tagged(renderer.glyph, colours)
+def coloured(
+    renderer: Any, metric: Mapping[str, Any] | None = None, oilfield: Mapping[str, Any] | None = None, **colours: str
+) -> Any:
+    """A renderer whose glyph has colours of the page; those of what is not selected are the same.
+
+    Parameters
+    ----------
+    metric, oilfield : values of the glyph's properties in each of the units
+    """
+    alike = ("selection_glyph", "nonselection_glyph", "muted_glyph")
+    renderer.update(**dict.fromkeys(alike, renderer.glyph))
+    tagged(renderer.glyph, colours, metric, oilfield)
     return renderer
+
+
+def level(depth: float | None, colour: str, **look: Any) -> Span:
+    """A line at a depth through all charts that have it; the page's script places one without any.
+
+    Parameters
+    ----------
+    depth : m
+    colour : of the page
+    look : other properties of the line
+    """
+    line = Span(location=depth, dimension="width", **look)
+    if depth is None:
+        return tagged(line, {"line_color": colour})
+    places = (depth, depth * QUANTITIES["depth"].per_metric)
+    return tagged(line, {"line_color": colour}, *({"location": place} for place in places))

@@ -1,12 +1,24 @@
 "use strict";
 // Draws the charts of a well, gives them the page's colours and units, and shows the spectra of a window.
-const held = JSON.parse(document.getElementById("charts").textContent);
-const models = new Map();
-let drawn = null;
-let units = "metric";
+const FOOT = 0.3048;
+const parts = [];
+let dressing = false;
+
+// A document of charts in the page: its models by their identifiers, and those with a name
+async function read(element) {
+  const held = JSON.parse(document.getElementById(element).textContent);
+  await Bokeh.embed.embed_items({ [element]: held.document }, []);
+  const content = Bokeh.documents.at(-1);
+  const models = new Map([...content.all_models].map((model) => [model.id, model]));
+  const part = { content, models, looked_up: held.looked_up, units: "metric" };
+  parts.push(part);
+  dress(part);
+  return part;
+}
 
 function named(name) {
-  return models.get(held.looked_up.named[name]);
+  const part = parts.find(({ looked_up }) => name in looked_up.named);
+  return part?.models.get(part.looked_up.named[name]);
 }
 
 function scaled(model, scale, factor) {
@@ -22,17 +34,20 @@ function scaled(model, scale, factor) {
   }
   const data = { ...model.data };
   for (const [column, ratio] of Object.entries(scale)) {
-    data[column] = Float64Array.from(data[column], (value) => value * factor(ratio));
+    const times = factor(ratio);
+    if (typeof data[column][0] === "number") data[column] = Float64Array.from(data[column], (value) => value * times);
+    else for (const image of data[column]) image.forEach((value, index) => { image[index] = value * times; });
   }
   model.data = data;
 }
 
 // Tags of a model say what the page changes in it, see style.py
-function look() {
+function dress(part) {
   const style = getComputedStyle(document.documentElement);
   const chosen = document.documentElement.dataset.units;
-  const factor = (scale) => (chosen === units ? 1 : chosen === "oilfield" ? scale : 1 / scale);
-  for (const model of models.values()) {
+  const factor = (scale) => (chosen === part.units ? 1 : chosen === "oilfield" ? scale : 1 / scale);
+  dressing = true;
+  for (const model of part.models.values()) {
     const [tags] = model.tags ?? [];
     if (!tags) continue;
     const changes = { ...tags[chosen] };
@@ -40,9 +55,26 @@ function look() {
       changes[property] = colour === "none" ? null : style.getPropertyValue(`--${colour}`).trim();
     }
     if (Object.keys(changes).length) model.setv(changes);
-    if (tags.scale && chosen !== units) scaled(model, tags.scale, factor);
+    if (tags.scale && chosen !== part.units) scaled(model, tags.scale, factor);
   }
-  units = chosen;
+  part.units = chosen;
+  dressing = false;
+}
+
+function look() {
+  for (const part of parts) dress(part);
+  if (named("maps")) nameWindows();
+}
+
+function nameWindows() {
+  const oilfield = document.documentElement.dataset.units === "oilfield";
+  const select = document.getElementById("window");
+  for (const { dataset: { before, depth, after }, index } of select.options) {
+    const place = oilfield ? `${(depth / FOOT).toFixed(0)} ft` : `${Number(depth).toFixed(1)} m`;
+    select.options[index].textContent = `${before}${place}${after}`;
+  }
+  document.getElementById("window-shown").textContent = select.selectedOptions[0].textContent;
+  named("shown").location = named("maps").data.depth[Number(select.value)];
 }
 
 function showWindow(row) {
@@ -55,11 +87,8 @@ function showWindow(row) {
     }
     target.data = data;
   }
-  const select = document.getElementById("window");
-  select.value = String(row);
-  const words = select.selectedOptions[0].textContent.trim();
-  document.getElementById("window-shown").textContent = words;
-  named("shown").data = { depth: Float64Array.of(rows.data.depth[row]) };
+  document.getElementById("window").value = String(row);
+  nameWindows();
 }
 
 function nearestRow(index) {
@@ -70,14 +99,23 @@ function nearestRow(index) {
 }
 
 function zoom(top, bottom) {
-  const depths = named("depths");
-  depths.setv({ start: bottom, end: top });
+  named("depths").setv({ start: bottom, end: top });
 }
 
 function step(factor) {
   const { start, end } = named("depths");
   const [middle, half] = [(start + end) / 2, (Math.abs(start - end) / 2) * factor];
   zoom(middle - half, middle + half);
+}
+
+// The log plot and the maps are documents of their own: what one of them shows, the other does
+function link(one, other) {
+  for (const [from, to] of [[one, other], [other, one]]) {
+    from.change.connect(() => {
+      const { start, end } = from;
+      if (!dressing && (to.start !== start || to.end !== end)) to.setv({ start, end });
+    });
+  }
 }
 
 function listen() {
@@ -104,30 +142,41 @@ function listen() {
   });
 }
 
-// The log plot first; the other charts one by one as soon as the page has nothing else to do
-async function draw() {
-  await Bokeh.embed.embed_items({ well: held.document }, []);
-  [drawn] = Bokeh.documents;
-  for (const model of drawn.all_models) models.set(model.id, model);
-  look();
-  showWindow(Number(document.getElementById("window").value));
-  const charts = Object.entries(held.looked_up.roots).map(([element, root]) => [document.getElementById(element), models.get(root)]);
-  for (const [, root] of charts) drawn.remove_root(root);
+// Roots of a document that is shown without any, each to be put into its element
+async function unrooted({ content, models, looked_up }) {
+  const charts = Object.entries(looked_up.roots).map(([element, root]) => ({ place: document.getElementById(element), root: models.get(root) }));
+  for (const { root } of charts) content.remove_root(root);
   const elements = [];
-  const views = await Bokeh.embed.add_document_standalone(drawn, document.body, elements);
-  for (const [element, root] of charts) {
-    elements.push(element);
-    drawn.add_root(root);
-    if (root === charts[0][1]) {
-      await finished(views, root);
-      listen();
-      document.addEventListener("drillid-look", look);
-      document.documentElement.dataset.drawn = "true";
-    }
+  const views = await Bokeh.embed.add_document_standalone(content, document.body, elements);
+  return { charts, views, put: ({ place, root }) => { elements.push(place); content.add_root(root); } };
+}
+
+// The log plot first; the other charts one by one as soon as the page has nothing else to do, the nearest to what is seen first
+async function draw() {
+  document.addEventListener("drillid-look", look);
+  const log = await read("log-chart");
+  const first = await unrooted(log);
+  first.put(first.charts[0]);
+  await finished(first.views, first.charts[0].root);
+  document.documentElement.dataset.drawn = "true";
+  await idle();
+  const others = await unrooted(await read("charts"));
+  showWindow(Number(document.getElementById("window").value));
+  link(named("depths"), named("map_depths"));
+  listen();
+  for (const left = [...others.charts]; left.length;) {
     await idle();
+    left.sort((one, other) => away(other) - away(one));
+    others.put(left.pop());
   }
-  for (const [, root] of charts) await finished(views, root);
+  for (const { root } of others.charts) await finished(others.views, root);
   document.documentElement.dataset.complete = "true";
+}
+
+// Pixels between a chart's place and what is seen of the page
+function away({ place }) {
+  const { top, bottom } = place.getBoundingClientRect();
+  return Math.max(top - innerHeight, -bottom, 0);
 }
 
 function idle() {

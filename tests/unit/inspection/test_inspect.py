@@ -85,6 +85,23 @@ def test_the_draft_reads_the_log_as_it_is(tmp_path: Path) -> None:
     assert "check the unit: the file states none" in found.draft
 
 
+@pytest.mark.parametrize(
+    ("hole", "feet", "flow", "torque", "other"),
+    [("Hole Depth (ft)", "Bit Depth (ft)", "Flow In (gpm)", "ft-lbf", "N m"), ("Hole", "Bit", "Flow", "N m", "ft-lbf")],
+)
+def test_torques_without_unit_are_in_the_system_of_the_other_channels(
+    tmp_path: Path, hole: str, feet: str, flow: str, torque: str, other: str
+) -> None:
+    log = drilling(30)
+    log[["TQ", "SWEEP"]] *= 1e3
+    names = {"TQ": "Torque", "SWEEP": "Injected", "SET": "RPM Setpoint", "HOLE": hole, "BIT": feet, "FLOW": flow}
+    draft = inspected(save(log.rename(columns=names), tmp_path / "log.csv")).draft
+    drafted = yaml.safe_load(draft)["channels"]
+    assert (drafted["torque_command"]["unit"], drafted["torque_sweep"]["unit"]) == (torque, torque)
+    line = next(line for line in draft.splitlines() if "torque_command" in line)
+    assert line.endswith(f"check the unit: the file states none, this one fits the size, and so would {other}")
+
+
 def test_units_at_the_end_of_names_are_taken(tmp_path: Path) -> None:
     names = {"TQ": "TQ_CMD_kNm", "SWEEP": "TQ_INJ_kNm", "SET": "RPM_SET", "HOLE": "DMEA_ft"}
     names |= {"BIT": "DBTM_ft", "FLOW": "FLOW_lpm"}
@@ -189,7 +206,12 @@ def test_the_command_tells_drafts_and_writes(tmp_path: Path) -> None:
     assert "sweep in column 'AUX 3 (kN.m)': does not repeat" not in run.stdout
     assert Rig.from_yaml(tmp_path / "rigs" / "r.yaml").name == "Rig"
     told = json.loads(CliRunner().invoke(app, ["inspect", str(log), str(tmp_path / "none.csv"), "--json"]).stdout)
-    assert told["files"][0]["channels"]["speed"] == {"column": "Rotary RPM", "unit": "rpm", "guessed": True}
+    assert told["files"][0]["channels"]["speed"] == {
+        "column": "Rotary RPM",
+        "unit": "rpm",
+        "guessed": True,
+        "others": ["deg/s"],
+    }
     assert [row["what"] for row in told["refused"]] == ["does not exist"]
     assert yaml.safe_load(told["draft"])["channels"]["hole_depth"] == {"column": "Hole Depth (ft)", "unit": "ft"}
     refused = CliRunner().invoke(app, ["inspect", str(tmp_path / "none.csv")])

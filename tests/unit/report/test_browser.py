@@ -103,7 +103,7 @@ def test_a_window_that_is_chosen_shows_its_spectra(browser: Any, fleet: Fleet) -
 POINT = """() => {
   const all = (view) => [view, ...[...view.children()].flatMap(all)];
   const label = ({ model }) => model.above?.[0]?.axis_label ?? "";
-  const track = [...drawn.views_manager.roots].flatMap(all).find((view) => label(view).startsWith("Weight"));
+  const track = [...parts[0].content.views_manager.roots].flatMap(all).find((view) => label(view).startsWith("Weight"));
   const { weight, depth } = named("windows").data;
   const { left, top } = track.el.getBoundingClientRect();
   return [left + track.frame.x_scale.compute(weight[3]), top + track.frame.y_scale.compute(depth[3])];
