@@ -92,7 +92,7 @@ def statistics_of(case: Case, well: str) -> tuple[SetStatistics, tuple[str, ...]
 
 def _examined(case: Case) -> tuple[SharedLikelihood, tuple[str, ...]]:
     examination = examine(evidence_of(case), error_rate=ERROR_RATE)
-    kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
+    kept = shared_likelihood(examination.model, examination.extended, examination.extensions, examination.before)
     return kept, tuple(verdict.verdict for verdict in examination.verdicts)
 
 

@@ -7,7 +7,6 @@ information (`drillid.common_causes.pooling`); the common size is integrated ove
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +15,16 @@ from scipy.special import chdtrc, logsumexp
 from drillid.arrays import Floats
 from drillid.common_causes.pooling import Quadratic, Wells, apart, together
 from drillid.discrepancy.catalogue import Size
+from drillid.discrepancy.inference.screen import tail_p_value
 from drillid.discrepancy.inference.set_model import Extension
 
 _SCALES = (0.04, 0.2, 1.0, 5.0)
 """Standard deviations of sizes that are held for equally likely, per usual size: what only a fleet shows is small."""
-_POINTS = 41
+_COARSE, _POINTS = 21, 41
+"""Of the grid to either side, and about the likeliest size."""
 _SPREADS = (0.1, 0.3, 1.0)
 """Standard deviations of the wells' sizes that are tried, relative to the common size."""
+_DRAWS = 20_000
 _NEAR = 8.0
 """Standard errors about the likeliest size that the grid is refined over."""
 
@@ -32,8 +34,8 @@ class CommonCause:
     """One candidate over a group."""
 
     extension: Extension
-    p_value: float
-    """Of the likelihood ratio of one common size, where no well has the cause."""
+    gain: float
+    """Largest log-likelihood ratio of one common size, against none."""
     common: float
     """Log evidence of one common size."""
     spread: float
@@ -46,7 +48,7 @@ class CommonCause:
     """95 % interval."""
     size_high: float
     at_bound: bool
-    """Whether the likeliest size is the largest that all wells hold, beyond which their likelihoods say nothing."""
+    """Whether the likeliest size is the largest that any well holds, beyond which their likelihoods say nothing."""
     heterogeneity: float
     """p-value of the wells' scatter about the common size (Cochran 1954, Biometrics 10, 101–129)."""
     deviations: Floats
@@ -64,10 +66,10 @@ class CommonCause:
 
 def sizes_grid(size: Size, largest: float) -> Floats:
     """Sizes up to a largest one within the physical bounds, finer near zero, with zero among them."""
-    up = min(size.high, largest) * np.linspace(0.0, 1.0, _POINTS) ** 2
+    up = min(size.high, largest) * np.linspace(0.0, 1.0, _COARSE) ** 2
     if size.low >= 0:
         return np.asarray(up, dtype=float)
-    down = max(size.low, -largest) * np.linspace(1.0, 0.0, _POINTS)[:-1] ** 2
+    down = max(size.low, -largest) * np.linspace(1.0, 0.0, _COARSE)[:-1] ** 2
     return np.concatenate([down, up])
 
 
@@ -82,9 +84,9 @@ def log_prior(grid: Floats, size: Size) -> Floats:
 def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause:
     """Judge one candidate, by its number."""
     size = extension.cause.size
-    largest = min(float(each.sizes[number].max()) for each in wells.sets)
-    grid = _resolved(wells, number, sizes_grid(size, largest))
-    at, zero = wells.at(number, grid), wells.at(number, np.zeros(1))
+    largest = max(float(each.sizes[number].max()) for each in wells.sets)
+    grid, at = _resolved(wells, number, sizes_grid(size, largest))
+    zero = wells.at(number, np.zeros(1))
     prior, curve = log_prior(grid, size), together(wells, at) - together(wells, zero)[0]
     common = float(logsumexp(curve + prior))
     each = logsumexp(apart(wells, at, zero) + prior, axis=1)
@@ -96,7 +98,7 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
     freedom = int(finite.sum()) - 1
     return CommonCause(
         extension=extension,
-        p_value=_p_value(2 * float(curve.max()), one_sided=size.low >= 0),
+        gain=float(curve.max()),
         common=common,
         spread=common + spread,
         one_well=float(logsumexp(each) - np.log(each.size)),
@@ -116,17 +118,11 @@ def _is_end(grid: Floats, size: float) -> bool:
     return size != 0 and size in (grid[0], grid[-1])
 
 
-def _p_value(ratio: float, *, one_sided: bool) -> float:
-    """p-value of twice a log-likelihood ratio; half of all one-sided ones are zero (Chernoff 1954)."""
-    if ratio <= 0:
-        return 1.0
-    return float(chdtrc(1, ratio)) * (0.5 if one_sided else 1.0)
-
-
-def _resolved(wells: Wells, number: int, grid: Floats) -> Floats:
-    """The grid with further points about the likeliest size, as narrow as the likelihood there."""
+def _resolved(wells: Wells, number: int, grid: Floats) -> tuple[Floats, Quadratic]:
+    """The grid with further points about the likeliest size, as narrow as the likelihood there, and the wells there."""
+    at = wells.at(number, grid)
     for _ in range(2):
-        curve = together(wells, wells.at(number, grid))
+        curve = together(wells, at)
         place = int(np.clip(np.argmax(curve), 1, grid.size - 2))
         # a parabola through the likeliest size and its neighbours
         curvature = -2 * float(
@@ -135,8 +131,10 @@ def _resolved(wells: Wells, number: int, grid: Floats) -> Floats:
         step = float(grid[place + 1] - grid[place - 1])
         error = min(curvature**-0.5, step) if curvature > 0 else step
         near = grid[np.argmax(curve)] + _NEAR * error * np.linspace(-1.0, 1.0, _POINTS)
-        grid = np.union1d(grid, near[(near > grid[0]) & (near < grid[-1])])
-    return grid
+        near = np.setdiff1d(near[(near > grid[0]) & (near < grid[-1])], grid)
+        order = np.argsort(np.append(grid, near))
+        grid, at = np.append(grid, near)[order], at.with_sizes(wells.at(number, near), order)
+    return grid, at
 
 
 def _scatter(
@@ -231,6 +229,17 @@ def _interval(grid: Floats, mass: Floats) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def family_p_value(p_values: Sequence[float]) -> float:
-    """p-value of the smallest of some p-values (Šidák 1967, J. Am. Stat. Assoc. 62, 626–633)."""
-    return float(-np.expm1(len(p_values) * np.log1p(-min(*p_values, 1 - 1e-12))))
+def family_p_value(gain: float, correlation: Floats) -> float:
+    """p-value of the largest log-likelihood ratio of any candidate where no well has a cause, by draws.
+
+    Along each direction of each candidate the ratio is half the square of a normal score of positive sign (Chernoff
+    1954, Ann. Math. Stat. 25, 573–578). Causes that look alike have scores alike, and count less than as many others.
+
+    Parameters
+    ----------
+    correlation : of the scores, (K, K)
+    """
+    values, vectors = np.linalg.eigh(correlation)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = np.random.default_rng(0).standard_normal((_DRAWS, values.size)) @ root.T
+    return tail_p_value(gain, 0.5 * np.maximum(draws, 0.0).max(axis=1) ** 2)

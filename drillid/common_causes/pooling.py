@@ -12,8 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats, Indices
-from drillid.discrepancy.inference.shared_likelihood import PARTS, SharedLikelihood, size_weights
+from drillid.discrepancy.inference.shared_likelihood import DIRECTIONS, PARTS, SharedLikelihood, size_weights
 from drillid.discrepancy.rules import WELL_DEVIATION
+
+_ABSORBED = 1e-9
+"""Share of a direction's information below which what is left of it is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +37,11 @@ class Quadratic:
     """(N, G, R)"""
     information: Floats
     """(N, G, R, R)"""
+
+    def with_sizes(self, other: Quadratic, order: Indices) -> Quadratic:
+        """The same with another one at further sizes, in a new order."""
+        pairs = ((self.value, other.value), (self.score, other.score), (self.information, other.information))
+        return Quadratic(*(np.concatenate(pair, axis=1)[:, order] for pair in pairs))
 
 
 class Wells:
@@ -60,21 +68,66 @@ class Wells:
         self._weight = [_weight(each, float(windows[rig_of[each.well]])) for each in sets]
 
     def at(self, candidate: int, size: Floats) -> Quadratic:
-        """The wells with a cause at sizes (G,) that all hold; what each deviates from its rig by is integrated out."""
-        count, shape = self.prior.shape[1], (len(self.names), size.size)
-        value, score, information = np.zeros(shape), np.zeros((*shape, count)), np.zeros((*shape, count, count))
-        for row, weight, each in zip(self._row, self._weight, self.sets, strict=True):
-            sizes = each.sizes[candidate]
-            curve = size_weights(size, sizes)
-            place = curve @ each.coordinates[candidate]
-            slope = curve @ np.tensordot(weight, each.score[:, candidate], 1)
-            matrix = np.tensordot(curve, np.tensordot(weight, each.information[:, candidate], 1), 1)
-            pull = np.einsum("grq,gq->gr", matrix, place)
-            value[row] += curve @ (weight @ each.value[:, candidate])
-            value[row] -= np.sum((slope + 0.5 * pull) * place, axis=1)
-            score[row] += slope + pull
-            information[row] += matrix
-        return _deviating(Quadratic(value, score, information), self.error)
+        """The wells with a cause at sizes (G,); what each deviates from its rig by is integrated out.
+
+        Beyond the sizes that a well holds, its fitted coordinates follow a line, and its likelihood rises no more.
+        """
+        sizes = np.stack([each.sizes[candidate] for each in self.sets])
+        weight, coordinates = np.stack(self._weight), np.stack([each.coordinates[candidate] for each in self.sets])
+        values, scores, matrices = (
+            np.einsum("mp,mps...->ms...", weight, np.stack([getattr(each, name)[:, candidate] for each in self.sets]))
+            for name in ("value", "score", "information")
+        )
+        inside = np.clip(size, sizes[:, :1], sizes[:, -1:])
+        curve, slopes = size_weights(inside, sizes), _end_slopes(size - inside, sizes)
+        place, slope = (curve + slopes) @ coordinates, curve @ scores
+        count = self.prior.shape[1]
+        matrix = (curve @ matrices.reshape(*sizes.shape, -1)).reshape(*inside.shape, count, count)
+        pull = (matrix @ place[..., None])[..., 0]
+        value = (curve @ values[..., None])[..., 0] + np.minimum((slopes @ values[..., None])[..., 0], 0.0)
+        value -= np.sum((slope + 0.5 * pull) * place, axis=-1)
+        return _deviating(Quadratic(*(self._by_well(part) for part in (value, slope + pull, matrix))), self.error)
+
+    def _by_well(self, of_sets: Floats) -> Floats:
+        """Sums over the sets of each well."""
+        if len(self.names) == len(self.sets):
+            return of_sets
+        total = np.zeros((len(self.names), *of_sets.shape[1:]))
+        np.add.at(total, self._row, of_sets)
+        return total
+
+    def correlation(self, candidates: Indices) -> Floats:
+        """Correlation (K, K) of scores along two directions of each candidate where no well has any cause."""
+        count = self.prior.shape[1]
+        further = [count + DIRECTIONS * number + place for number in candidates for place in range(DIRECTIONS)]
+        kept = np.append(np.arange(count), further)
+        block = np.ix_(np.arange(PARTS), kept, kept)
+        pairs = zip(self._weight, self.sets, strict=True)
+        wells = self._by_well(np.stack([np.tensordot(weight, each.directions[block], 1) for weight, each in pairs]))
+        shown, border = wells, wells[:, :count]
+        own = wells[:, :count, :count] + ((WELL_DEVIATION * self.error) ** -2.0)[:, :, None] * np.eye(count)
+        wells = wells - np.swapaxes(border, 1, 2) @ np.linalg.solve(own, border)
+        total = np.zeros((len(further), len(further)))
+        for rig, prior in enumerate(self.prior):
+            of_rig = wells[self.rig == rig].sum(0)
+            of_rig[:count, :count] += np.diag(prior)
+            border = of_rig[:count, count:]
+            total += of_rig[count:, count:] - border.T @ np.linalg.solve(of_rig[:count, :count], border)
+        left, whole = np.diag(total), np.einsum("nkk->k", shown)[count:]
+        # what the rig's coordinates absorb has no score
+        scale = np.where(left > _ABSORBED * whole, left, np.inf) ** -0.5
+        return np.asarray(total * np.outer(scale, scale), dtype=float)
+
+
+def _end_slopes(distance: Floats, sizes: Floats) -> Floats:
+    """Weights (M, G, S) of what is added at distances (M, G) beyond the ends of some sizes (M, S), along lines."""
+    ends = sizes[:, [0, -1]]
+    step = 1e-3 * (ends[:, 1] - ends[:, 0])
+    near = size_weights(ends + step[:, None] * np.array([1.0, -1.0]), sizes)
+    outwards = (np.eye(sizes.shape[1])[[0, -1]] - near) / step[:, None, None]
+    return np.asarray(
+        np.where(distance[..., None] < 0, outwards[:, :1], outwards[:, 1:]) * np.abs(distance)[..., None], dtype=float
+    )
 
 
 def _weight(each: SetStatistics, windows: float) -> Floats:

@@ -156,13 +156,9 @@ _FEWEST = 3
 
 def _judged_causes(shared: str, sets: Sequence[SetStatistics]) -> tuple[list[CommonCause], float]:
     """Every candidate over the wells, and the p-value of the likeliest."""
-    every, wells = shared_candidates(), Wells(sets)
-    found = [common_cause(wells, int(number), every[number]) for number in candidates_of(shared)]
-    smallest: dict[str, float] = {}
-    for cause in found:
-        name = cause.extension.cause.name
-        smallest[name] = min(cause.p_value, smallest.get(name, 1.0))
-    return found, family_p_value(list(smallest.values()))
+    every, wells, numbers = shared_candidates(), Wells(sets), candidates_of(shared)
+    found = [common_cause(wells, int(number), every[number]) for number in numbers]
+    return found, family_p_value(max(cause.gain for cause in found), wells.correlation(numbers))
 
 
 def _by_cause(found: Sequence[CommonCause]) -> dict[str, float]:

@@ -94,6 +94,12 @@ EXAMINATIONS = DatasetSchema(
         "shared_information": Variable(
             (*_AT_SIZES, "rig_coordinate", "rig_coordinate_"), "float64", "1", "its information, without any prior"
         ),
+        "shared_directions": Variable(
+            ("set", "part", "direction", "direction_"),
+            "float64",
+            "",
+            "information of the rig's coordinates and of two changes of the responses by each candidate",
+        ),
         "shared_prior_error": Variable(
             ("set", "rig_coordinate"), "float64", "1", "tolerance of the rig's coordinates by data sheets, scaled"
         ),

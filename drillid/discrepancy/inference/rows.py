@@ -33,8 +33,13 @@ class Products:
     """(W, P) products of derivatives and residuals."""
     squares: Floats
     """(W,) squared residuals."""
-    mobility_chi2: float
-    """Sum of squared residuals of the mobilities."""
+    of_mobilities: Floats
+    """(W, P + 1, P + 1) of the mobilities' rows alone, with the residuals last."""
+
+    @property
+    def mobility_chi2(self) -> float:
+        """Sum of squared residuals of the mobilities."""
+        return float(self.of_mobilities[:, -1, -1].sum())
 
 
 def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tuple[Complex, Complex]:
@@ -57,4 +62,5 @@ def products_of(linear: Linearised, frequencies: int) -> Products:
     rows, residual = real_rows(linear.jacobian), real_rows(linear.residual)
     own = (rows @ residual[..., None])[..., 0]
     squares = np.sum(residual**2, axis=1)
-    return Products(rows @ np.swapaxes(rows, -1, -2), own, squares, linear.mobility_chi2(frequencies))
+    of_mobilities = np.concatenate([rows, residual[:, None]], axis=1)[..., : 2 * frequencies]
+    return Products(rows @ np.swapaxes(rows, -1, -2), own, squares, of_mobilities @ np.swapaxes(of_mobilities, -1, -2))

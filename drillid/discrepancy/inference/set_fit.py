@@ -7,7 +7,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.inference.rows import real_rows
+from drillid.discrepancy.inference.rows import Products, real_rows
 from drillid.discrepancy.inference.set_model import (
     DEVIATION,
     FURTHEST_SHAPE,
@@ -93,7 +93,7 @@ class SetFit:
         """(13,) the same as normal variables of the same log density relative to its peak: half their squares add to
         the cost.
         """
-        return np.sign(self.off_data_sheet) * np.sqrt(2 * _off_cost(self.off_data_sheet))
+        return np.sign(self.off_data_sheet) * np.sqrt(2 * off_cost(self.off_data_sheet))
 
     @property
     def size_errors(self) -> Floats:
@@ -109,13 +109,11 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     ----------
     enough : cost of interest; a fit whose cost falls too slowly to reach it is stopped early
     """
-    low, high = _bounds(extensions)
-    point = start.moved(np.clip(start.coordinates(extensions), low, high), start.local, extensions)
 
-    def steps_from(about: _Expansion) -> Callable[[float], _Expansion]:
-        return lambda damping: _expanded(model, _moved(about, damping, low, high, extensions), extensions)
+    def steps_from(about: Expansion) -> Callable[[float], Expansion]:
+        return lambda damping: expanded(model, moved(about, extensions, damping), extensions)
 
-    best = descend(_expanded(model, point, extensions), steps_from, SET, SET_END, enough)
+    best = descend(expanded(model, within(start, extensions), extensions), steps_from, SET, SET_END, enough)
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
     windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())
@@ -191,7 +189,7 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
     if model.evidence.windows < _LEAST_WINDOWS:
         return model, fit
     for _ in range(_ROUNDS):
-        normal = _expanded(model, fit.point, ()).normal
+        normal = expanded(model, fit.point, ()).normal
         variance = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
         weight = normal.local_precision * model.deviation**2
         squares = np.sum(weight * (fit.point.local**2 + variance), axis=0)
@@ -207,6 +205,11 @@ def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
+
+
+def within(point: Point, extensions: tuple[Extension, ...]) -> Point:
+    """The point with coordinates, sizes and shapes within their bounds."""
+    return point.moved(np.clip(point.coordinates(extensions), *_bounds(extensions)), point.local, extensions)
 
 
 def _bounds(extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
@@ -250,7 +253,7 @@ def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) ->
 
 def _prior_cost(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> float:
     """Cost of the priors of shared coordinates, sizes and shapes."""
-    return float(np.sum(_off_cost(_off_priors(model, point, extensions)[0])))
+    return float(np.sum(off_cost(_off_priors(model, point, extensions)[0])))
 
 
 def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
@@ -261,7 +264,7 @@ def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]
     return off, np.concatenate([model.prior_error, typical, np.ones(shapes.size)])
 
 
-def _off_cost(off: Floats) -> Floats:
+def off_cost(off: Floats) -> Floats:
     """Cost of coordinates that lie off their priors by so many standard deviations, each."""
     cost = 0.5 * off**2
     heavy = list(HEAVY_TAILED)
@@ -275,17 +278,21 @@ def _precision(model: SetModel, point: Point) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Expansion:
+class Expansion:
     """A set's model expanded about a point."""
 
     point: Point
     cost: float
-    chi2: float
-    """Of the mobilities."""
     normal: Normal
+    sums: Products
+
+    @property
+    def chi2(self) -> float:
+        """Of the mobilities."""
+        return self.sums.mobility_chi2
 
 
-def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> _Expansion:
+def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Expansion:
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
     prior, pull = _priors(model, point, extensions)
@@ -293,12 +300,12 @@ def _expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) 
     normal = Normal(
         sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
     )
-    return _Expansion(point, cost, sums.mobility_chi2, normal)
+    return Expansion(point, cost, normal, sums)
 
 
-def _moved(about: _Expansion, damping: float, low: Floats, high: Floats, extensions: tuple[Extension, ...]) -> Point:
+def moved(about: Expansion, extensions: tuple[Extension, ...], damping: float) -> Point:
     """The damped step; a coordinate that it would carry over a bound goes to the bound and the rest is solved again."""
-    point = about.point
+    point, (low, high) = about.point, _bounds(extensions)
     matrix, vector, own, border = about.normal.eliminated(damping)
     matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), LEAST_CURVATURE))
     now = point.coordinates(extensions)

@@ -299,9 +299,7 @@ class SetModel:
             return products_of(self._whitened(window_model, count), self.s.size)
         chosen = self._with_data if windows is None else windows
         of_mobilities, of_all = compiled.products(self._used_data, count, chosen)
-        return Products(
-            of_all[:, :-1, :-1], of_all[:, :-1, -1], of_all[:, -1, -1], float(of_mobilities[:, -1, -1].sum())
-        )
+        return Products(of_all[:, :-1, :-1], of_all[:, :-1, -1], of_all[:, -1, -1], of_mobilities)
 
     def _differentiated(self, point: Point, extensions: tuple[Extension, ...]) -> WindowModel:
         """The model of all windows with its derivatives to all that is fitted for the set."""

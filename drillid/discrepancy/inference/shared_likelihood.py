@@ -4,19 +4,32 @@ For each cause, at some of its sizes, the set's model is fitted with the cause h
 expanded to second order in the coordinates that belong to the rig; all that belongs to the set alone is eliminated. One
 expansion would not do: a delay and a lag of the drive differ in second order only. The priors of the rig's coordinates
 are not in it: wells of a rig have the same data sheets, which err alike in all of them and must be counted once.
+
+Causes that wells of a group may share are rivals: what the set's own verdict names of them is in none of these models,
+so that all are compared with the same one. Its other causes are fitted anew each time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drillid.arrays import Floats
+from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import CATALOGUE, Size
-from drillid.discrepancy.inference.screen import dispersion
-from drillid.discrepancy.inference.set_fit import SetFit, fit_set, normal_equations
+from drillid.discrepancy.inference.screen import Screen, dispersion
+from drillid.discrepancy.inference.set_fit import (
+    Expansion,
+    Normal,
+    SetFit,
+    expanded,
+    fit_set,
+    moved,
+    normal_equations,
+    off_cost,
+    within,
+)
 from drillid.discrepancy.inference.set_model import LOCAL, SHARED, Extension, Point, SetModel
 
 RIG = np.delete(np.arange(SHARED), LOCAL)
@@ -24,12 +37,20 @@ RIG = np.delete(np.arange(SHARED), LOCAL)
 _SIGNED, _ONE_SIDED = (-1.0, -0.7071, 0.0, 0.7071, 1.0), (0.0, 0.1464, 0.5, 0.8536, 1.0)
 """Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""
 HELD = len(_SIGNED)
-_REACH = 0.5
-"""Largest size relative to the usual one: what is larger shows in a single set."""
+_REACH = (0.1, 0.5, 1.5)
+"""Least, first and most of the largest size held, relative to the usual one."""
+_DECISIVE = 12.5
+"""Fall of the log-likelihood to the largest size: such a cause the set would name itself."""
 _BEYOND = 1.5
-"""The same relative to the size that the set itself has."""
+"""Least of the largest size, relative to the size that the set itself has."""
+_FALL = 100.0
+"""Fall of the log-likelihood to the largest size from which only smaller ones are held."""
 PARTS = 2
 """Of the likelihood: mobilities, and responses of the control, whose errors windows of a rig have partly in common."""
+DIRECTIONS = 2
+"""Of each candidate: changes of the responses at the least size held and at the largest, or at the two ends."""
+_SETTLED = 1.0
+"""Fall of the cost in a Gauss–Newton step from which it is not yet the last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +72,9 @@ class SharedLikelihood:
     """(2, C, S, R)"""
     information: Floats
     """(2, C, S, R, R)"""
+    directions: Floats
+    """(2, R + 2 C, R + 2 C) information of the rig's coordinates and of two changes of the responses by each candidate;
+    zero between candidates of different groups."""
     control_common: float
     """Share of errors in common in the variance of the control's responses."""
     windows: int
@@ -76,72 +100,179 @@ def candidate_labels(candidates: Sequence[Extension] | None = None) -> list[str]
     ]
 
 
-def held_sizes(size: Size, own: float = 0.0) -> Floats:
-    """Sizes (S,) at which a cause is held, ascending, up to beyond the set's own size."""
-    reach = max(_REACH * size.typical, _BEYOND * abs(own))
+def held_sizes(size: Size, reach: float = _REACH[1]) -> Floats:
+    """Sizes (S,) at which a cause is held, ascending, up to a reach relative to the usual size."""
+    largest = min(reach * size.typical, size.high)
     if size.low < 0:
-        return min(reach, size.high, -size.low) * np.array(_SIGNED)
-    return min(reach, size.high) * np.array(_ONE_SIDED)
+        return min(largest, -size.low) * np.array(_SIGNED)
+    return largest * np.array(_ONE_SIDED)
 
 
 def shared_likelihood(
-    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], candidates: Sequence[Extension] | None = None
+    model: SetModel,
+    fit: SetFit,
+    extensions: tuple[Extension, ...],
+    before: Screen,
+    candidates: Sequence[Extension] | None = None,
 ) -> SharedLikelihood:
-    """Expand the log-likelihood of a set with each candidate held at some sizes, from the model with its own causes.
-
-    A cause of that model is held up to beyond its fitted size; the set's other causes are fitted anew each time.
+    """Expand the log-likelihood of a set with each candidate held at some sizes.
 
     Parameters
     ----------
+    fit : of the model with the set's own causes
+    extensions : these causes
+    before : the screen of the model without them
     candidates : `shared_candidates` where not given
     """
     candidates = shared_candidates() if candidates is None else candidates
-    shape = (PARTS, len(candidates), HELD)
-    sizes, value = np.zeros(shape[1:]), np.zeros(shape)
-    score, information = np.zeros((*shape, RIG.size)), np.zeros((*shape, RIG.size, RIG.size))
-    coordinates = np.zeros((len(candidates), HELD, RIG.size))
-    own = _Expansion.of(model, fit, extensions)
-    names = [extension.cause.name for extension in extensions]
-    for number, candidate in enumerate(candidates):
-        sizes[number] = held_sizes(candidate.cause.size)
-        place = names.index(candidate.cause.name) if candidate.cause.name in names else None
-        others, point, coordinate = extensions, fit.point, 0.0
-        if place is not None:
-            candidate = extensions[place]
-            sizes[number] = held_sizes(candidate.cause.size, float(point.sizes[place]))
-            others = (*extensions[:place], *extensions[place + 1 :])
-            point, coordinate = point.without(place), float(point.shapes[place])
-        fits: dict[float, SetFit] = {} if place is not None else {0.0: fit}
-        for node in np.argsort(np.abs(sizes[number]), kind="stable"):
-            size = float(sizes[number, node])
-            if place is None and size == 0:
-                found = own
-            else:
-                held = model.holding(candidate, size, coordinate)
-                fits[size] = fit_set(held, _start(fits, size, point), others)
-                found = _Expansion.of(held, fits[size], others)
-            coordinates[number, node], value[:, number, node] = found.coordinates, found.value - own.value
-            score[:, number, node], information[:, number, node] = found.score, found.information
-    used = 2 * max(int(np.count_nonzero(model.weight)), 1)
-    return SharedLikelihood(
+    count, rig = len(candidates), RIG.size
+    kept = SharedLikelihood(
         prior_error=model.prior_error[RIG],
-        sizes=sizes,
-        coordinates=coordinates,
-        value=value,
-        score=score,
-        information=information,
+        sizes=np.zeros((count, HELD)),
+        coordinates=np.zeros((count, HELD, rig)),
+        value=np.zeros((PARTS, count, HELD)),
+        score=np.zeros((PARTS, count, HELD, rig)),
+        information=np.zeros((PARTS, count, HELD, rig, rig)),
+        directions=np.zeros((PARTS, rig + DIRECTIONS * count, rig + DIRECTIONS * count)),
         control_common=model.control_common,
         windows=model.evidence.windows,
-        temper=1 / (dispersion(model) * max(fit.chi2 / used, 1.0)),
+        temper=1 / (dispersion(model) * max(fit.chi2 / (2 * max(int(np.count_nonzero(model.weight)), 1)), 1.0)),
     )
+    errors = _standard_errors(candidates, before)
+    for group in dict.fromkeys(each.cause.shared_by for each in candidates):
+        rivals = [place for place, each in enumerate(extensions) if each.cause.shared_by == group]
+        own = _own_size(fit, extensions, rivals, candidates, errors)
+        others = tuple(each for each in extensions if each.cause.shared_by != group)
+        point = fit.point
+        for place in reversed(rivals):
+            point = point.without(place)
+        base = expanded(model, fit_set(model, point, others).point if rivals else point, others)
+        held = {
+            number: _HeldCause(model, base, others, each)
+            for number, each in enumerate(candidates)
+            if each.cause.shared_by == group
+        }
+        _fill(kept, held, errors, own)
+    return kept
 
 
-def _start(fits: dict[float, SetFit], size: float, point: Point) -> Point:
+def _standard_errors(candidates: Sequence[Extension], before: Screen) -> Floats:
+    """Of each candidate's size in the set, relative to the usual size; infinite where the screen has it not."""
+    known = {
+        (each.cause.name, each.shape): float(information) ** -0.5 / each.cause.size.typical
+        for each, information in zip(before.candidates, np.diag(before.projection.information), strict=True)
+    }
+    return np.array([known.get((each.cause.name, each.shape), np.inf) for each in candidates])
+
+
+def _own_size(
+    fit: SetFit, extensions: tuple[Extension, ...], rivals: list[int], candidates: Sequence[Extension], errors: Floats
+) -> Floats:
+    """Size (C,) that a candidate may have in place of the set's own causes, relative to the usual one: as many usual
+    sizes as these have, or as many standard errors.
+    """
+    own = np.zeros(errors.size)
+    for place in rivals:
+        cause, size = extensions[place].cause, abs(float(fit.point.sizes[place]))
+        of_cause = [error for error, each in zip(errors, candidates, strict=True) if each.cause.name == cause.name]
+        usual = size / cause.size.typical
+        own = np.maximum(own, usual * np.minimum(1.0, errors / min(of_cause, default=np.inf)))
+    return own
+
+
+class _HeldCause:
+    """The model of a set with one cause held at sizes, fitted about each.
+
+    Parameters
+    ----------
+    base : without it
+    others : causes of the set whose sizes are fitted
+    """
+
+    def __init__(self, model: SetModel, base: Expansion, others: tuple[Extension, ...], candidate: Extension) -> None:
+        self.model, self.base, self.others, self.candidate = model, base, others, candidate
+        self._points, self._found = {0.0: base.point}, {0.0: _Quadratic.of(model, base)}
+
+    def at(self, size: float) -> _Quadratic:
+        """The log-likelihood with the cause at a size."""
+        if size not in self._found:
+            held = self.model.holding(self.candidate, size)
+            about = _settled(held, _start(self._points, size), self.others)
+            self._points[size], self._found[size] = about.point, _Quadratic.of(held, about)
+        return self._found[size]
+
+    def values(self, sizes: Floats) -> Floats:
+        """Log-likelihood ratios (sizes, 2) against none, computed from the smallest size on."""
+        for size in sizes[np.argsort(np.abs(sizes), kind="stable")].tolist():
+            self.at(size)
+        return np.array([self.at(size).value - self.at(0.0).value for size in sizes.tolist()])
+
+    def sizes(self, error: float, own: float) -> Floats:
+        """Sizes (S,) that are held: as far as the set's likelihood falls decisively.
+
+        Parameters
+        ----------
+        error : standard error of the size by the slopes at none, relative to the usual size
+        own : least of the largest size, relative to it
+        """
+        size = self.candidate.cause.size
+        least, first, most = _REACH
+        if size.low < 0:
+            reach = np.sqrt(2 * _DECISIVE) * error
+        else:
+            # an effect whose first order the rig's coordinates absorb: its likelihood falls with the third power or so
+            fall = -float(self.values(held_sizes(size, first)[-1:]).sum())
+            reach = first * (_DECISIVE / max(fall, 1e-3)) ** (1 / 3)
+        sizes = held_sizes(size, max(float(np.clip(reach, least, most)), own))
+        while sizes[-1] > first * size.typical and self._too_far(sizes):
+            sizes = sizes * np.abs(sizes[-2] / sizes[-1])
+        return sizes
+
+    def _too_far(self, sizes: Floats) -> bool:
+        """Whether the likelihood falls so far to the largest size that no polynomial holds near the likeliest one."""
+        value = self.values(sizes).sum(axis=1)
+        best, fall = int(np.argmax(value)), value.max() - value
+        above, below = best < HELD - 2 and fall[-1] > _FALL, best > 1 and fall[0] > _FALL
+        return above or (sizes[0] < 0 and below)
+
+    def change(self, size: float) -> Complex:
+        """Change (W, rows) of the whitened responses by the cause at a size."""
+        without = self.model.residual(self.base.point, self.others)
+        return without - self.model.holding(self.candidate, size).residual(self._points[size], self.others)
+
+
+def _fill(kept: SharedLikelihood, held: dict[int, _HeldCause], errors: Floats, own: Floats) -> None:
+    """Enter the expansions and the directions of the candidates of a group, by their numbers."""
+    changes, places = [], [*range(RIG.size)]
+    for number, cause in held.items():
+        sizes = kept.sizes[number] = cause.sizes(float(errors[number]), _BEYOND * float(own[number]))
+        kept.value[:, number] = cause.values(sizes).T
+        for node, size in enumerate(sizes.tolist()):
+            found = cause.at(size)
+            kept.coordinates[number, node], kept.score[:, number, node] = found.coordinates, found.score
+            kept.information[:, number, node] = found.information
+        changes += [cause.change(float(size)) for size in (sizes[0] or sizes[1], sizes[-1])]
+        places += range(RIG.size + DIRECTIONS * number, RIG.size + DIRECTIONS * (number + 1))
+    first = next(iter(held.values()))
+    information = _information(first.model, first.base.point, first.others, np.stack(changes, axis=1))
+    kept.directions[np.ix_(np.arange(PARTS), np.array(places), np.array(places))] = information
+
+
+def _settled(model: SetModel, start: Point, extensions: tuple[Extension, ...]) -> Expansion:
+    """Near the optimum: one Gauss–Newton step from a start that is close to it, a fit from any other."""
+    about = expanded(model, within(start, extensions), extensions)
+    there = expanded(model, moved(about, extensions, 0.0), extensions)
+    if 0 <= about.cost - there.cost < _SETTLED:
+        return there
+    return expanded(model, fit_set(model, about.point, extensions).point, extensions)
+
+
+def _start(points: dict[float, Point], size: float) -> Point:
     """Where a fit with a cause held at a size starts: on the line through the fits at the two nearest sizes."""
-    near = sorted(fits, key=lambda other: abs(other - size))[:2]
+    near = sorted(points, key=lambda other: abs(other - size))[:2]
     if len(near) < 2:
-        return fits[near[0]].point if near else point
-    first, second = (fits[other].point for other in near)
+        return points[near[0]]
+    first, second = (points[other] for other in near)
     share = (size - near[0]) / (near[0] - near[1])
     return Point(
         first.shared + share * (first.shared - second.shared),
@@ -152,8 +283,8 @@ def _start(fits: dict[float, SetFit], size: float, point: Point) -> Point:
 
 
 @dataclass(frozen=True, eq=False)
-class _Expansion:
-    """Log-likelihood of both parts about a fit, without the data sheets' priors."""
+class _Quadratic:
+    """Log-likelihood of both parts about a point, without the data sheets' priors."""
 
     coordinates: Floats
     """(R,)"""
@@ -165,30 +296,80 @@ class _Expansion:
     """(2, R, R)"""
 
     @classmethod
-    def of(cls, model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]) -> _Expansion:
-        """About a fit."""
-        lines, nothing = model.s.size, np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
-        of_mobility = normal_equations(model, fit.point, extensions, nothing, slice(lines))
-        of_control = normal_equations(model, fit.point, extensions, nothing, slice(lines, None))
-        matrix, vector, _, _ = of_mobility.eliminated()
-        matrix[RIG, RIG] -= of_mobility.prior[RIG]
-        vector[RIG] -= of_mobility.pull[RIG]
-        own = np.setdiff1d(np.arange(vector.size), RIG)
-        border = matrix[np.ix_(own, RIG)]
-        solved = np.linalg.solve(matrix[np.ix_(own, own)], np.column_stack([border, vector[own]]))
-        matrices = [matrix[np.ix_(RIG, RIG)] - border.T @ solved[:, :-1], of_control.total[np.ix_(RIG, RIG)]]
-        vectors = [vector[RIG] - border.T @ solved[:, -1], of_control.own.sum(0)[RIG]]
-        control = 0.5 * float(np.sum(np.abs(model.residual(fit.point, extensions)[:, lines:]) ** 2))
-        mobility = fit.cost - 0.5 * float(np.sum(fit.pulls[RIG] ** 2)) - control
-        matrices = [(matrix + matrix.T) / 2 for matrix in matrices]
-        at = (fit.point.shared - model.prior_mean)[RIG]
-        return cls(at, -np.array([mobility, control]), np.stack(vectors), np.stack(matrices))
+    def of(cls, model: SetModel, about: Expansion) -> _Quadratic:
+        """From an expansion in all coordinates."""
+        sums, normal, mobilities = about.sums, about.normal, about.sums.of_mobilities
+        of_mobility = replace(
+            normal,
+            total=mobilities[:, :-1, :-1].sum(0),
+            border=mobilities[:, list(LOCAL), :-1],
+            own=mobilities[:, :-1, -1],
+        )
+        matrix, vector, step, _ = of_mobility.eliminated()
+        # what the deviations of the windows still gain
+        gained = 0.5 * float(np.einsum("wl,wlm,wm->", step, of_mobility.corner, step))
+        matrix[RIG, RIG] -= normal.prior[RIG]
+        vector[RIG] -= normal.pull[RIG]
+        matrix, vector, more = _eliminated(matrix, vector, RIG)
+        rest, pull, of_control = _of_control(
+            (sums.each - mobilities[:, :-1, :-1]).sum(0),
+            (sums.own - mobilities[:, :-1, -1]).sum(0),
+            normal,
+        )
+        at = about.point.shared - model.prior_mean
+        control = 0.5 * (float(sums.squares.sum()) - sums.mobility_chi2)
+        mobility = about.cost - float(np.sum(off_cost(at / model.prior_error)[RIG])) - control
+        return cls(
+            at[RIG],
+            np.array([gained + more - mobility, of_control - control]),
+            np.stack([vector, pull]),
+            np.stack([matrix, rest]),
+        )
+
+
+def _information(model: SetModel, point: Point, extensions: tuple[Extension, ...], further: Complex) -> Floats:
+    """Information (2, R + K, R + K) of the rig's coordinates and of directions (W, K, rows), in both parts."""
+    lines = model.s.size
+    of_mobility = normal_equations(model, point, extensions, further, slice(lines))
+    of_control = normal_equations(model, point, extensions, further, slice(lines, None))
+    known = of_mobility.prior.size - further.shape[1]
+    wanted = np.append(RIG, np.arange(known, of_mobility.prior.size))
+    matrix, vector, _, _ = of_mobility.eliminated()
+    matrix[RIG, RIG] -= of_mobility.prior[RIG]
+    control = _of_control(of_control.total, of_control.own.sum(0), of_control, further.shape[1])[0]
+    return np.stack([_eliminated(matrix, vector, wanted)[0], control])
+
+
+def _of_control(matrix: Floats, vector: Floats, normal: Normal, further: int = 0) -> tuple[Floats, Floats, float]:
+    """The part of the control's responses, which show the rig's coordinates, further directions that come last, and
+    perhaps the set's own causes, whose sizes are eliminated as if the mobilities did not show them.
+    """
+    sizes = np.arange(SHARED, vector.size - further)
+    matrix, vector = matrix.copy(), vector.copy()
+    matrix[sizes, sizes] += normal.prior[sizes]
+    vector[sizes] += normal.pull[sizes]
+    shown = np.append(RIG, np.arange(SHARED, vector.size))
+    places = np.append(np.arange(RIG.size), RIG.size + sizes.size + np.arange(further))
+    return _eliminated(matrix[np.ix_(shown, shown)], vector[shown], places)
+
+
+def _eliminated(matrix: Floats, vector: Floats, wanted: Indices) -> tuple[Floats, Floats, float]:
+    """A quadratic with all but the wanted coordinates at their optimum, and what it gains by these."""
+    own = np.setdiff1d(np.arange(vector.size), wanted)
+    border = matrix[np.ix_(own, wanted)]
+    solved = np.linalg.solve(matrix[np.ix_(own, own)], np.column_stack([border, vector[own]]))
+    left = matrix[np.ix_(wanted, wanted)] - border.T @ solved[:, :-1]
+    gained = 0.5 * float(vector[own] @ solved[:, -1])
+    return (left + left.T) / 2, vector[wanted] - border.T @ solved[:, -1], gained
 
 
 def size_weights(size: Floats, sizes: Floats) -> Floats:
-    """Weights (G, S) of the polynomial through some sizes (S,), at others (G,) (Lagrange)."""
-    weights = []
-    for place, held in enumerate(sizes):
-        others = np.delete(sizes, place)
-        weights.append(np.prod((size[:, None] - others) / (held - others), axis=1))
-    return np.asarray(np.stack(weights, axis=-1), dtype=float)
+    """Weights (..., G, S) of the polynomial through some sizes (..., S), at others (..., G) (Lagrange)."""
+    away = size[..., None] - sizes[..., None, :]
+    between = sizes[..., :, None] - sizes[..., None, :]
+    weights = [
+        np.prod(np.delete(away, place, axis=-1), axis=-1)
+        / np.prod(np.delete(between[..., place, :], place, axis=-1), axis=-1)[..., None]
+        for place in range(sizes.shape[-1])
+    ]
+    return np.stack(weights, axis=-1)

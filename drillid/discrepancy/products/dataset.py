@@ -167,12 +167,15 @@ def _separation(examination: Examination) -> Columns:
 
 def _shared(examination: Examination, candidates: Sequence[Extension]) -> Columns:
     """What the set says of causes that it may have in common with other wells."""
-    kept = shared_likelihood(examination.model, examination.extended, examination.extensions, candidates)
+    kept = shared_likelihood(
+        examination.model, examination.extended, examination.extensions, examination.before, candidates
+    )
     at_sizes = ("part", "candidate", "held")
     dims = {"prior_error": ("rig_coordinate",), "sizes": ("candidate", "held"), "value": at_sizes}
     dims |= {"coordinates": ("candidate", "held", "rig_coordinate")}
     dims |= {"score": (*at_sizes, "rig_coordinate")}
     dims |= {"information": (*at_sizes, "rig_coordinate", "rig_coordinate_")}
+    dims |= {"directions": ("part", "direction", "direction_")}
     return {f"shared_{name}": (dims.get(name, ()), value) for name, value in vars(kept).items()}
 
 

@@ -33,7 +33,7 @@ def examined(fleet: Fleet) -> tuple[list[SetStatistics], dict[str, list[OwnVerdi
     sets, own, verdicts = [], dict[str, list[OwnVerdict]](), []
     for number, case in enumerate(fleet.wells):
         examination = examine(evidence_of(case))
-        kept = shared_likelihood(examination.model, examination.extended, examination.extensions)
+        kept = shared_likelihood(examination.model, examination.extended, examination.extensions, examination.before)
         well = f"W{number}"
         sets.append(SetStatistics(well=well, rig="R", **vars(kept)))
         own[well] = [OwnVerdict(each.members, each.cause, each.size) for each in examination.verdicts if each.cause]

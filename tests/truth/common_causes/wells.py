@@ -47,6 +47,10 @@ def fleet(
         place = np.linalg.solve(matrix, slopes.T @ rest.reshape(ROWS, -1)).reshape(RIG.size, *held.shape)
         rest = rest - np.einsum("xr,rcs->xcs", slopes, place)
         value, score = -0.5 * np.sum(rest**2, axis=0), np.einsum("xr,xcs->csr", slopes, rest)
+        ends = np.array([[0, -1] if each.cause.size.low < 0 else [1, -1] for each in CANDIDATES])
+        changes = np.take_along_axis(effects, ends[None], axis=2).reshape(ROWS, -1)
+        both = np.concatenate([slopes, changes], axis=1)
+        directions = both.T @ both
         information = np.broadcast_to(matrix, (*held.shape, RIG.size, RIG.size))
         found.append(
             SetStatistics(
@@ -58,6 +62,7 @@ def fleet(
                 value=np.stack([value, np.zeros_like(value)]),
                 score=np.stack([score, np.zeros_like(score)]),
                 information=np.stack([information, np.zeros_like(information)]),
+                directions=np.stack([directions, np.zeros_like(directions)]),
                 control_common=0.0,
                 windows=1,
                 temper=1.0,
