@@ -26,6 +26,7 @@ from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.verdict import NONE
 from drillid.fleet.manifest import write_whole
 from drillid.fleet.provenance import digest, source_hash
+from drillid.statistics import TWO_SIDED
 
 FIRST = 80_000
 """First seed of the proof; lower ones are for development."""
@@ -45,6 +46,9 @@ ALONE = 2.5
 """√λ that no single well exceeds: the ideal test for one of them finds it in half of all wells at best."""
 DETECTABILITY = (2.5, 10.0)
 """Range of √λ over the fleet, log-uniform, as far as no single well shows it."""
+GAIN_CAUSE, GAIN_WELLS, GAIN_ROOT = "delay_jitter", (3, 6, 12, 24), 4.0
+"""Cause that no data sheet states a tolerance of, so that only the number of wells limits how well it is known; wells of
+one fleet, which are taken in turn; and √λ of the first of these."""
 PROCESSES = 1
 _CODE = source_hash(
     "drillid.discrepancy.inference.shared_likelihood",
@@ -176,10 +180,38 @@ def scores(trials: list[Trial]) -> list[Result]:
     ]
 
 
+def gain(seed: int) -> pd.DataFrame:
+    """Standard error of a common size, relative to it, by the number of wells: of the engine and of the ideal test."""
+    fleet = plain_fleet(seed, GAIN_WELLS[-1])
+    hidden, _ = sized(Fleet(seed, fleet.wells[: GAIN_WELLS[0]]), GAIN_CAUSE, GAIN_ROOT, GAIN_ROOT)
+    fleet, rows = fleet.with_cause(hidden), []
+    for wells in GAIN_WELLS:
+        verdict = judged(fleet, wells)[0].verdict
+        error = (verdict.size_high - verdict.size_low) / (2 * TWO_SIDED) / hidden.size
+        ideal = fleet.ideal.noncentrality(hidden, range(wells)) ** -0.5
+        rows.append({"wells": wells, "named": verdict.cause == GAIN_CAUSE, "error": error, "ideal_error": ideal})
+    return pd.DataFrame(rows)
+
+
+def gain_scores(errors: pd.DataFrame) -> list[Result]:
+    """Power of the number of wells with which standard errors fall; −½ where nothing but noise limits them."""
+    known = errors[errors["named"]]
+    powers = [
+        float(np.polyfit(np.log(known["wells"]), np.log(known[name]), 1)[0]) if len(known) > 1 else np.nan
+        for name in ("error", "ideal_error")
+    ]
+    return [
+        Result("fleet_gain", "power of the number of wells with which the error of a size falls", powers[0], most=-0.4),
+        Result("fleet_ideal_gain", "the same of the ideal test", powers[1]),
+    ]
+
+
 def measure(console: Console) -> Measurement:
     """The proof's fleets."""
     trials = run(tasks(FIRST, NULLS, ROUNDS), console)
+    errors = gain(FIRST + 9000)
+    console.print(errors.round(4).to_string(index=False))
     console.print(pd.DataFrame([asdict(each) for each in trials if each.cause]).round(4).to_string())
     rows: list[dict[str, Any]] = [asdict(each) for each in trials]
     write_whole(FOLDER / "fleets.csv", pd.DataFrame(rows).to_csv(index=False))
-    return Measurement(scores(trials))
+    return Measurement([*scores(trials), *gain_scores(errors)])
