@@ -47,8 +47,8 @@ ALONE = 2.5
 DETECTABILITY = (2.5, 10.0)
 """Range of √λ over the fleet, log-uniform, as far as no single well shows it."""
 GAIN_CAUSE, GAIN_WELLS, GAIN_ROOT = "delay_jitter", (3, 6, 12, 24), 4.0
-"""Cause that no data sheet states a tolerance of, so that only the number of wells limits how well it is known; wells of
-one fleet, which are taken in turn; and √λ of the first of these."""
+"""Cause that no data sheet limits, so that only the number of wells does; wells of one fleet, taken in turn; and √λ of
+the first of these."""
 PROCESSES = 1
 _CODE = source_hash(
     "drillid.discrepancy.inference.shared_likelihood",
