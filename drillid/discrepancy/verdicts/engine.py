@@ -8,7 +8,7 @@ from scipy.special import expit, logit, logsumexp
 
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
-from drillid.discrepancy.detectors.pooling import pool
+from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_base
@@ -104,13 +104,13 @@ def at_even_odds(examination: Examination) -> Examination:
 
 def _none(examination: Examination) -> Verdict:
     """The verdict none, with its posterior probability; whatever may be wrong counts alike, and once more where a
-    verdict was found in it.
+    verdict was found in it. A detection counts for no more than it predicts of windows that it was not taken from.
     """
     operating_points, before = examination.model.evidence.operating_points, examination.before
     logs = [
         *before.by_cause.values(),
         before.unknown_evidence,
-        *(detection.log_evidence for detection in examination.detections),
+        *(_predictive_evidence(examination, detection) for detection in examination.detections),
         *(verdict.evidence_nats for verdict in examination.verdicts),
     ]
     log_evidence = float(logsumexp(logs) - np.log(len(logs)))
@@ -123,3 +123,11 @@ def _none(examination: Examination) -> Verdict:
         evidence_nats=-log_evidence,
         evidence=f"p-value {before.p_value:.2g} of the misfit where nothing is wrong",
     )
+
+
+def _predictive_evidence(examination: Examination, detection: PooledDetection) -> float:
+    """Log evidence of a detection, at most its predictive gain where that is lower."""
+    if detection.log_evidence <= 0:
+        return detection.log_evidence
+    own = [each for each in examination.model.evidence.detections if each.cause == detection.cause]
+    return min(detection.log_evidence, max(detection_gain(own).value, 0.0))

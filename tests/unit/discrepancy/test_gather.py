@@ -74,6 +74,13 @@ def test_a_misfit_is_unknown_where_that_is_likelier_than_none(
     assert stated.probability > 0.5
 
 
+def test_a_detection_that_predicts_no_window_takes_nothing_from_none(of_well: Evidence) -> None:
+    detections = tuple(Detection("stuck_slip_regimes", row, 2.6, 0.5, 0.1, 0.0) for row in range(of_well.windows))
+    clear, stated = (examine(replace(of_well, detections=each)).verdicts[0] for each in ((), detections))
+    assert stated.verdict == "none"
+    assert stated.probability > clear.probability - 0.05
+
+
 @pytest.mark.parametrize(
     ("separation", "verdict"),
     [(np.nan, "parameter_drift|regime_change"), (1.0, "parameter_drift|regime_change"), (2.0, "parameter_drift")],
