@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +39,8 @@ class Visible:
     """The smallest size of a cause that the data of a set show, and its usual size, in words."""
 
     cause: str
+    size: float
+    """The smallest, SI."""
     smallest: Markup
     usual: Markup
     below_usual: bool
@@ -96,7 +99,27 @@ def read_verdict_texts(folders: WellFolders) -> tuple[tuple[VerdictText, ...], t
     sets = folders.read("discrepancy", "examination").drop_dims(["window", "frequency"]).load()
     texts = tuple(_set_text(sets.isel(set=number)) for number in range(sets.sizes["set"]))
     rows = read_verdicts(folders).to_dict("records")
-    return tuple(verdict_text(row, texts) for row in rows), texts
+    return verdict_texts(rows, texts), texts
+
+
+def verdict_texts(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) -> tuple[VerdictText, ...]:
+    """Texts for the rows of verdicts.csv; sets one after another in which nothing is wrong have one."""
+    texts: list[VerdictText] = []
+    for clear, group in groupby(rows, lambda row: _kind(row) == "none"):
+        found = list(group)
+        texts += [_all_clear(found, sets)] if clear and len(found) > 1 else [verdict_text(row, sets) for row in found]
+    return tuple(texts)
+
+
+def _all_clear(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) -> VerdictText:
+    """Text for several sets in which nothing is wrong, with the ranges of what they say."""
+    texts = [verdict_text(row, sets) for row in rows]
+    least, most = (_percent(end(text.probability for text in texts)) for end in (min, max))
+    percent = least if least == most else f"{least.removesuffix(' %')} to {most}"
+    ends = min(text.from_m for text in texts), max(text.to_m for text in texts)
+    own = [each for each in sets if ends[0] <= each.from_m and each.to_m <= ends[1]]
+    doubt = f"The probability that nothing is wrong is {percent} in each of {len(rows)} sets of windows."
+    return replace(texts[0], from_m=ends[0], to_m=ends[1], lead=_none(rows[0], own), doubt=doubt, evidence=Markup(""))
 
 
 def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> VerdictText:
@@ -113,7 +136,7 @@ def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> Verdic
         title={"none": "nothing wrong", "unproved": "nothing proved"}.get(kind, _title(row)),
         from_m=float(row["from_m"]),
         to_m=float(row["to_m"]),
-        lead=_none(row, own) if kind in ("none", "unproved") else _lead(row),
+        lead=_none(row, [own] if own else []) if kind in ("none", "unproved") else _lead(row),
         size=_size(row),
         doubt=_doubt(row, kind),
         gain=_gain(row, own),
@@ -164,6 +187,7 @@ def _visible(examined: xr.Dataset) -> list[Visible]:
     return [
         Visible(
             name,
+            float(smallest),
             size_text(smallest, CATALOGUE[name].size.unit),
             size_text(usual, CATALOGUE[name].size.unit),
             bool(smallest <= usual),
@@ -172,11 +196,13 @@ def _visible(examined: xr.Dataset) -> list[Visible]:
     ]
 
 
-def _none(row: Mapping[Any, Any], own: SetText | None) -> Markup:
-    """What a clear verdict says: also how small a cause would have been seen."""
-    visible = {each.cause: each for each in own.visible} if own else {}
-    seen = [visible[name] for name in _SEEN_FIRST if name in visible and visible[name].below_usual][:3]
-    clauses = [Markup("a {} of {}").format(each.cause.replace("_", " "), each.smallest) for each in seen]
+def _none(row: Mapping[Any, Any], own: Sequence[SetText]) -> Markup:
+    """What a clear verdict says: also how small a cause would have been seen in its sets."""
+    visible = {name: [each for one in own for each in one.visible if each.cause == name] for name in _SEEN_FIRST}
+    seen = [found for found in visible.values() if len(found) == len(own) and all(each.below_usual for each in found)]
+    clauses = [
+        Markup("a {} of {}").format(found[0].cause.replace("_", " "), _range_text(found)) for found in seen[:3] if found
+    ]
     would = Markup("")
     if clauses:
         would = Markup(" {} would have shown.").format(_joined(clauses, "or"))
@@ -184,6 +210,12 @@ def _none(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     if _kind(row) == "none":
         return Markup("Nothing is wrong with the simulation here.") + would
     return Markup("Nothing is proved, although the evidence is seldom due to noise alone.") + would
+
+
+def _range_text(found: Sequence[Visible]) -> Markup:
+    """The smallest size that was seen, or between which ends it was."""
+    least, most = (end(found, key=lambda each: each.size).smallest for end in (min, max))
+    return least if least == most else Markup("{} to {}").format(least, most)
 
 
 def _joined(clauses: Sequence[Markup], word: str) -> Markup:

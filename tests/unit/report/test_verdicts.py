@@ -12,11 +12,11 @@ from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.content import Drilled
-from drillid.report.verdicts import SetText, Visible, verdict_text
+from drillid.report.verdicts import SetText, Visible, verdict_text, verdict_texts
 from drillid.report.well_report import WellReport
 from tests.verdicts import LAG
 
-LAG_SEEN = Visible("drive_lag", Markup("12 ms"), Markup("30 ms"), True)
+LAG_SEEN = Visible("drive_lag", 0.012, Markup("12 ms"), Markup("30 ms"), True)
 SET = SetText(1700.0, 2000.0, "", "", (0.21, 0.12, 0.1), (LAG_SEEN,))
 
 
@@ -57,6 +57,18 @@ def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
 def test_nothing_wrong_says_how_small_a_cause_would_have_been_seen() -> None:
     words = verdict_text(row(replace(LAG, verdict="none", cause="", family="")), [SET])
     assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have shown."
+
+
+def test_sets_one_after_another_in_which_nothing_is_wrong_are_told_once() -> None:
+    clear = replace(LAG, verdict="none", cause="", family="", from_m=1700.0, to_m=2000.0, probability=0.8)
+    deeper = replace(clear, from_m=2000.0, to_m=2200.0, probability=0.9)
+    worse = replace(LAG_SEEN, size=0.02, smallest=Markup("20 ms"))
+    sets = [SET, replace(SET, from_m=2000.0, to_m=2200.0, visible=(worse,))]
+    both, lag, alone = verdict_texts([row(each) for each in (clear, deeper, LAG, clear)], sets)
+    assert (both.from_m, both.to_m) == (1700.0, 2200.0)
+    assert both.lead.endswith("A drive lag of 12 ms to 20 ms would have shown.")
+    assert both.doubt == "The probability that nothing is wrong is 80 to 90 % in each of 2 sets of windows."
+    assert (lag.kind, alone.kind, alone.to_m) == ("named", "none", 2000.0)
 
 
 def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
