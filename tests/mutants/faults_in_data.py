@@ -196,10 +196,29 @@ IN_DATA = (
         "noise counts twice in the power, so that coherence is too low",
     ),
     Fault(
+        "records",
+        "drillid/records/held_rows.py",
+        "first - 0.5, 1)",
+        "first, 0)",
+        ("tests/unit/records/test_held_rows.py",),
+        "all samples of a held record at one time",
+    ),
+    Fault(
         "spectra",
         "drillid/spectra/periodic.py",
-        "cross_speed=at_line[0] * np.conj(sweep_line)",
-        "cross_speed=np.conj(at_line[0]) * sweep_line",
+        "    sweep_line, speed_line, command_line = at_line\n",
+        "    _, speed_line, command_line = at_line\n    sweep_line = sweep[harmonics]\n",
+        (
+            "tests/truth/spectra/test_spectra.py"
+            "::test_what_does_not_repeat_in_the_sweep_leaves_the_controls_response_alone",
+        ),
+        "what does not repeat in the sweep stays in it alone",
+    ),
+    Fault(
+        "spectra",
+        "drillid/spectra/periodic.py",
+        "cross_speed=speed_line * np.conj(sweep_line)",
+        "cross_speed=np.conj(speed_line) * sweep_line",
         ("tests/truth/spectra/test_spectra.py::test_the_lines_are_exact_without_noise",),
         "swapped arguments: every phase has the wrong sign",
     ),

@@ -20,6 +20,22 @@ IN_MODELS = (
         "half a stand off by: the wrong stands are washed out",
     ),
     Fault(
+        "discrepancy",
+        "drillid/discrepancy/inference/set_fit.py",
+        "windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())",
+        "windows = 0.0",
+        ("tests/truth/discrepancy/test_evidence.py",),
+        "evidence of the optimum of the windows' deviations, not integrated over them",
+    ),
+    Fault(
+        "physics",
+        "drillid/physics/held_control.py",
+        "beyond * (1 - beyond) * (1 - 2 * beyond)",
+        "beyond * (1 - beyond) * (2 * beyond - 1)",
+        ("tests/truth/physics/test_held_control.py",),
+        "sign: a held command bends the phase the other way",
+    ),
+    Fault(
         "fits",
         "drillid/fits/datasheet.py",
         "length = bit_depth - self.collar_length",
