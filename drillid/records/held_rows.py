@@ -8,6 +8,8 @@ from scipy.interpolate import make_interp_spline
 from drillid.arrays import Floats
 from drillid.records.quality import held_interval
 
+_ROUNDS = 3
+"""Fits of a line to the samples' places, each of which numbers them anew."""
 _DEGREE = 5
 """Of the spline through the samples: at a fifth of their rate its gain is right to 1e-4."""
 
@@ -29,10 +31,15 @@ def released(channels: Floats, rate: float) -> Floats:
     if not np.isfinite(interval):
         return channels
     first = np.flatnonzero(np.any(np.diff(channels[finite], axis=1) != 0, axis=0)) + 1
-    # two samples may be the same by chance
+    if first.size <= _DEGREE:
+        return channels
+    # two samples may be the same by chance, and a row out of turn is no sample of its own
     number = np.cumsum(np.rint(np.diff(first, prepend=first[0]) / interval))
-    place = np.polynomial.Polynomial.fit(number, first - 0.5, 1)(number)
-    rows = np.arange(channels.shape[1])
+    for _ in range(_ROUNDS):
+        offset, step = np.polynomial.polynomial.polyfit(number, first - 0.5, 1)
+        number = np.rint((first - 0.5 - offset) / step)
+    number, kept = np.unique(number, return_index=True)
+    rows, samples = np.arange(channels.shape[1]), channels[finite][:, first[kept]]
     smooth = channels.copy()
-    smooth[finite] = make_interp_spline(place, channels[finite][:, first], k=_DEGREE, axis=1)(rows)
+    smooth[finite] = make_interp_spline(offset + step * number, samples, k=_DEGREE, axis=1)(rows)
     return smooth

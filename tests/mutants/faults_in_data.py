@@ -198,10 +198,10 @@ IN_DATA = (
     Fault(
         "records",
         "drillid/records/held_rows.py",
-        "first - 0.5, 1)",
-        "first, 0)",
+        "make_interp_spline(offset + step * number, samples",
+        "make_interp_spline(first[kept], samples",
         ("tests/unit/records/test_held_rows.py",),
-        "all samples of a held record at one time",
+        "samples of a held record stay at the times of their first rows",
     ),
     Fault(
         "spectra",

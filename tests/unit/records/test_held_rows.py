@@ -40,3 +40,14 @@ def test_two_samples_may_be_the_same() -> None:
 @pytest.mark.parametrize("rows", [channels(np.arange(0, SECONDS, 1 / RATE)), np.full((3, 500), np.nan)])
 def test_other_rows_stay_as_they_are(rows: np.ndarray) -> None:
     np.testing.assert_array_equal(released(rows, RATE), rows)
+
+
+def test_rows_out_of_turn_and_few_samples_do_no_harm() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = channels(np.floor(time / 0.042) * 0.042)
+    clean = released(rows, RATE)
+    rows[:, 1000] += 1.0
+    near = np.abs(np.arange(time.size) - 1000) > 50
+    assert np.abs(released(rows, RATE) - clean)[:2, near].max() < 1.0
+    few = np.repeat(np.arange(5.0), 300)[None]
+    np.testing.assert_array_equal(released(few, RATE), few)
