@@ -31,8 +31,7 @@ from drillid.fits.datasheet import (
 from drillid.fits.window_fit import fit, measured_rows, with_fitted_gains
 from drillid.mobility.gate import gated_mobility
 from drillid.mobility.responses import closed_loop_responses
-from drillid.records.held_rows import released
-from drillid.records.quality import held_interval
+from drillid.records.slower_samples import released
 from drillid.spectra.cross_spectra import stacked
 from drillid.spectra.local_polynomial import local_spectra
 from drillid.spectra.periodic import line_spectra, sweep_period
@@ -85,7 +84,7 @@ def gather_well(
 
     shown = np.flatnonzero(np.isfinite(fitted).all(axis=1))[:_SHOWING]
     channels = (window_channels(records, windows, int(row)) for row in shown)
-    sheet = with_held_control(sheet, [held_interval(read[:2], rate) for read in channels])
+    sheet = with_held_control(sheet, [released(read, rate).interval for read in channels])
     known = [replace(sheet.equipment, controller=stored_controller(fits.isel(window=row))) for row in range(depth.size)]
     memo = memo or Memo(WellInMemory(), "discrepancy")
     contents = [windows["key"].values.tolist(), fitted.tolist(), periods, map(repr, known)]
@@ -181,12 +180,12 @@ def gather(
             f"{len(windows)} windows and {operating_points.bit_depth.size} operating points",
             "Give one for each window",
         )
-    held = [held_interval(np.stack([window.sweep, window.speed]), rate) for window in windows]
-    channels = [released(np.stack(_channels(window)), rate) for window in windows]
+    samples = [released(np.stack(_channels(window)), rate) for window in windows]
+    channels = [each.channels for each in samples]
     periods = np.array([sweep_period(sweep, rate, settings.spectra.frequency_minimum_hz) for sweep, _, _ in channels])
     spectra = _spectra(channels, rate, periods, settings)
     mobility = gated_mobility(spectra, settings.mobility).merge(closed_loop_responses(spectra))
-    sheet = with_held_control(sheet, held)
+    sheet = with_held_control(sheet, [each.interval for each in samples])
     known = with_logged_gains(sheet, spectra)
     fits = [
         fit(measured, known.equipment, known.prior(float(depth)), settings.fits)

@@ -1,45 +1,42 @@
-"""Rows that hold the samples of a slower control between them, as the samples themselves."""
+"""Rows that hold the samples of a slower control between them."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
-from drillid.arrays import Floats
-from drillid.records.quality import held_interval
+from drillid.arrays import Floats, Integers
 
+_UNEVEN = 0.02
+"""Share of the runs of a held record that may be neither of the two lengths that an interval gives."""
+_LEAST_HELD = 0.02
+"""Least share of repeated rows of a held record."""
+_LEAST_SAMPLES = 8
 _ROUNDS = 3
 """Fits of a line to the samples' places, each of which numbers them anew."""
-_DEGREE = 5
-"""Of the spline through the samples: at a fifth of their rate its gain is right to 1e-4."""
 
 
-def released(channels: Floats, rate: float) -> Floats:
-    """Channels of a record that holds its values, on a smooth curve through the samples that it holds.
+def held_samples(channels: Floats) -> tuple[Floats, Integers] | None:
+    """Places of the samples and a row that shows each, both (sample,) in rows; None where the rows hold none.
 
-    Rows that hold samples of another rate have different ages, which repeats the spectrum of the signals at other
-    frequencies. The first row of each sample is late by half a row in the mean, for all channels alike. Other records
-    are returned as they are.
+    All channels of a record that holds its values repeat a row at once, so that runs of equal rows have two successive
+    lengths at most. The first row of each sample is late by half a row in the mean.
 
     Parameters
     ----------
-    channels : shape (channel, time); those that are not finite are left alone
-    rate : rows per second
+    channels : shape (channel, time), finite
     """
-    finite = np.isfinite(channels).all(axis=1)
-    interval = held_interval(channels[finite], rate) * rate if finite.any() else np.nan
-    if not np.isfinite(interval):
-        return channels
-    first = np.flatnonzero(np.any(np.diff(channels[finite], axis=1) != 0, axis=0)) + 1
-    if first.size <= _DEGREE:
-        return channels
+    changed = np.any(np.diff(channels, axis=1) != 0, axis=0)
+    first = np.flatnonzero(changed) + 1
+    if first.size < _LEAST_SAMPLES or changed.mean() > 1 - _LEAST_HELD:
+        return None
+    lengths = np.diff(first)
+    mean = float(lengths.mean())
+    if np.mean(np.abs(lengths - mean) >= 1) > _UNEVEN:
+        return None
     # two samples may be the same by chance, and a row out of turn is no sample of its own
-    number = np.cumsum(np.rint(np.diff(first, prepend=first[0]) / interval))
+    number = np.cumsum(np.rint(np.diff(first, prepend=first[0]) / mean))
     for _ in range(_ROUNDS):
         offset, step = np.polynomial.polynomial.polyfit(number, first - 0.5, 1)
         number = np.rint((first - 0.5 - offset) / step)
     number, kept = np.unique(number, return_index=True)
-    rows, samples = np.arange(channels.shape[1]), channels[finite][:, first[kept]]
-    smooth = channels.copy()
-    smooth[finite] = make_interp_spline(offset + step * number, samples, k=_DEGREE, axis=1)(rows)
-    return smooth
+    return offset + step * number, first[kept].astype(np.int64)

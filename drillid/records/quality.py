@@ -20,11 +20,6 @@ _MEDIAN_DEGREES = 0.18
 _LEFT_ROUGH = 0.1
 """Share of a spike's height that may remain as roughness once it is replaced, such as a kink beneath it."""
 
-_UNEVEN = 0.02
-"""Share of the runs of a held record that may be neither of the two lengths that an interval gives."""
-_LEAST_HELD = 0.02
-"""Least share of repeated rows of a held record."""
-
 _REPEATED = 3
 """Least number of occurrences of a value that belongs to a quantised record."""
 _TOLERANCE = 0.02
@@ -71,26 +66,6 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
         first, last = _explained(signal, limit, possible, int(cluster[0]), int(cluster[-1]) + 1)
         spiky[first:last] = True
     return spiky
-
-
-def held_interval(channels: Floats, rate: float) -> float:
-    """Interval at which a record that holds its values between them was sampled, s; NaN where it does not show.
-
-    All channels then repeat a row at once, so that runs of equal rows have two successive lengths at most.
-
-    Parameters
-    ----------
-    channels : shape (channel, time)
-    rate : rows per second
-    """
-    changed = np.any(np.diff(channels, axis=1) != 0, axis=0)
-    lengths = np.diff(np.flatnonzero(changed))
-    if not lengths.size or changed.mean() > 1 - _LEAST_HELD:
-        return float("nan")
-    mean = float(lengths.mean())
-    if np.mean(np.abs(lengths - mean) >= 1) > _UNEVEN:
-        return float("nan")
-    return mean / rate
 
 
 def _beyond_neighbours(signal: Floats, suspects: Integers) -> Booleans:

@@ -19,7 +19,7 @@ from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo, completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, window_place
 from drillid.errors import EstimationError
-from drillid.records.held_rows import released
+from drillid.records.slower_samples import released
 from drillid.spectra.cross_spectra import Spectra, stacked, welch_spectra
 from drillid.spectra.distortion import DistortionLevels, distortion_levels, sweep_rate, two_octave_bands
 from drillid.spectra.local_polynomial import LEAST_LINES, local_spectra
@@ -80,7 +80,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     rows, contents = range(windows.sizes["window"]), windows["key"].values.tolist()
 
     def period(row: int) -> float:
-        sweep, *_ = released(window_channels(records, windows, row), rate)
+        sweep, *_ = released(window_channels(records, windows, row), rate).channels
         return sweep_period(sweep, rate, chosen.frequency_minimum_hz)
 
     periods = np.array(
@@ -96,7 +96,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     def make(missing: list[int]) -> xr.Dataset:
         lines, others = [], []
         for row in missing:
-            sweep, speed, command = channels = released(window_channels(records, windows, row), rate)
+            channels = released(window_channels(records, windows, row), rate).channels
+            sweep, speed, command = channels
             spectra = _estimated(channels, rate, periods[row], usual, frequencies, chosen)
             torque = command if np.isfinite(command).all() else sweep
             distortion = _distortion(spectra, frequencies, usual, factor if repeats[row] else np.nan)

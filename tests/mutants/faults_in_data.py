@@ -198,10 +198,18 @@ IN_DATA = (
     Fault(
         "records",
         "drillid/records/held_rows.py",
-        "make_interp_spline(offset + step * number, samples",
-        "make_interp_spline(first[kept], samples",
-        ("tests/unit/records/test_held_rows.py",),
+        "return offset + step * number, first",
+        "return first[kept].astype(float), first",
+        ("tests/unit/records/test_slower_samples.py",),
         "samples of a held record stay at the times of their first rows",
+    ),
+    Fault(
+        "records",
+        "drillid/records/interpolated_rows.py",
+        "(1 - share) * part[row] + share * part[row + 1]",
+        "share * part[row] + (1 - share) * part[row + 1]",
+        ("tests/unit/records/test_slower_samples.py",),
+        "a bend between two rows is sought at the wrong side of their middle",
     ),
     Fault(
         "spectra",

@@ -32,8 +32,9 @@ def detect(record: WindowRecord, window: int = 0) -> tuple[Detection, ...]:
     ----------
     window : number of the window in its set
     """
-    residual = without_steps(ResidualRecord(record))
-    inspection = Inspection(residual)
+    samples = record.released()
+    residual = without_steps(ResidualRecord(samples))
+    inspection = Inspection(residual, None if samples is record else ResidualRecord(record))
     applicable = {name: detector for name, detector in detectors().items() if detector.can_inspect(residual)}
     offered = [detector.candidate(name, inspection) for name, detector in applicable.items()]
     candidates = [candidate for candidate in offered if candidate is not None]

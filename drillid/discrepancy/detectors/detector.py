@@ -23,8 +23,10 @@ Result = TypeVar("Result")
 class Inspection:
     """One window's residual record with the intermediate results and scores obtained so far."""
 
-    def __init__(self, residual: ResidualRecord) -> None:
+    def __init__(self, residual: ResidualRecord, logged: ResidualRecord | None = None) -> None:
         self.residual = residual
+        self.logged = residual if logged is None else logged
+        """Of the rows as they are logged, where `residual` is of the samples that they hold."""
         self.scores: dict[str, Score] = {}
         """By the name of the cause or symptom."""
         self.explained: Floats = np.zeros(residual.samples)

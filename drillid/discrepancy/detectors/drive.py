@@ -27,7 +27,7 @@ _NEGLIGIBLE = 1e-9
 """Missing torque, relative to the largest command, that counts as none."""
 
 _JITTER_BAND = (1.0, 0.4)
-"""Lowest frequency, Hz, and highest, as a share of the rate."""
+"""Lowest frequency, Hz, and highest, as a share of the samples' rate."""
 _SAME = 1e-6
 """Relative difference below which two samples are the same, where a series has no quantisation step."""
 _HOLD_S = 0.02
@@ -54,7 +54,7 @@ class TorqueLimitDetector(Detector):
         """Flat tops of the logged command, where it is logged behind its limit; else None."""
         if not inspection.residual.record.has_command:
             return None
-        command = inspection.residual.command
+        command = inspection.logged.command
         return _clearest(ceiling_score(command), ceiling_score(-command))
 
 
@@ -66,7 +66,7 @@ class TorqueRateLimitDetector(Detector):
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """Speed response to the torque missing under each of a range of rate limits."""
         residual, rate = inspection.residual, inspection.residual.record.rate
-        if residual.time_error > STEPPED_ROWS:
+        if inspection.logged.time_error > STEPPED_ROWS:
             return None
         command = residual.command
         limits = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
@@ -76,9 +76,9 @@ class TorqueRateLimitDetector(Detector):
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Constant slopes of the logged command, where it is logged behind its limit, in even rows; else None."""
-        if not inspection.residual.record.has_command or inspection.residual.time_error > STEPPED_ROWS:
+        if not inspection.residual.record.has_command or inspection.logged.time_error > STEPPED_ROWS:
             return None
-        found = ceiling_score(np.abs(np.diff(inspection.residual.command)))
+        found = ceiling_score(np.abs(np.diff(inspection.logged.command)))
         rate = inspection.residual.record.rate
         return found and replace(found, size=found.size * rate, size_error=found.size_error * rate)
 
@@ -92,7 +92,7 @@ class DelayJitterDetector(Detector):
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Regression of the noise power on the square of the command's slope; None where rows are as uneven."""
-        if inspection.residual.time_error > UNEVEN_ROWS:
+        if inspection.logged.time_error > UNEVEN_ROWS:
             return None
         return jitter_score(inspection.residual, inspection.unexplained)
 
@@ -170,7 +170,7 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
     unexplained : (samples,) rad/s, speed explained by neither the sweep nor other causes
     """
     rate, samples = residual.record.rate, residual.samples
-    low, high = _JITTER_BAND[0], _JITTER_BAND[1] * rate
+    low, high = _JITTER_BAND[0], _JITTER_BAND[1] * residual.sample_rate
     inside = (residual.frequency > low) & (residual.frequency < high)
     sensitivity = np.where(inside, np.abs(residual.mobility) ** 2 * samples / residual.noise, 0.0)
     weight = np.sqrt(sensitivity / sensitivity.max())

@@ -52,7 +52,7 @@ class QuantisationDetector(Detector):
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """The largest score where rounding is a substantial part of the noise; else None."""
-        return quantisation_score(inspection.residual)
+        return quantisation_score(inspection.residual, inspection.logged.speed)
 
 
 class ClockDriftDetector(Detector):
@@ -136,16 +136,19 @@ def relative_to_neighbours(errors: RotatingErrors, score_alone: Score) -> Score:
     return replace(score_alone, normal=min(score_alone.normal, normal), log_ratio=log_ratio)
 
 
-def quantisation_score(residual: ResidualRecord) -> Score | None:
+def quantisation_score(residual: ResidualRecord, logged: Floats) -> Score | None:
     """Score of a quantisation step of the recorded speed whose rounding is a substantial part of the noise; else
     None.
+
+    Parameters
+    ----------
+    logged : (samples,) rad/s, speed as it is logged
     """
-    speed = residual.speed
-    step = quantisation_step(speed)
+    step = quantisation_step(logged)
     if step is None:
         return None
     # one-sided densities, (rad/s)²/Hz
-    rounding = step**2 / 6 / residual.record.rate
+    rounding = step**2 / 6 / residual.sample_rate
     density = 2 * residual.noise / (residual.record.rate * np.sum(residual.taper**2))
     median_density = float(np.median(density[residual.inside]))
     if rounding < ROUNDING_MATERIAL / (1 + ROUNDING_MATERIAL) * median_density:

@@ -5,7 +5,7 @@ not, and the part of any distortion that a linear model can absorb. The residual
 changes in time or does not follow the sweep.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,9 +18,12 @@ from drillid.physics.eight_parameters import KnownEquipment, command_mobility_wi
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
+from drillid.records.slower_samples import released
 
 _BAND = (0.02, 10.0)
 """Hz, band in which the model is valid."""
+_HIGHEST = 0.3
+"""Share of the samples' rate up to which the band reaches."""
 TAPER_S = 10.0
 """Cosine taper at either end, s."""
 _NOISE_LINES = 61
@@ -66,12 +69,23 @@ class WindowRecord:
     """(8,) parameters fitted to this window, in the order of the schema."""
     known: KnownEquipment
     """Controller and collars held fixed in that fit."""
+    sample_rate: float = np.inf
+    """Samples per s that the rows hold; beyond the rows' rate where each is a sample of its own."""
 
     def __post_init__(self) -> None:
         if not self.sweep.shape == self.speed.shape == self.command.shape or self.sweep.ndim != 1:
             raise EstimationError("window's record", "its channels differ in length", "Cut them at the same samples")
         if not all(np.isfinite(values).all() for values in (self.sweep, self.speed, self.fitted)):
             raise EstimationError("window's record", "sweep, speed or fit is not finite", "Leave the window out")
+
+    def released(self) -> "WindowRecord":
+        """The record with the samples of a slower control on smooth curves; itself where its rows hold none."""
+        channels = np.stack([self.sweep, self.speed, self.command])
+        smooth, interval = released(channels, self.rate)
+        if np.isnan(interval):
+            return self
+        sweep, speed, command = smooth
+        return replace(self, sweep=sweep, speed=speed, command=command, sample_rate=1 / interval)
 
     @property
     def has_command(self) -> bool:
@@ -99,7 +113,8 @@ class ResidualRecord:
         self.elapsed: Floats = (np.arange(self.samples) + 0.5) / self.samples
         self.frequency: Floats = rfftfreq(self.samples, 1 / record.rate)
         self.system: DrillingSystem = drilling_system(record.fitted, record.known)
-        self.highest = min(_BAND[1], 0.3 * record.rate)
+        self.sample_rate = min(record.rate, record.sample_rate)
+        self.highest = min(_BAND[1], _HIGHEST * self.sample_rate)
         self.inside = (self.frequency >= _BAND[0]) & (self.frequency <= self.highest)
         ramp = np.minimum(self.time, self.time[::-1]) / TAPER_S
         self.taper: Floats = np.sin(np.pi / 2 * np.minimum(ramp + 0.5 / record.rate / TAPER_S, 1.0)) ** 2
@@ -247,10 +262,11 @@ class ResidualRecord:
         """
         transmitted = np.abs(self.transfer_mobility) ** 2 / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
         power = self.power
-        high, low = (self.off_harmonics & band for band in (self.frequency > self.highest, self.inside))
+        above = (self.frequency > self.highest) & (self.frequency <= self.sample_rate / 2)
+        high, low = (self.off_harmonics & band for band in (above, self.inside))
         floor = float(np.median(power[high])) / np.log(2) if high.any() else 0.0
-        above = low & (power > _ABOVE_FLOOR * floor) & (transmitted > 0)
-        level = float(np.median(power[above] / transmitted[above])) if above.any() else 0.0
+        loud = low & (power > _ABOVE_FLOOR * floor) & (transmitted > 0)
+        level = float(np.median(power[loud] / transmitted[loud])) if loud.any() else 0.0
         transmitted[0] = transmitted[1]
         return np.asarray(level * transmitted + floor + np.finfo(float).tiny, dtype=float)
 

@@ -32,7 +32,7 @@ _ORDER, _NEAR_HARMONICS, _FAR_HARMONICS = 2, 4, 15
 _WIDEST = 1.0
 """Noise that the interpolation adds, relative to a harmonic's own, up to which it is used."""
 _LOWEST, _HIGHEST = 0.05, 0.48
-"""Lowest frequency of a tone, Hz, and highest, as a share of the rate."""
+"""Lowest frequency of a tone, Hz, and highest, as a share of the samples' rate."""
 _ABOVE_ROUNDING, _IMAGE = 16.0, 0.25
 """Power over that of the sweep's rounding from which a line of the sweep is one, as noise exceeds it once in e^16; and
 the share of a line of the speed from which an image explains it."""
@@ -73,7 +73,7 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     explained : (samples,) rad/s, speed explained by other causes; zero where not given
     """
     frequency = rfftfreq(2 * residual.samples, 1 / residual.record.rate)
-    usable = (frequency > _LOWEST) & (frequency < _HIGHEST * residual.record.rate)
+    usable = (frequency > _LOWEST) & (frequency < _HIGHEST * residual.sample_rate)
     usable[-2 * _FAR_LINES :] = False
     if not usable.any():
         return None

@@ -1,0 +1,88 @@
+"""Rows that hold or interpolate the samples of a slower control."""
+
+import numpy as np
+import pytest
+
+from drillid.records.slower_samples import released
+
+RATE, INTERVAL, SECONDS = 50.0, 0.0325, 300.0
+
+
+def channels(time: np.ndarray) -> np.ndarray:
+    """Sweep, speed and a command that is not logged."""
+    sweep = 500 * np.sin(2 * np.pi * 3.7 * time) + 200 * np.sin(2 * np.pi * 0.11 * time)
+    return np.stack([sweep, 10 + 0.01 * np.cos(2 * np.pi * 2.3 * time), np.full(time.size, np.nan)])
+
+
+def held(time: np.ndarray) -> np.ndarray:
+    return channels(np.floor(time / INTERVAL) * INTERVAL)
+
+
+def test_held_samples_lie_on_their_curve_again() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    found = released(held(time), RATE).channels[:, 50:-50]
+    # the rows are late by a constant time
+    shifts = np.linspace(-0.02, 0.02, 401)
+    misses = [np.abs(found[0] - channels(time[50:-50] + shift)[0]).max() for shift in shifts]
+    best = int(np.argmin(misses))
+    assert misses[best] < 2.0
+    assert np.abs(found[1] - channels(time[50:-50] + shifts[best])[1]).max() < 1e-4
+    assert np.isnan(found[2]).all()
+
+
+def test_two_samples_may_be_the_same() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = held(time)
+    rows[:2] = np.rint(rows[:2] / np.array([[40.0], [0.005]])) * np.array([[40.0], [0.005]])
+    found, clean = (released(values, RATE).channels[0, 50:-50] for values in (rows, held(time)))
+    assert np.abs(found - clean).max() < 60.0
+
+
+@pytest.mark.parametrize("rows", [channels(np.arange(0, SECONDS, 1 / RATE)), np.full((3, 500), np.nan)])
+def test_other_rows_stay_as_they_are(rows: np.ndarray) -> None:
+    np.testing.assert_array_equal(released(rows, RATE).channels, rows)
+
+
+def test_rows_out_of_turn_and_few_samples_do_no_harm() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = channels(np.floor(time / 0.042) * 0.042)
+    clean = released(rows, RATE).channels
+    rows[:, 1000] += 1.0
+    near = np.abs(np.arange(time.size) - 1000) > 50
+    assert np.abs(released(rows, RATE).channels - clean)[:2, near].max() < 1.0
+    few = np.repeat(np.arange(5.0), 300)[None]
+    np.testing.assert_array_equal(released(few, RATE).channels, few)
+
+
+@pytest.mark.parametrize("interval", [0.04, 0.0425, 0.05, 0.0731, 0.2])
+@pytest.mark.parametrize("resolution", [0.0, 1.0])
+def test_samples_that_rows_interpolate_lie_on_their_curve_again(interval: float, resolution: float) -> None:
+    time, late = np.arange(0, SECONDS, 1 / RATE), 0.31 * interval
+    samples = np.arange(-1, SECONDS / interval + 2) * interval + late
+    slow = 0.4 * samples  # a fifth of the samples' rate at most
+    rows = np.stack([np.interp(time, samples, values) for values in channels(slow)])
+    if resolution:
+        rows[0] = resolution * np.rint(rows[0] / resolution)
+    found = released(rows, RATE)
+    assert found.interval == pytest.approx(interval, rel=1e-5)
+    if interval < 0.1:
+        missed = np.abs(found.channels - channels(0.4 * time))[:, 50:-50]
+        assert missed[0].max() < 5.0 + resolution
+        assert missed[1].max() < 1e-4
+    assert np.isnan(found.channels[2]).all()
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0, 200.0, 1000.0])
+def test_smooth_rough_and_rounded_rows_are_not_on_lines(rate: float) -> None:
+    time = np.arange(0, SECONDS, 1 / rate)
+    noise = np.random.default_rng(1).normal(size=time.size)
+    sweep = 500 * np.sin(2 * np.pi * time * (0.05 + 2.5 * time / SECONDS))
+    for series in (sweep, np.rint(sweep), np.rint(sweep / 50) * 50, sweep + noise, noise, np.zeros_like(time)):
+        assert np.isnan(released(np.stack([series, noise]), rate).interval)
+
+
+@pytest.mark.parametrize("interval", [0.0025, 0.011, 0.02, 0.027, 0.035])
+def test_samples_close_together_leave_rows_as_they_are(interval: float) -> None:
+    time, samples = np.arange(0, SECONDS, 1 / RATE), np.arange(-1, SECONDS / interval + 2) * interval
+    rows = np.stack([np.interp(time, samples, values) for values in channels(samples)])
+    np.testing.assert_array_equal(released(rows, RATE).channels, rows)
