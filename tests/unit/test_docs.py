@@ -8,6 +8,7 @@ import yaml
 from pydantic import BaseModel
 
 from drillid.config import documents as docs
+from drillid.config.described_well import DescribedFriction
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets
@@ -36,6 +37,13 @@ def test_the_settings_on_the_page_on_clusters_are_valid() -> None:
     assert [bool(each and each.slurm) for each in found] == [True, False]
     assert found[1] is not None
     assert found[1].kubernetes is not None
+
+
+def test_the_page_on_starts_of_rotation_tells_every_key_of_friction() -> None:
+    page = (ROOT / "docs/how-to/start-of-rotation.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    told = {key for row in rows for key in re.findall(r"`(\w+)`", row.split("|")[1])}
+    assert told == set(DescribedFriction.model_fields)
 
 
 def test_the_default_configuration_is_the_defaults() -> None:
