@@ -7,14 +7,17 @@ command (Bussgang 1952, MIT Research Laboratory of Electronics, report 216; Stei
 1135–1151). Less that part, the missing torque is uncorrelated with Gaussian noise.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.special import stdtr
 
 from drillid.arrays import Booleans, Complex, Floats
-from drillid.discrepancy.detectors.detector import Detector, Inspection
+from drillid.discrepancy.detectors.delivered import limit_by_delivery
+from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
@@ -37,18 +40,66 @@ _NEIGHBOURS = 6
 """Blocks over which errors are correlated, as the noise level changes slowly."""
 
 
-class TorqueLimitDetector(Detector):
-    """Torque beyond a limit, which is missing; the size of the limit is unknown where the command is reconstructed,
-    as that lacks its mean.
+class LimitDetector(Detector):
+    """Torque that a limit withholds from a drive.
+
+    The size of the limit is unknown where the command is reconstructed, as that lacks its mean, and does not show
+    changes between samples.
     """
 
-    def candidate(self, name: str, inspection: Inspection) -> Candidate:
-        """Speed response to the torque beyond each of a range of limits."""
+    memory: ClassVar[bool]
+    """Whether the delivered torque depends on what was delivered before."""
+
+    def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
+        """Torque (limits, samples) that limits (limits,) let pass, N m."""
+        raise NotImplementedError
+
+    def reached(self, residual: ResidualRecord) -> Floats:
+        """What the limit bounds, from the unlimited command, (samples,)."""
+        raise NotImplementedError
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
+        """Speed response to the torque missing under each of a range of limits."""
         residual = inspection.residual
-        limits = np.quantile(np.abs(residual.command), 1 - _BEYOND)
-        missing = np.clip(residual.command, -limits[:, None], limits[:, None]) - residual.command
-        columns = _response_to_missing(residual, missing, memory=False)
-        return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True)
+        limits = np.quantile(np.abs(self.reached(residual)), 1 - _BEYOND)
+        missing = self.delivered(residual, limits) - residual.command
+        columns = _response_to_missing(residual, missing, memory=self.memory)
+        sizes = limits if residual.record.has_command else np.full(limits.size, np.nan)
+        return Candidate(name, columns, sizes, one_sided=True, at_unit_amplitude=self.memory)
+
+    @classmethod
+    def reviewed(
+        cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
+    ) -> dict[str, Score]:
+        """Sizes of clearly detected limits by the delivered torque, where that tells them better."""
+        for name, detector in detectors.items():
+            if isinstance(detector, LimitDetector) and is_clear(scores[name]):
+                scores = scores | {name: detector.by_delivery(scores[name], inspection.residual)}
+        return scores
+
+    def by_delivery(self, score: Score, residual: ResidualRecord) -> Score:
+        """The score with the limit under which the speed follows the delivered torque, where that tells it better."""
+        if not residual.record.has_command:
+            return score
+        tried = np.quantile(np.abs(self.reached(residual)), 1 - _BEYOND[[0, -1]])
+        found = limit_by_delivery(residual, tried, lambda limit: self.delivered(residual, np.array([limit]))[0])
+        if found is None or not found[1] < score.size_error:
+            return score
+        return replace(score, size=found[0], size_error=found[1])
+
+
+class TorqueLimitDetector(LimitDetector):
+    """Torque beyond a limit, which is missing."""
+
+    memory = False
+
+    def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
+        """The command clipped at each limit."""
+        return np.clip(residual.command, -limits[:, None], limits[:, None])
+
+    def reached(self, residual: ResidualRecord) -> Floats:
+        """The command."""
+        return residual.command
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Flat tops of the logged command, where it is logged behind its limit; else None."""
@@ -58,21 +109,22 @@ class TorqueLimitDetector(Detector):
         return _clearest(ceiling_score(command), ceiling_score(-command))
 
 
-class TorqueRateLimitDetector(Detector):
-    """Torque that lags behind its command as its rate is limited; the size of the limit is unknown where the command is
-    reconstructed, as that does not show changes between samples.
-    """
+class TorqueRateLimitDetector(LimitDetector):
+    """Torque that lags behind its command as its rate is limited."""
+
+    memory = True
+
+    def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
+        """The command, which no step between samples takes beyond each limit."""
+        return rate_limited(np.ascontiguousarray(residual.command), limits / residual.record.rate)
+
+    def reached(self, residual: ResidualRecord) -> Floats:
+        """Rate of the command."""
+        return np.gradient(residual.command) * residual.record.rate
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """Speed response to the torque missing under each of a range of rate limits."""
-        residual, rate = inspection.residual, inspection.residual.record.rate
-        if inspection.logged.time_error > STEPPED_ROWS:
-            return None
-        command = residual.command
-        limits = np.quantile(np.abs(np.gradient(command) * rate), 1 - _BEYOND)
-        missing = rate_limited(np.ascontiguousarray(command), limits / rate) - command
-        columns = _response_to_missing(residual, missing, memory=True)
-        return Candidate(name, columns, _known_sizes(limits, residual), one_sided=True, at_unit_amplitude=True)
+        """As for any limit, in even rows; else None."""
+        return None if inspection.logged.time_error > STEPPED_ROWS else super().candidate(name, inspection)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Constant slopes of the logged command, where it is logged behind its limit, in even rows; else None."""
@@ -123,10 +175,6 @@ def _times(inside: Booleans) -> int:
 def _clearest(*scores: Score | None) -> Score | None:
     found = [score for score in scores if score is not None]
     return max(found, key=lambda score: score.normal, default=None)
-
-
-def _known_sizes(limits: Floats, residual: ResidualRecord) -> Floats:
-    return limits if residual.record.has_command else np.full(limits.size, np.nan)
 
 
 def _response_to_missing(residual: ResidualRecord, missing: Floats, *, memory: bool) -> Floats:

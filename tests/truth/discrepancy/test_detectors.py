@@ -192,6 +192,15 @@ def test_a_command_without_a_limit_has_no_ceiling() -> None:
                 assert ceiling_score(series) is None
 
 
+@pytest.mark.parametrize("seed", [52, 53])
+def test_rate_limit_that_is_reached_most_of_the_time(seed: int) -> None:
+    record = records(replace(RIG, limits=DriveLimits(rate=900.0)), seed)[0]
+    assert np.mean(np.abs(np.gradient(record.command)) * RATE > 900.0) > 0.5
+    detection = _plain(record, "torque_rate_limit")
+    assert abs(detection.size - 900.0) < 3 * detection.size_error
+    assert detection.size_error < 0.02 * 900.0
+
+
 def test_torque_limit_without_logged_command() -> None:
     record = records(replace(RIG, limits=DriveLimits(torque=1900.0)), 50)[0]
     detection = detections_of(replace(record, command=np.full_like(record.command, np.nan)))["torque_limit"]
