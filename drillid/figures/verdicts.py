@@ -10,6 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch
 
 from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import words_of
 from drillid.figures.data import WellResults, shown_set, shown_sets
 from drillid.figures.layout import TITLED, Margins, colour_bar, new_figure, panels, room_for, room_for_marks
 from drillid.figures.style import DATA_SHEET, FLAGGED, INK, MUTED, NO_DATA, ROOM, depth_axis
@@ -61,7 +62,7 @@ def set_title(results: WellResults, number: int) -> str:
     if not len(chosen):
         return words
     first = chosen.iloc[0]
-    verdict = first["verdict"].replace("|", " or ").replace("_", " ")
+    verdict = words_of(first["verdict"])
     place = f" at {first['from_m']:.0f}–{first['to_m']:.0f} m" if _narrower(first, begin, end) else ""
     more = f", and {len(chosen) - 1} more" if len(chosen) > 1 else ""
     return f"{words}: {verdict}{place}, {100 * first['probability']:.0f} %{more}"
@@ -103,7 +104,7 @@ def _draw_verdict(axes: tuple[Axes, Axes, Axes], row: dict[Any, Any], lane: int)
     height = max(row["to_m"] - row["from_m"], 0.5)
     bar: dict[str, Any] = {"color": colour, "alpha": 0.25 if row["verdict"] == "none" else 0.75, "linewidth": 0}
     track.bar(lane + 0.06, height, width=0.1, bottom=row["from_m"], align="center", **bar)
-    words = row["verdict"].replace("|", "\nor ").replace("_", " ")
+    words = words_of(row["verdict"]).replace(" or ", "\nor ")
     if np.isfinite(row["location_m"]):
         words += f"\nat {row['location_m']:.0f} m"
     note: dict[str, Any] = {"va": "center", "size": 8, "color": colour}
@@ -143,7 +144,7 @@ def evidence(results: WellResults) -> Figure:
 
 def _names(examined: xr.Dataset) -> list[str]:
     """Causes of the catalogue, and ports of unknown disturbances, in words."""
-    causes = [str(name).replace("_", " ") for name in examined["cause"].values]
+    causes = [words_of(str(name)) for name in examined["cause"].values]
     return causes + [f"unknown: {port}" for port in examined["port"].values]
 
 
@@ -183,7 +184,7 @@ def distinguishability(results: WellResults) -> Figure:
         return figure
     examined = results.examination.isel(set=number)
     rows = np.flatnonzero(np.isfinite(examined["typical_size"].values))
-    names = [str(name).replace("_", " ") for name in examined["cause"].values[rows]]
+    names = [words_of(str(name)) for name in examined["cause"].values[rows]]
     distance = examined["separation"].values[np.ix_(rows, rows)].copy()
     np.fill_diagonal(distance, np.nan)
     matrix.set_facecolor(NO_DATA)

@@ -137,7 +137,8 @@ def _stick_slip(well: WellReport) -> list[Item]:
     if risk is None:
         return []
     rotation = QUANTITIES["rotation"]
-    lead = Markup("Stick-slip threatens: turn faster, take weight off or soften the speed control.")
+    remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
+    lead = Markup("Stick-slip threatens: turn faster, take weight off or {}.").format(remedy)
     more = Markup("{} where a bit of the stated torque needs {}; {} of {} windows are below their limit.").format(
         rotation.text(risk.speed), rotation.text(risk.lowest), risk.windows, risk.judged
     )
@@ -167,7 +168,9 @@ def _data(well: WellReport) -> list[Item]:
     rows = well.problems[well.problems["stage"] == "records"] if well.identified else well.problems.iloc[:0]
     if not len(rows):
         return []
-    lead = Markup("{} problems in the logs, the first: {}").format(len(rows), problem_sentence(rows.iloc[0].to_dict()))
-    if len(rows) == 1:
-        lead = Markup("A problem in the logs: {}").format(problem_sentence(rows.iloc[0].to_dict()))
-    return [Item(NOTE, "Sensors and data", lead, Markup(""), np.nan, np.nan, len(rows) / 1e4, "problems")]
+    first, count = rows.iloc[0], len(rows)
+    lead = Markup("{} in the logs, mended or left out: {}.").format(
+        "A problem" if count == 1 else f"{count} problems", "see what it was" if count == 1 else "see what they were"
+    )
+    more = Markup("{}{}: {}.").format("" if count == 1 else "The first: ", first["where"], first["what"])
+    return [Item(NOTE, "Sensors and data", lead, more, np.nan, np.nan, count / 1e4, "problems")]

@@ -39,13 +39,11 @@ _TRACKS = dict(zip(EVIDENCE, ("damping_bha", "inertia_bha"), strict=True))
 _BOTH = frozenset({"damping_bha", "inertia_bha"})
 EXPLANATIONS = {
     _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves and drags along with the assembly; so "
-    "would cuttings packed around it, or whirl. A caliper log, cuttings returns and downhole vibration data "
-    "distinguish them.",
+    "would cuttings packed around it, or whirl.",
     frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
-    "around the assembly, whirl or wall contact, or a change of formation or bit wear. A caliper log, cuttings returns "
-    "and downhole vibration data distinguish them.",
+    "around the assembly, whirl or wall contact, or a change of formation or bit wear.",
     frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
-    "assembly other than in the tally. Check the tally first.",
+    "assembly other than in the tally.",
 }
 """Possible explanations of an interval, by the parameters that rose in it; the data alone do not decide."""
 

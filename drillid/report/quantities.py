@@ -55,6 +55,11 @@ class Quantity:
             return Markup(MISSING)
         return both(*(self._in(scale, values, joint, more) for scale in (self.metric, self.oilfield)))
 
+    def number(self, value: float) -> Markup:
+        """An SI value without its unit; a dash for NaN."""
+        scales = (self.metric, self.oilfield)
+        return both(*(number(value / scale.factor(self.si_unit), scale.decimals) for scale in scales))
+
     def _in(self, scale: Scale, values: Sequence[float], joint: str, more: int) -> str:
         factor = scale.factor(self.si_unit)
         return f"{joint.join(number(value / factor, scale.decimals + more) for value in values)} {scale.shown}".strip()
@@ -123,12 +128,13 @@ def share(part: float, whole: float) -> str:
     return "> 99 %" if 99.5 <= percent < 100 else "< 1 %" if 0 < percent < 0.5 else f"{percent:.0f} %"
 
 
-def size_text(value: float, unit: str) -> Markup:
+def size_text(value: float, unit: str, count: int = 3) -> Markup:
     """The size of a cause without its sign, in units that one feels.
 
     Parameters
     ----------
     unit : of the cause's `Size`
+    count : digits; two of shares
     """
     size = abs(value)
     if unit == "s\u00b2":
@@ -139,10 +145,10 @@ def size_text(value: float, unit: str) -> Markup:
         return Markup(f"{digits(6e4 * size, 2)} ms in a minute")
     name = _SIZES.get(unit)
     if name is None:
-        return Markup("{} {}").format(digits(size), unit)
+        return Markup("{} {}").format(digits(size, count), unit)
     quantity = QUANTITIES[name]
     values = (
-        f"{digits(size / scale.factor(quantity.si_unit))} {scale.shown}"
+        f"{digits(size / scale.factor(quantity.si_unit), count)} {scale.shown}"
         for scale in (quantity.metric, quantity.oilfield)
     )
     return both(*values)

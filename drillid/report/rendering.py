@@ -9,10 +9,11 @@ from urllib.parse import quote
 
 import numpy as np
 
+from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES
 from drillid.report.attention import URGENCY, interval_explanation, interval_lead, interval_text
 from drillid.report.content import joined
-from drillid.report.quantities import MISSING, QUANTITIES, number, share
+from drillid.report.quantities import MISSING, QUANTITIES, both, number, share
 from drillid.report.sentences import (
     data_sheet_verdict,
     deviations_text,
@@ -50,6 +51,8 @@ def _environment() -> Environment:
         "share": share,
         "depths": depths,
         "quantity": quantity_text,
+        "quantity_number": quantity_number,
+        "quantity_unit": quantity_unit,
         "data_sheet": deviations_text,
         "data_sheet_verdict": data_sheet_verdict,
         "rejections": rejections_text,
@@ -57,6 +60,7 @@ def _environment() -> Environment:
         "interval_lead": interval_lead,
         "interval_text": interval_text,
         "interval_explanation": interval_explanation,
+        "words_of": words_of,
         "address": quote,
     }
     environment.globals |= {"parameters": DISPLAYED_PARAMETERS, "figures": FIGURES, "urgency": URGENCY}
@@ -76,3 +80,13 @@ def depths(place: Any) -> Markup | str:
 def quantity_text(value: float, name: str, more: int = 0) -> Markup:
     """An SI value of a quantity in both units."""
     return QUANTITIES[name].text(value, more=more)
+
+
+def quantity_number(value: float, name: str) -> Markup:
+    """An SI value of a quantity in both units, without their names."""
+    return QUANTITIES[name].number(value)
+
+
+def quantity_unit(name: str) -> Markup:
+    """The quantity's units."""
+    return both(*(scale.shown for scale in (QUANTITIES[name].metric, QUANTITIES[name].oilfield)))

@@ -12,8 +12,9 @@ from markupsafe import Markup
 
 from drillid.datasets.registry import CHANGES
 from drillid.depth.changes import has_earlier_report, read_changes
+from drillid.discrepancy.catalogue import words_of
 from drillid.figures.data import WellResults
-from drillid.report.attention import URGENCY, items
+from drillid.report.attention import NOTE, URGENCY, Item, items
 from drillid.report.quantities import MISSING, QUANTITIES, number, share
 from drillid.report.sentences import data_sheet_verdict
 from drillid.report.thumbnails import depth_track
@@ -34,11 +35,11 @@ def summary(well: WellReport, results: WellResults | None) -> dict[str, Any]:
             "depths": str(item.depths),
             "strength": float(item.strength),
             "anchor": item.anchor,
-            "track": str(_track(well, curve, [(item.from_m, item.to_m)], URGENCY[item.level])),
+            "track": str(_track(well, curve, [item])),
         }
         for item in found
     ]
-    marks = [(item.from_m, item.to_m) for item in found if item.level < 3 and item.kind != "Stick-slip"]
+    marked = [item for item in found if item.level < NOTE and item.kind != "Stick-slip"]
     drilled, identified = well.drilled, well.identified
     return {
         "name": well.name,
@@ -61,7 +62,7 @@ def summary(well: WellReport, results: WellResults | None) -> dict[str, Any]:
         "sheets": data_sheet_verdict(identified.comparisons) if identified else MISSING,
         "problems": len(well.problems),
         "items": rows,
-        "track": str(_track(well, curve, marks, "look")),
+        "track": str(_track(well, curve, marked)),
     }
 
 
@@ -70,18 +71,18 @@ def _or_none(value: float) -> float | None:
 
 
 def _curve(results: WellResults | None) -> tuple[Any, Any]:
-    """Depth and BHA damping of the accepted windows, in order of depth."""
+    """Depth and BHA damping from all windows together, of each on its own where there is none, in order of depth."""
     if results is None:
         return np.array([]), np.array([])
-    accepted = results.depth["accepted"].values.astype(bool)
-    depth, damping = (results.depth[name].values[accepted] for name in ("depth", "damping_bha"))
-    order = np.argsort(depth, kind="stable")
-    return depth[order], damping[order]
+    alone = np.where(results.depth["accepted"].values.astype(bool), results.depth["damping_bha"].values, np.nan)
+    joint = results.joint["value"].sel(parameter="damping_bha").values
+    order = np.argsort(results.depth["depth"].values, kind="stable")
+    return results.depth["depth"].values[order], np.where(np.isfinite(joint), joint, alone)[order]
 
 
-def _track(well: WellReport, curve: tuple[Any, Any], marks: Sequence[tuple[float, float]], level: str) -> Markup:
+def _track(well: WellReport, curve: tuple[Any, Any], marked: Sequence[Item]) -> Markup:
     words = f"Depth track of {well.name}: BHA damping, and the depths that stand out"
-    return depth_track(*curve, marks, words, level)
+    return depth_track(*curve, [(item.from_m, item.to_m, URGENCY[item.level]) for item in marked], words)
 
 
 def totals(wells: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -113,7 +114,7 @@ def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
     kind = str(row["change"])
     depths = QUANTITIES["depth"].text(row["from_m"], row["to_m"]) if np.isfinite(row["from_m"]) else Markup("")
     count = "" if pd.isna(row["count"]) else f"{int(row['count'])} "
-    texts = [str(row[name]).replace("_", " ") for name in ("before", "now") if str(row[name])]
+    texts = [words_of(str(row[name])) for name in ("before", "now") if str(row[name])]
     return {
         "well": str(row["well"]),
         "kind": kind.replace("_", " "),

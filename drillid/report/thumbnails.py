@@ -16,20 +16,17 @@ _LEAST_HEIGHT = 2.0
 """Pixels of the shortest mark."""
 
 
-def depth_track(
-    depth: Floats, value: Floats, marks: Sequence[tuple[float, float]], words: str, level: str = "note"
-) -> Markup:
+def depth_track(depth: Floats, value: Floats, marks: Sequence[tuple[float, float, str]], words: str) -> Markup:
     """Windows as a bar, marked intervals on it, and one parameter beside it, against depth downwards.
 
     Parameters
     ----------
-    depth, value : of the windows with an accepted fit, in order of depth, shape (window,)
-    marks : from and to, m
+    depth, value : of the windows, in order of depth, shape (window,); values are not negative
+    marks : from and to, m, and urgency, which colours them
     words : for readers who do not see it
-    level : urgency, which colours the marks
     """
     known = np.isfinite(depth) & np.isfinite(value)
-    ends = [*depth[known].tolist(), *(end for mark in marks for end in mark if np.isfinite(end))]
+    ends = [*depth[known].tolist(), *(end for *mark, _ in marks for end in mark if np.isfinite(end))]
     if not ends:
         return Markup("")
     top, span = min(ends), max(max(ends) - min(ends), 1e-9)
@@ -38,7 +35,7 @@ def depth_track(
         return float(round(1 + (HEIGHT - 2) * (place - top) / span, 1))
 
     shapes = [Markup('<rect class="windows" x="0" y="1" width="{}" height="{}"/>').format(_BAR, HEIGHT - 2)]
-    for begin, end in marks:
+    for begin, end, level in marks:
         if np.isfinite(begin):
             height = max(down(end) - down(begin), _LEAST_HEIGHT)
             shape = Markup('<rect class="mark {}" x="0" y="{}" width="{}" height="{:.1f}"/>')
@@ -53,8 +50,9 @@ def depth_track(
 
 def _line(depth: Floats, value: Floats, down: object) -> Markup:
     chosen = np.unique(np.linspace(0, depth.size - 1, min(depth.size, _MOST_POINTS)).round().astype(int))
-    low, high = np.percentile(value, [2, 98])
-    across = np.clip((value[chosen] - low) / max(high - low, 1e-12), 0, 1) * (WIDTH - _BAR - 2 * _GAP) + _BAR + _GAP
+    # from zero, and what is usual no further than half-way: scatter about one level is no trend
+    end = max(np.percentile(value, 98), 2 * np.median(value), 1e-12)
+    across = np.clip(value[chosen] / end, 0, 1) * (WIDTH - _BAR - 2 * _GAP) + _BAR + _GAP
     assert callable(down)
     points = " ".join(f"{x:.0f},{down(y):.0f}" for x, y in zip(across.tolist(), depth[chosen].tolist(), strict=True))
     return Markup('<polyline class="curve" points="{}"/>').format(points)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
-from drillid.discrepancy import CATALOGUE
+from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, UNPROVED
@@ -76,12 +77,14 @@ class VerdictText:
     """What a driller would say, with what to do."""
     size: Markup
     doubt: str
-    """Probability, and what would decide it."""
+    """Probability."""
     gain: Markup
     evidence: Markup
     action: str
     probability: float
     family: str
+    decisive: str = ""
+    """What would decide it; empty where nothing is known to."""
 
     @property
     def wrong(self) -> bool:
@@ -144,6 +147,7 @@ def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> Verdic
         action="" if kind in ("none", "unproved") else _action(row),
         probability=float(row["probability"]),
         family=str(row["family"]),
+        decisive="" if kind in ("none", "unproved", "unknown") else str(row["what_would_separate"]),
     )
 
 
@@ -154,7 +158,10 @@ def _kind(row: Mapping[Any, Any]) -> str:
 
 
 def _title(row: Mapping[Any, Any]) -> str:
-    return str(row["verdict"]).replace("|", " or ").replace("_", " ")
+    risen = re.findall(r"([\w ]+?) up by ", str(row["evidence"]))
+    if risen:
+        return "rise of " + " and ".join(name.strip() for name in risen)
+    return words_of(str(row["verdict"]))
 
 
 def _set_text(examined: xr.Dataset) -> SetText:
@@ -188,7 +195,7 @@ def _visible(examined: xr.Dataset) -> list[Visible]:
         Visible(
             name,
             float(smallest),
-            size_text(smallest, CATALOGUE[name].size.unit),
+            size_text(smallest, CATALOGUE[name].size.unit, 2),
             size_text(usual, CATALOGUE[name].size.unit),
             bool(smallest <= usual),
         )
@@ -200,9 +207,7 @@ def _none(row: Mapping[Any, Any], own: Sequence[SetText]) -> Markup:
     """What a clear verdict says: also how small a cause would have been seen in its sets."""
     visible = {name: [each for one in own for each in one.visible if each.cause == name] for name in _SEEN_FIRST}
     seen = [found for found in visible.values() if len(found) == len(own) and all(each.below_usual for each in found)]
-    clauses = [
-        Markup("a {} of {}").format(found[0].cause.replace("_", " "), _range_text(found)) for found in seen[:3] if found
-    ]
+    clauses = [Markup("a {} of {}").format(words_of(found[0].cause), _range_text(found)) for found in seen[:3] if found]
     would = Markup("")
     if clauses:
         would = Markup(" {} would have shown.").format(_joined(clauses, "or"))
@@ -264,7 +269,9 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     cause = CATALOGUE[row["cause"]]
     parts = []
     if np.isfinite(row["size"]) and not cause.size.fixed:
-        subject = cause.size.name if "|" not in row["verdict"] else f"{cause.size.name}, if it is {_word(row['cause'])}"
+        subject = (
+            cause.size.name if "|" not in row["verdict"] else f"{cause.size.name}, if it is {words_of(row['cause'])}"
+        )
         ends = Markup("")
         if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
             low, high = (_signed(row[end], cause.size.unit) for end in ("size_low", "size_high"))
@@ -283,10 +290,6 @@ def _signed(value: float, unit: str) -> Markup:
     return Markup("\u2212") * (value < 0) + size_text(value, unit)
 
 
-def _word(name: str) -> str:
-    return name.replace("_", " ")
-
-
 def _capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
@@ -301,8 +304,7 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
             "windows, or the measurement advised below, may decide it."
         )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
-    decide = f" What would decide it: {row['what_would_separate']}." if row["what_would_separate"] else ""
-    return f"{word}: the probability is {percent}.{decide}"
+    return f"{word}: the probability is {percent}."
 
 
 def _percent(probability: float) -> str:
@@ -329,7 +331,7 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
 
 def _evidence(row: Mapping[Any, Any]) -> Markup:
     """What the engine saw, and the evidence apart from how common causes are."""
-    words = str(row["evidence"]).replace("_", " ")
+    words = words_of(str(row["evidence"]))
     parts = [Markup("{}.").format(_capitalised(words))] if words else []
     nats = float(row.get("evidence_nats", np.nan))
     if np.isfinite(nats):

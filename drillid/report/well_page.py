@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import drillid
+from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import FIGURES
 from drillid.figures.data import WellResults
 from drillid.report.attention import items
@@ -98,7 +99,7 @@ def _evidence(results: WellResults, number: int) -> list[dict[str, Any]]:
     """Evidence for every cause and for something unknown in a set, the largest first; None for what was not tested."""
     examined = results.examination.isel(set=number)
     rows = [
-        _row(str(cause).replace("_", " "), linear, detected)
+        _row(words_of(str(cause)), linear, detected)
         for cause, linear, detected in zip(
             examined["cause"].values,
             examined["log_evidence"].values,

@@ -29,7 +29,7 @@ class DistributedBha(Cause):
     meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
-    action = "Compare the bottom-hole assembly with the tally."
+    action = "Correct the wrong one of assembly and tally, then run again."
     size = Size("further length", "m", 50.0, 0.0, 400.0)
 
     def extend(
@@ -52,7 +52,7 @@ class MotorCompliance(Cause):
     meaning = "a mud motor above the bit twists, so that the bit does not follow the collars"
     looks_like = ("distributed_bha", "regenerative_cutting")
     separated_by = "a sweep that reaches the motor's own frequency, or the motor's data sheet"
-    action = "Enter the motor's stiffness in the rig description."
+    action = "The motor's data sheet states it."
     size = Size("compliance", "rad/(N m)", 5e-5, 0.0, 1e-3)
     shape_is_fitted = True
 
@@ -82,7 +82,7 @@ class RegenerativeCut(Cause):
     meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
     looks_like = ("motor_compliance", "stribeck_cutting")
     separated_by = "windows at different speeds, as the blades' period follows the speed"
-    action = "Change speed or weight: the bit's blades feed vibration at this speed."
+    action = "Change them in small steps, and watch torque and rate of penetration."
     size = Size("mean cutting torque", "N m", 2000.0, 0.0, 3e4)
     shapes = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 
@@ -104,7 +104,7 @@ class StribeckCut(Cause):
     meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
     looks_like = ("coulomb_contact", "regenerative_cutting")
     separated_by = "windows at different speeds and weights"
-    action = "Turn faster or take weight off: the rock feeds stick-slip at this speed."
+    action = "The advised settings of the speed control damp it as well."
     size = Size("negative damping", "N m s/rad", 100.0, 0.0, 5e3)
     detector = WeakeningBitDetector()
 
@@ -126,10 +126,7 @@ class StuckSlipRegimes(Cause):
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
     looks_like = ("stribeck_cutting", "coulomb_contact")
     separated_by = "a higher speed or less weight on bit"
-    action = (
-        "Turn faster or take weight off until the bit no longer stands; the parameters of these windows do not hold "
-        "for smooth drilling."
-    )
+    action = "Until then the parameters of these windows do not hold for smooth drilling."
     distorts_responses = True
     size = Size("bit speed's swing per mean speed", "1", 1.0, 0.0, 5.0)
     detector = StandingBitDetector()

@@ -101,6 +101,15 @@ class Size:
         )
 
 
+_PROPER_NAMES = {"bha": "BHA", "coulomb": "Coulomb", "stribeck": "Stribeck"}
+
+
+def words_of(verdict: str) -> str:
+    """A verdict, its causes by their names, as text: 'coulomb_contact|drive_lag' is 'Coulomb contact or drive lag'."""
+    names = verdict.replace("|", " or ").replace("_", " ").split(" ")
+    return " ".join(_PROPER_NAMES.get(name, name) for name in names)
+
+
 class Cause:
     """A cause of misfit between model and data; every entry of the catalogue is a final subclass.
 

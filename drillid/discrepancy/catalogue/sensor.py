@@ -21,7 +21,7 @@ class SpeedScale(Cause):
     meaning = "the recorded speed is off by a factor"
     looks_like = ("actuator_gain", "controller_gain")
     separated_by = "the logged torque command together with the top drive's inertia, or a count of revolutions"
-    action = "Have the speed sensor's calibration checked against a count of revolutions."
+    action = "Compare it with a count of revolutions over some minutes."
     size = Size("factor less one", "1", 0.05, -0.4, 0.4)
 
     def extend(
@@ -39,7 +39,7 @@ class SignOrUnit(Cause):
     headline = "a channel has the wrong sign or unit: correct it in the rig description"
     meaning = "a channel has the wrong sign, or is in another unit than the data sheet says"
     separated_by = "a comparison with another channel of the same quantity"
-    action = "Correct sign or unit of the channel in the rig description, then run again."
+    action = "Run again then: no result of these windows holds before."
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
     # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
     shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
@@ -60,7 +60,7 @@ class ClockOffset(Cause):
     meaning = "speed and torque are stamped by clocks that differ"
     looks_like = ("drive_lag", "recorder_filter", "sample_and_hold")
     separated_by = "the logged torque command, or a tighter tolerance of the drive's delay"
-    action = "Have the recorder's clocks set by one source; until then shift the speed by the offset."
+    action = "Until then shift the speed by this offset."
     size = Size("offset", "s", 0.05, -1.0, 1.0)
 
     def extend(
@@ -79,7 +79,7 @@ class RecorderFilter(Cause):
     meaning = "the recorder filters the speed"
     looks_like = ("clock_offset", "drive_lag", "sample_and_hold")
     separated_by = "the logged torque command, or a sweep to higher frequency"
-    action = "Ask for the record before its filter, or write the filter into the rig's data sheet."
+    action = "If there is none, write the filter into the rig's data sheet."
     size = Size("one over angular corner frequency", "s", 0.03, 0.0, 0.3)
     shapes = (1.0, 2.0)
 
@@ -100,7 +100,7 @@ class SampleAndHold(Cause):
     meaning = "the recorder holds a speed that is sampled more seldom than it writes rows"
     looks_like = ("clock_offset", "drive_lag", "recorder_filter")
     separated_by = "the logged torque command, or a sweep to higher frequency"
-    action = "Ask for the speed at the rate of the other channels, or write its interval into the rig's data sheet."
+    action = "If there are none, write the interval into the rig's data sheet."
     size = Size("interval", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -126,7 +126,7 @@ class ClockDrift(Cause):
     meaning = "the clocks of speed and torque run at different rates"
     looks_like = ("length_growth",)
     separated_by = "one clock for both channels"
-    action = "Have the recorder's clocks disciplined by one source."
+    action = "Until then shorter windows suffer less."
     distorts_responses = True
     size = Size("drift", "s/s", 1e-4, -1e-2, 1e-2)
     detector = ClockDriftDetector()
@@ -140,7 +140,7 @@ class Quantisation(Cause):
     headline = "the speed is recorded in steps of {size}: ask for finer ones, as nothing on the rig is wrong"
     meaning = "the speed is recorded in coarse steps"
     separated_by = "a finer record"
-    action = "Ask for the speed in finer steps; nothing on the rig is wrong."
+    action = "Until then longer windows average the steps out."
     size = Size("step", "rad/s", 0.05, 0.0, 10.0)
     detector = QuantisationDetector()
 
@@ -159,7 +159,7 @@ class AliasedTone(Cause):
     meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
     looks_like = ("once_per_revolution",)
     separated_by = "another sample rate, or an anti-alias filter"
-    action = "Have a filter put before the recorder's sampling; look for what vibrates."
+    action = "Look for what vibrates faster than half the sampling rate."
     size = Size("amplitude", "rad/s", 0.05, 0.0, 10.0)
     detector = ToneDetector()
 
@@ -173,7 +173,7 @@ class OncePerRevolution(Cause):
     meaning = "an eccentric wheel falsifies the speed once in every revolution"
     looks_like = ("aliased_tone",)
     separated_by = "windows at different speeds"
-    action = "Have encoder, coupling and gear of the top drive checked for run-out."
+    action = "The gear of the top drive may run out as well."
     size = Size("share of the speed", "1", 0.02, 0.0, 0.5)
     detector = RevolutionDetector()
 

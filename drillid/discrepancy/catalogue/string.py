@@ -27,7 +27,7 @@ class ExtraSection(Cause):
     meaning = "a section of heavier pipe stands in the string that the tally does not show"
     looks_like = ("distributed_bha", "tapered_string")
     separated_by = "the full tally, or windows over a longer interval of depth"
-    action = "Compare the string in the hole with the tally."
+    action = "Correct the wrong one of string and tally, then run again."
     size = Size("length", "m", 100.0, 0.0, 1000.0)
     shapes = (1.6, 2.5, 5.0)
 
@@ -48,7 +48,7 @@ class TaperedString(Cause):
     meaning = "the string is made of two sizes of pipe where the tally shows one"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
-    action = "Compare the string in the hole with the tally: a second size of pipe is likely."
+    action = "Enter both sizes in the rig description, then run again."
     size = Size("polar moment of the lower pipe per upper's, less one", "1", 0.4, -0.9, 4.0)
     shapes = (0.2, 0.35, 0.5, 0.65, 0.8)
     shape_step = 0.05
@@ -75,7 +75,7 @@ class LocalDampingZone(Cause):
     meaning = "a short section of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
     looks_like = ("hysteretic_damping", "mud_drag")
     separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
-    action = "Mind this depth when tripping: ream or circulate there, and look at the cuttings."
+    action = "Mind this depth when tripping, and look at the cuttings."
     size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
     shapes = tuple(np.linspace(0.02, 0.98, 20).tolist())
     shape_step = 0.02
@@ -114,7 +114,7 @@ class MudDrag(Cause):
     meaning = "the mud drags on the pipe through a thin layer, more at high frequency"
     looks_like = ("hysteretic_damping", "local_damping_zone")
     separated_by = "quieter windows, or the mud's density and viscosity"
-    action = "Expect more torque at higher speed; check the mud's viscosity."
+    action = "Expect more torque at higher speed."
     size = Size("coefficient", "N s^(3/2)/m⁴", 300.0, 0.0, 5e3)
 
     def extend(
@@ -133,7 +133,7 @@ class HystereticDamping(Cause):
     meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
     looks_like = ("local_damping_zone", "mud_drag")
     separated_by = "quieter windows, or a sweep that reaches more modes"
-    action = "Nothing to mend: use the extended model where damping matters."
+    action = "Use the extended model where damping matters."
     size = Size("loss factor", "1", 0.02, 0.0, 0.3)
 
     def extend(
@@ -152,7 +152,7 @@ class CoulombContact(Cause):
     meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
     looks_like = ("stribeck_cutting",)
     separated_by = "windows at different speeds, or a start of rotation"
-    action = "Turn faster or add lubricant: the wall feeds stick-slip at this speed."
+    action = "Compare torque and drag with the plan of the well."
     size = Size("negative damping", "N s/m⁴", 200.0, 0.0, 5e3)
     detector = WeakeningWallDetector()
 
@@ -175,7 +175,7 @@ class WaveSpeed(Cause):
     headline = "waves take {size} {longer} along the pipe than the tally says: enter the tool joints in the data sheet"
     meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
     separated_by = "windows over a longer interval of depth"
-    action = "Nothing to mend: enter the tool joints or the pipe's true wave speed in the rig's data sheet."
+    action = "Nothing on the rig is wrong."
     size = Size("relative change of the pipe's travel time", "1", 0.05, -0.3, 0.5)
 
     def extend(

@@ -18,7 +18,7 @@ class LengthGrowth(Cause):
     meaning = "the string grows longer while the window lasts"
     looks_like = ("clock_drift", "parameter_drift")
     separated_by = "shorter windows"
-    action = "Use shorter windows at this rate of penetration."
+    action = "Nothing on the rig is wrong."
     distorts_responses = True
     size = Size("growth within the window", "m", 20.0, 0.0, 200.0)
     detector = ChangeDetector(LENGTH, one_sided=True)
@@ -32,7 +32,7 @@ class ParameterDrift(Cause):
     meaning = "damping at the bit drifts while the window lasts"
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
-    action = "Look at what changed while the windows lasted: formation, weight or hole cleaning."
+    action = "The log plot has weight, torque and rate of penetration beside it."
     distorts_responses = True
     time_varying = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
@@ -53,10 +53,7 @@ class RegimeChange(Cause):
     meaning = "the drilling regime changes abruptly within the window"
     looks_like = ("parameter_drift",)
     separated_by = "windows cut at the change"
-    action = (
-        "Look at what changed there: hole size, cuttings, formation or vibration; a caliper log and the cuttings "
-        "returns tell more."
-    )
+    action = "The log plot has weight, torque and rate of penetration beside it."
     distorts_responses = True
     time_varying = True
     size = Size("jump of bit damping", "N m s/rad", 200.0, -5e3, 5e3)

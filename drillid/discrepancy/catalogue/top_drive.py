@@ -39,7 +39,7 @@ class ActuatorGain(Cause):
     headline = "the drive gives {size} {more} torque than it is asked for: have its torque calibration checked"
     meaning = "the drive gives more or less torque than it is asked for"
     separated_by = "a measured string torque, or tighter tolerances of top drive and pipe"
-    action = "Have the torque calibration of the drive checked: every torque limit is off by the same share."
+    action = "Every torque limit is off by the same share until then."
     size = Size("gain less one", "1", 0.1, -0.6, 1.0)
 
     def extend(
@@ -58,7 +58,7 @@ class DelayJitter(Cause):
     meaning = "the drive's delay varies from command to command"
     looks_like = ("drive_lag", "recorder_filter", "clock_offset")
     separated_by = "a sweep to higher frequency"
-    action = "Have the link between controller and drive checked; leave more margin in the speed control."
+    action = "Leave more margin in the speed control until it is mended."
     size = Size("root mean square, squared", "s²", 4e-4, 0.0, 4e-2)
     detector = DelayJitterDetector()
 
@@ -78,7 +78,7 @@ class TorqueLimit(Cause):
     meaning = "the drive reaches its torque limit and gives no more"
     looks_like = ("torque_rate_limit",)
     separated_by = "a sweep of smaller amplitude"
-    action = "Raise the torque limit if the string allows it, or expect more stick-slip at this limit."
+    action = "Compare it with the make-up torque of the connections before it is raised."
     distorts_responses = True
     size = Size("limit", "N m", 1e4, 0.0, 1e5)
     detector = TorqueLimitDetector()
@@ -93,7 +93,7 @@ class TorqueRateLimit(Cause):
     meaning = "the drive's torque cannot change as fast as it is asked to"
     looks_like = ("drive_lag", "torque_limit", "delay_jitter")
     separated_by = "a sweep of smaller amplitude"
-    action = "Have the drive's ramp limit raised, or do not count on the control at high frequency."
+    action = "Until then do not count on the speed control at the higher modes."
     distorts_responses = True
     size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
     detector = TorqueRateLimitDetector()
@@ -108,7 +108,7 @@ class ControllerGain(Cause):
     meaning = "the speed control has other gains than the data sheet says"
     looks_like = ("speed_scale",)
     separated_by = "the logged torque command together with the top drive's inertia"
-    action = "Compare the gains in the drive's settings with the data sheet and correct the wrong one."
+    action = "Correct the wrong one of the two, then run again."
     size = Size("relative change of both gains", "1", 0.2, -0.9, 3.0)
 
     def extend(
@@ -132,7 +132,7 @@ class SpeedFilter(Cause):
     separated_by = (
         "a look into the drive's settings: no response distinguishes this filter from one on the controller's torque"
     )
-    action = "Look for a filter on the speed in the drive's settings and write it into the rig's data sheet."
+    action = "Write it into the rig's data sheet: the advised settings then allow for it."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -151,7 +151,7 @@ class TorqueFilter(Cause):
     meaning = "the control filters its own torque before the sweep is added"
     looks_like = ("speed_filter",)
     separated_by = "a look into the drive's settings: no response distinguishes this filter from one on the speed"
-    action = "Look for a filter on the torque in the drive's settings and write it into the rig's data sheet."
+    action = "Write it into the rig's data sheet: the advised settings then allow for it."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -170,7 +170,7 @@ class GearBacklash(Cause):
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
     looks_like = ("delay_jitter", "coulomb_contact")
     separated_by = "a window of low mean torque beside one of high"
-    action = "Have the gear of the top drive looked at; keep the mean torque well above zero."
+    action = "While the mean torque stays well above zero, the teeth do not part."
     distorts_responses = True
     size = Size("free angle", "rad", 0.05, 0.0, 1.0)
     detector = BacklashDetector()

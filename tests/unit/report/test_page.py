@@ -101,6 +101,16 @@ def test_what_is_urgent_is_first_in_the_fleet_and_told_once_in_its_well(fleet: F
     page = text(fleet.page("W1"))
     assert page.count(EXPLANATIONS[frozenset({"damping_bha", "inertia_bha"})]) == 1
     assert page.count("is usual") == 2
+    assert page.count("caliper") == 1
+    assert "rise of BHA damping and BHA inertia" in page
+
+
+def test_a_mark_of_a_depth_has_one_colour_in_list_and_table(fleet: Fleet) -> None:
+    item = next(each for each in fleet.page().split('<li class="item')[1:] if "1015–1021" in text(each))
+    row = next(each for each in fleet.page().split("<tr data-text")[1:] if 'W1.html"' in each)
+    marks = [set(re.findall(r'class="mark (\w+)"', each)) for each in (item.partition("</li>")[0], row)]
+    assert marks[0]
+    assert marks[0] <= marks[1]
 
 
 def test_what_nothing_tested_is_not_shown_as_zero(fleet: Fleet) -> None:
@@ -129,7 +139,7 @@ def test_a_single_window_makes_no_level_and_no_anomaly(fleet: Fleet) -> None:
 def test_time_without_windows_is_listed_by_reason(fleet: Fleet) -> None:
     page = text(fleet.page("W1"))
     assert "drilling too short: 300 s of 600 s 1 5.0" in page
-    assert "connection connection 1 3.0" in page
+    assert "connection – 1 3.0" in page
 
 
 def test_wells_are_linked_with_their_neighbours(fleet: Fleet) -> None:

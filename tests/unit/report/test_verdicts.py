@@ -30,7 +30,7 @@ def test_every_cause_has_what_a_driller_says_and_what_to_do(name: str) -> None:
     cause = CATALOGUE[name]
     words = verdict_text(row(replace(LAG, verdict=name, cause=name, family=cause.family, unit=cause.size.unit)))
     assert words.kind == "named"
-    assert words.title == name.replace("_", " ")
+    assert words.title.lower() == name.replace("_", " ")
     lead = words.lead.striptags()
     assert lead[0].isupper() or lead[0].isdigit()
     assert ": " in lead
@@ -38,6 +38,14 @@ def test_every_cause_has_what_a_driller_says_and_what_to_do(name: str) -> None:
     assert words.action
     assert not re.search(r"nan|[{}]", " ".join([lead, words.size, words.gain, words.doubt]))
     assert cause.size.fixed or cause.size.name[1:] in words.size.unescape()
+
+
+@pytest.mark.parametrize("name", list(CATALOGUE))
+def test_what_the_headline_says_is_not_said_again(name: str) -> None:
+    first, second = (
+        set(re.findall(r"[a-z]{4,}", text.lower())) for text in (CATALOGUE[name].headline, CATALOGUE[name].action)
+    )
+    assert len(second - first) > len(second & first)
 
 
 def test_the_lead_has_the_size_in_units_that_one_feels_and_its_sign_in_words() -> None:
@@ -81,7 +89,8 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
 
 def test_doubt_is_stated() -> None:
     doubtful = verdict_text(row(replace(LAG, probability=0.62)))
-    assert doubtful.doubt.startswith("Doubtful: the probability is 62 %. What would decide it: a sweep to higher")
+    assert doubtful.doubt == "Doubtful: the probability is 62 %."
+    assert doubtful.decisive.startswith("a sweep to higher")
 
 
 def test_the_evidence_is_apart_from_base_rates() -> None:
