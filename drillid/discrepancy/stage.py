@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Complex, Floats, Integers
+from drillid.arrays import Booleans, Complex, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo, completed, row_keys
 from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.discrepancy.base_rates import stated_base_rates
+from drillid.discrepancy.products.interval_prediction import PREDICTION_COLUMNS, interval_prediction
 from drillid.discrepancy.products.kept_sets import examine_well, joined
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import bridged, change_verdict, flag, intervals, run_pulls, runs
@@ -25,6 +26,8 @@ from drillid.physics.responses import command_mobility, laplace
 from drillid.statistics import to_normal
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from drillid.config.settings import Settings
     from drillid.config.sheets import Well
 
@@ -63,6 +66,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         {name: ("window", pull) for name, (pull, _) in pulls.items()} | {"flagged": ("window", flagged)}
     ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
     table = intervals(data.windows, dataset, run)
+    table = table.assign(**_predictions(table, data, dataset, run))
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
     base_rates, common_causes = stated_base_rates(settings.discrepancy), settings.common_causes.enabled
     sets = examine_well(data, error_rate, base_rates, memo, earlier, common_causes)
@@ -108,14 +112,26 @@ def _change(
     p_values: Sequence[Floats],
 ) -> Verdict:
     """The verdict on one flagged interval."""
-    flagged, windows = dataset["flagged"].values, data.windows
-    known = np.isfinite(parameters["damping_bha"][0])
-    inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
-    usual = ~flagged & np.isin(run, run[inside]) & known
-    inside &= known
+    inside, usual = _inside_and_usual(row, data, dataset, run)
     tested = sum(int(np.isfinite(p_value).sum()) for p_value in p_values)
     p_value = min(tested * float(np.nanmin([track[inside] for track in p_values])), 1.0)
     return change_verdict(parameters, inside, usual, row["from_m"], row["to_m"], p_value, row["evidence"])
+
+
+def _inside_and_usual(
+    row: Mapping[Hashable, Any], data: WellData, dataset: xr.Dataset, run: Integers
+) -> tuple[Booleans, Booleans]:
+    """Windows of a flagged interval, and those of its run that are not flagged, with an accepted fit."""
+    flagged, windows = dataset["flagged"].values, data.windows
+    known = np.isfinite(_estimate(data.fits, "damping_bha")[0])
+    inside = flagged & (windows["depth_from"].values >= row["from_m"]) & (windows["depth_to"].values <= row["to_m"])
+    return inside & known, ~flagged & np.isin(run, run[inside]) & known
+
+
+def _predictions(table: pd.DataFrame, data: WellData, dataset: xr.Dataset, run: Integers) -> dict[str, list[float]]:
+    """Errors of the predicted speed in each flagged interval, and its noise, rad/s, by their columns."""
+    rows = [interval_prediction(data, *_inside_and_usual(row, data, dataset, run)) for row in table.to_dict("records")]
+    return {name: [row[place] for row in rows] for place, name in enumerate(PREDICTION_COLUMNS)}
 
 
 def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.report.content import EXPLANATIONS, FlaggedInterval, Rise
 from drillid.report.quantities import QUANTITIES, number
 from drillid.report.sentences import PARAMETER_QUANTITIES, deviations_text, problem_sentence, rejections_text
-from drillid.report.verdicts import VerdictText
+from drillid.report.verdicts import VerdictText, prediction_text
 from drillid.report.well_report import WellReport
 
 ACT, LOOK, NOTE = 1, 2, 3
@@ -85,7 +85,8 @@ def _of_verdict(well: WellReport, verdict: VerdictText) -> Item:
     lead = verdict.lead
     more = Markup("{} {}").format(verdict.size, verdict.gain) if verdict.kind == "named" else escape(verdict.doubt)
     if interval is not None:
-        kind, lead, more = "Wash-out", interval_lead(interval), interval_text(interval)
+        kind, lead = "Wash-out", interval_lead(interval)
+        more = Markup("{} {}").format(interval_text(interval), interval_gain(interval))
     level = ACT if verdict.kind == "named" and verdict.probability >= _LIKELY else LOOK
     return Item(level, kind, lead, more, verdict.from_m, verdict.to_m, verdict.probability, "verdicts")
 
@@ -111,6 +112,11 @@ def interval_lead(interval: FlaggedInterval) -> Markup:
 def interval_text(interval: FlaggedInterval) -> Markup:
     """The parameters that rose, with their usual levels."""
     return Markup("; ").join(rise_text(rise) for rise in interval.rises) + Markup("." if interval.rises else "")
+
+
+def interval_gain(interval: FlaggedInterval) -> Markup:
+    """What knowing of the interval gains; empty where that is not known."""
+    return prediction_text(*interval.prediction) if interval.prediction else Markup("")
 
 
 def interval_explanation(interval: FlaggedInterval) -> str:

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.datasets.tables import read_table
 from drillid.discrepancy import EVIDENCE, runs
+from drillid.discrepancy.products.interval_prediction import PREDICTION_COLUMNS
 from drillid.figures.data import drilled_length
 from drillid.physics.parameters import PARAMETERS
 from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
+from drillid.units import RPM
 
 if TYPE_CHECKING:
     from drillid.config.rig import Rig
@@ -80,6 +82,9 @@ class FlaggedInterval:
     to_m: float
     windows: int
     rises: tuple[Rise, ...]
+    prediction: tuple[float, float, float] | None = None
+    """Errors of the predicted speed in one of its windows by what is usual and by its other windows, and the noise, rpm
+    rms."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +216,9 @@ def _interval(
             values = fits.sel(parameter=parameter)
             there, level = (_mean(values, member) for member in (inside, usual))
             rises.append(Rise(parameter, there, level, float(row[track])))
-    return FlaggedInterval(row["from_m"], row["to_m"], int(row["windows"]), tuple(rises))
+    errors = tuple(float(row.get(name, np.nan)) / RPM for name in PREDICTION_COLUMNS)
+    prediction = (errors[0], errors[1], errors[2]) if np.isfinite(errors).all() else None
+    return FlaggedInterval(row["from_m"], row["to_m"], int(row["windows"]), tuple(rises), prediction)
 
 
 def _mean(fit: xr.Dataset, member: Booleans) -> Estimate:

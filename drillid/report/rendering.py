@@ -11,7 +11,7 @@ import numpy as np
 
 from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES
-from drillid.report.attention import URGENCY, interval_explanation, interval_lead, interval_text
+from drillid.report.attention import URGENCY, interval_explanation, interval_gain, interval_lead, interval_text
 from drillid.report.content import joined
 from drillid.report.quantities import MISSING, QUANTITIES, both, number, share
 from drillid.report.sentences import (
@@ -59,6 +59,7 @@ def _environment() -> Environment:
         "joined": joined,
         "interval_lead": interval_lead,
         "interval_text": interval_text,
+        "interval_gain": interval_gain,
         "interval_explanation": interval_explanation,
         "words_of": words_of,
         "address": quote,

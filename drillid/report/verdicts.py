@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, UNPROVED
-from drillid.report.quantities import QUANTITIES, digits, size_text
+from drillid.report.quantities import QUANTITIES, digits, number, size_text
 from drillid.units import RPM
 
 if TYPE_CHECKING:
@@ -158,10 +159,15 @@ def _kind(row: Mapping[Any, Any]) -> str:
 
 
 def _title(row: Mapping[Any, Any]) -> str:
-    risen = re.findall(r"([\w ]+?) up by ", str(row["evidence"]))
+    risen = _risen(row)
     if risen:
-        return "rise of " + " and ".join(name.strip() for name in risen)
+        return "rise of " + " and ".join(risen)
     return words_of(str(row["verdict"]))
+
+
+def _risen(row: Mapping[Any, Any]) -> list[str]:
+    """Parameters that rose, where the verdict is on an interval that stands out of its run."""
+    return [name.strip() for name in re.findall(r"([\w ]+?) up by ", str(row["evidence"]))]
 
 
 def _set_text(examined: xr.Dataset) -> SetText:
@@ -317,16 +323,22 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     if not np.isfinite(gain):
         return Markup("")
     felt = Markup("")
-    if own is not None and own.prediction is not None:
-        base, extended, noise = own.prediction
-        felt = Markup(
-            "The top drive's speed in a window that was held out is predicted with an error of {} rpm instead of {} "
-            "rpm; the noise is {} rpm. "
-        ).format(digits(extended, 2), digits(base, 2), digits(noise, 2))
+    # a rise between windows is not among what the set's model is extended by
+    if own is not None and own.prediction is not None and not _risen(row):
+        felt = prediction_text(*own.prediction) + " "
     windows = int(row["held_out_windows"])
     data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
     ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
     return felt + Markup("Log-likelihood gained on {}: {}{} a window.").format(data, digits(gain), ends)
+
+
+def prediction_text(without: float, extended: float, noise: float) -> Markup:
+    """What knowing of a cause gains, in errors of the predicted speed, rpm."""
+    decimals = max(2, 1 - math.floor(math.log10(max(min(without, extended, noise), 1e-9))))
+    return Markup(
+        "The top drive's speed in a window that was held out is predicted with an error of {} rpm instead of {} rpm; "
+        "the noise is {} rpm."
+    ).format(*(number(value, decimals) for value in (extended, without, noise)))
 
 
 def _evidence(row: Mapping[Any, Any]) -> Markup:

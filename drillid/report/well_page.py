@@ -90,6 +90,7 @@ def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
         "others": document(drawn, data, "o"),
         "places": {place: [f"{place}-{name}" for name in charts] for place, charts in places.items()},
         "missing": log.missing,
+        "states": log.states,
         "windows": windows,
         "shown": len(maps.rows) // 2,
     }

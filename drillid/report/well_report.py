@@ -97,6 +97,12 @@ class WellReport:
         ]
         return ", ".join(dict.fromkeys(named))
 
+    def between_windows(self, number: int) -> list[VerdictText]:
+        """Verdicts in a set that are on an interval that stands out of its run."""
+        each = self.sets[number]
+        inside = [verdict for verdict in self.wrong if each.from_m <= verdict.to_m and verdict.from_m <= each.to_m]
+        return [verdict for verdict in inside if self.interval_of(verdict)]
+
     @property
     def told(self) -> list[int]:
         """Numbers of the sets whose evidence is told: of those that name the same, the last."""

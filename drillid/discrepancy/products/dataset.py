@@ -217,7 +217,7 @@ def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
         sweep, _ = mean_period(channels[0], rate, period)
         speed, error = mean_period(channels[1], rate, period)
         time, speed = np.arange(PHASES) * period / PHASES, in_band(speed, period, band)
-        by_base, by_extended = (driven(prediction, sweep, period, band) for prediction in (base, extended))
+        by_base, by_extended = (driven(prediction.mobility, sweep, period, band) for prediction in (base, extended))
     return {
         "held_out_window": ((), int(data.windows["window"][window])),
         "held_out_base": (("frequency",), base.mobility(frequency)),

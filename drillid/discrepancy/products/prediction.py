@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -80,11 +81,16 @@ def in_band(series: Floats, period: float, band: tuple[float, float]) -> Floats:
     return np.fft.irfft(np.where((frequency >= band[0]) & (frequency <= band[1]), lines, 0.0), PHASES)
 
 
-def driven(prediction: Prediction, sweep: Floats, period: float, band: tuple[float, float]) -> Floats:
-    """Speed (rad/s) within a band over one period, as driven by a sweep (N m); both (PHASES,)."""
+def driven(mobility: Callable[[Floats], Complex], sweep: Floats, period: float, band: tuple[float, float]) -> Floats:
+    """Speed (rad/s) within a band over one period, as driven by a sweep (N m); both (PHASES,).
+
+    Parameters
+    ----------
+    mobility : command mobility at frequencies
+    """
     lines = np.fft.rfft(sweep)
     frequency = np.arange(lines.size) / period
     inside = (frequency >= band[0]) & (frequency <= band[1])
     speed = np.zeros_like(lines)
-    speed[inside] = lines[inside] * prediction.mobility(frequency[inside])
+    speed[inside] = lines[inside] * mobility(frequency[inside])
     return np.fft.irfft(speed, PHASES)

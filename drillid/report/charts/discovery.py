@@ -36,7 +36,7 @@ def held_out_chart(results: WellResults, number: int) -> Any | None:
     margin = TWO_SIDED * np.nan_to_num(float(examined["period_error"])) / RPM
     columns |= {"low": columns["speed"] - margin, "high": columns["speed"] + margin}
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
-    chart = new_chart(None, _HEIGHT, title="Top-drive speed in a window that was held out", tools=_TOOLS)
+    chart = new_chart(None, _HEIGHT, title="Top-drive speed in a held-out window", tools=_TOOLS)
     chart.toolbar.update(logo=None, autohide=True)
     band = chart.varea("time", "low", "high", source=data, fill_alpha=0.25)
     coloured(band, fill_color="ink")

@@ -37,6 +37,8 @@ _LEFT = 62
 _NARROW, _WIDE = 74, 98
 _LINE = 13
 """Characters of a line of a track's name."""
+_VERDICT_LINE = 11
+"""The same of a verdict's title."""
 _HEADER = 74
 """Pixels of the tracks' scales above them."""
 _DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
@@ -78,6 +80,8 @@ class LogPlot:
     """At the depth of the window whose spectra are shown; the page's script places it."""
     missing: tuple[str, ...]
     """Channels that are not logged, in words."""
+    states: dict[str, str]
+    """States of the rig that are shown, in words, with their colours."""
 
 
 def log_plot(results: WellResults, verdicts: Sequence[VerdictText], depths: Range1d) -> LogPlot:
@@ -91,7 +95,7 @@ def log_plot(results: WellResults, verdicts: Sequence[VerdictText], depths: Rang
     builder = _Tracks(results, windows, depths)
     missing = []
     builder.hole()
-    builder.states()
+    states = builder.states()
     for channel in well_data.OPERATION:
         if np.isfinite(windows.data[channel.column]).any():
             builder.operation(channel)
@@ -105,7 +109,7 @@ def log_plot(results: WellResults, verdicts: Sequence[VerdictText], depths: Rang
         builder.control()
     chart = gridplot([builder.tracks], toolbar_location="above", merge_tools=True)
     chart.toolbar.update(logo=None)
-    return LogPlot(chart, windows, builder.shown, tuple(missing))
+    return LogPlot(chart, windows, builder.shown, tuple(missing), states)
 
 
 def window_source(results: WellResults) -> ColumnDataSource:
@@ -201,11 +205,12 @@ class _Tracks:
         measured = track.segment(x0=0, x1=0, y0="depth_from", y1="depth_to", source=self.windows, line_width=5)
         coloured(measured, line_color="ink")
 
-    def states(self) -> None:
-        """Shares of the rig's states in the time since the window before."""
+    def states(self) -> dict[str, str]:
+        """Shares of the rig's states in the time since the window before; the colour of each that has any."""
         track = self._new(_NARROW, Range1d(*_PERCENT))
         left = np.zeros(len(self.windows.data["depth"]))
-        for state, share in well_data.state_shares(self.results).items():
+        shares = well_data.state_shares(self.results)
+        for state, share in shares.items():
             words = state.replace("_", " ")
             right = left + 100 * share
             bars = track.quad(
@@ -227,6 +232,7 @@ class _Tracks:
             left = right
         label_axis(track.xaxis[0], "Rig state", unit="% of time")
         track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 50]))
+        return {state.replace("_", " "): _STATES[state] for state, share in shares.items() if share.any()}
 
     def operation(self, channel: well_data.Channel) -> None:
         """One channel of what the rig did."""
@@ -315,7 +321,7 @@ class _Tracks:
                 "text_at": [lane + 0.29 for lane, _ in chosen],
                 "top": [verdict.from_m for _, verdict in chosen],
                 "bottom": [max(verdict.to_m, verdict.from_m + 0.5) for _, verdict in chosen],
-                "title": [verdict.title.replace(" or ", "\nor ").replace(" ", "\n", 1) for _, verdict in chosen],
+                "title": [_lines(verdict.title) for _, verdict in chosen],
                 "probability": [verdict.probability for _, verdict in chosen],
             }
             data = source(columns, {"top": "depth", "bottom": "depth"})
@@ -351,6 +357,11 @@ class _Tracks:
         track.add_tools(hover([*rows, *_place()], [tuned]))
         label_axis(track.xaxis[0], "Gain advised", "proportional")
         self._ticks(track)
+
+
+def _lines(title: str) -> str:
+    """A verdict's title in lines that its track has room for."""
+    return "\n".join(textwrap.wrap(title.replace(" or ", " or\u00a0"), _VERDICT_LINE))
 
 
 def _wrapped(name: str) -> str:

@@ -26,8 +26,8 @@ _TITLES = {
     "bit_controlled": "Bit mobility, as controlled",
     "residual_before": "Residual of the base model",
     "residual_after": "Residual of the extended model",
-    "step_stiff": "Bit speed after a torque step, top drive clamped",
-    "step_controlled": "Bit speed after a torque step, as controlled",
+    "step_stiff": "Bit step response, top drive clamped",
+    "step_controlled": "Bit step response, as controlled",
 }
 _DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
 _MOBILITIES = ("measured", "fitted", "bit_stiff", "bit_controlled", "step_stiff", "step_controlled")

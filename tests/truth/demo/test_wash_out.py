@@ -49,3 +49,6 @@ def test_the_wash_out_is_flagged_and_nothing_else(name: str, tmp_path: Path, mon
     assert found["from_m"][0] == pytest.approx(truth.from_depth, abs=window)
     assert found["to_m"][0] == pytest.approx(truth.to_depth, abs=window)
     assert "BHA damping up by" in found["evidence"][0]
+    usual, inside, noise = (found[name][0] for name in ("error_by_usual", "error_by_interval", "speed_noise"))
+    assert inside < 0.6 * usual
+    assert 0.5 * noise < inside < 2 * noise

@@ -113,6 +113,10 @@ def test_a_mark_of_a_depth_has_one_colour_in_list_and_table(fleet: Fleet) -> Non
     assert marks[0] <= marks[1]
 
 
+def test_colours_of_the_rig_states_are_told(fleet: Fleet) -> None:
+    assert re.search(r"Rig state:( \w+)* drilling", text(fleet.page("W1")))
+
+
 def test_what_nothing_tested_is_not_shown_as_zero(fleet: Fleet) -> None:
     assert "not tested" in text(fleet.page("W1"))
 

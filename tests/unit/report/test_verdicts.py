@@ -83,7 +83,7 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     words = verdict_text(row(LAG), [SET])
     assert words.size == "Time constant: 49.4 ms (95 % interval 48.9 ms to 49.9 ms)."
     assert words.doubt.startswith("Clear: the probability is above 99 %.")
-    assert "with an error of 0.12 rpm instead of 0.21 rpm; the noise is 0.1 rpm." in words.gain
+    assert "with an error of 0.12 rpm instead of 0.21 rpm; the noise is 0.10 rpm." in words.gain
     assert "12 windows that it was not fitted to: 339 (90 % interval 310 to 368) a window" in words.gain
 
 
