@@ -11,7 +11,7 @@ from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.report.content import EXPLANATIONS, FlaggedInterval, Rise
 from drillid.report.quantities import QUANTITIES, number
 from drillid.report.sentences import PARAMETER_QUANTITIES, deviations_text, problem_sentence, rejections_text
-from drillid.report.verdicts import VerdictText, prediction_text
+from drillid.report.verdicts import Prediction, VerdictText
 from drillid.report.well_report import WellReport
 
 ACT, LOOK, NOTE = 1, 2, 3
@@ -116,7 +116,7 @@ def interval_text(interval: FlaggedInterval) -> Markup:
 
 def interval_gain(interval: FlaggedInterval) -> Markup:
     """What knowing of the interval gains; empty where that is not known."""
-    return prediction_text(*interval.prediction) if interval.prediction else Markup("")
+    return Prediction(*interval.prediction, change=np.nan).text if interval.prediction else Markup("")
 
 
 def interval_explanation(interval: FlaggedInterval) -> str:
@@ -156,8 +156,12 @@ def _rejections(well: WellReport) -> list[Item]:
     if not well.many_rejected or well.identified is None:
         return []
     share = well.rejected / well.identified.windows
-    lead = Markup("Many fits are not accepted: look at their reasons before relying on this well.")
-    return [Item(LOOK, "Sensors and data", lead, escape(rejections_text(well)), np.nan, np.nan, share, "parameters")]
+    named = [verdict.title for verdict in well.wrong if verdict.kind == "named" and verdict.probability >= _LIKELY]
+    if named:
+        level, lead = NOTE, Markup("Many fits without the {} are not accepted: rely on those with it.").format(named[0])
+    else:
+        level, lead = LOOK, Markup("Many fits are not accepted: look at their reasons before relying on this well.")
+    return [Item(level, "Sensors and data", lead, escape(rejections_text(well)), np.nan, np.nan, share, "parameters")]
 
 
 def _data_sheet(well: WellReport) -> list[Item]:

@@ -22,11 +22,14 @@ from drillid.units import RPM
 if TYPE_CHECKING:
     import xarray as xr
 
+    from drillid.arrays import Floats
     from drillid.datasets.store import WellFolders
 
 _UNKNOWN_ACTION = "Rely less on the model of these depths, and have the part of the rig that is named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
+_FALLS = 0.98
+"""Ratio of prediction errors below which one is told to fall."""
 _SIGNED = (
     *(("more", "less"), ("higher", "lower"), ("high", "low"), ("longer", "shorter"), ("later", "earlier")),
     ("up", "down"),
@@ -49,6 +52,39 @@ class Visible:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """Prediction of the top drive's speed in a held-out window, rpm rms."""
+
+    base: float
+    """Error without the cause."""
+    extended: float
+    """Error with it."""
+    noise: float
+    """Part of both that is noise of the measurement."""
+    change: float
+    """Of the prediction by the cause; NaN where that is not known."""
+
+    @property
+    def text(self) -> Markup:
+        """What knowing of the cause gains."""
+        least = min(value for value in (self.base, self.extended, self.noise, self.change) if value == value)
+        decimals = max(2, 1 - math.floor(math.log10(max(least, 1e-9))))
+        base, extended, noise, change = (
+            number(value, decimals) for value in (self.base, self.extended, self.noise, self.change)
+        )
+        moved = (
+            f"It changes the predicted speed of the top drive by {change} rpm. " if self.change == self.change else ""
+        )
+        if self.extended < _FALLS * self.base:
+            return Markup(
+                "{}In a held-out window the error of that speed falls from {} to {} rpm; its noise is {} rpm."
+            ).format(moved, base, extended, noise)
+        return Markup(
+            "{}A single held-out window does not show it: its error stays at {} rpm, its noise is {} rpm."
+        ).format(moved, base, noise)
+
+
+@dataclass(frozen=True)
 class SetText:
     """Text on a whole set of windows."""
 
@@ -57,9 +93,8 @@ class SetText:
     advice: str
     missing: str
     """Interpretation of the missing immittance where the cause is unknown; else empty."""
-    prediction: tuple[float, float, float] | None
-    """Errors of the predicted speed of a held-out window by base and extended model, and the noise, rpm rms; None where
-    the model is not extended."""
+    prediction: Prediction | None
+    """Of the speed in a held-out window; None where the model is not extended."""
     visible: tuple[Visible, ...]
     """Of every cause that the linear responses show."""
 
@@ -181,15 +216,16 @@ def _set_text(examined: xr.Dataset) -> SetText:
     )
 
 
-def _prediction(examined: xr.Dataset) -> tuple[float, float, float] | None:
-    """Errors of the predicted speed in a held-out window, base and extended, beside the noise, rpm."""
-    base, extended = (
-        float(np.sqrt(np.mean((examined["period_speed"] - examined[name]) ** 2))) / RPM
-        for name in ("period_base", "period_extended")
-    )
-    if not np.isfinite(base) or base == extended:
+def _prediction(examined: xr.Dataset) -> Prediction | None:
+    speed, by_base, by_extended = (examined[f"period_{name}"].values / RPM for name in ("speed", "base", "extended"))
+    base, extended, change = (_rms(each) for each in (speed - by_base, speed - by_extended, by_base - by_extended))
+    if not np.isfinite(base) or change == 0:
         return None
-    return base, extended, float(examined["period_error"]) / RPM
+    return Prediction(base, extended, float(examined["period_error"]) / RPM, change)
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _visible(examined: xr.Dataset) -> list[Visible]:
@@ -325,20 +361,11 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     felt = Markup("")
     # a rise between windows is not among what the set's model is extended by
     if own is not None and own.prediction is not None and not _risen(row):
-        felt = prediction_text(*own.prediction) + " "
+        felt = own.prediction.text + " "
     windows = int(row["held_out_windows"])
     data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
     ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
     return felt + Markup("Log-likelihood gained on {}: {}{} a window.").format(data, digits(gain), ends)
-
-
-def prediction_text(without: float, extended: float, noise: float) -> Markup:
-    """What knowing of a cause gains, in errors of the predicted speed, rpm."""
-    decimals = max(2, 1 - math.floor(math.log10(max(min(without, extended, noise), 1e-9))))
-    return Markup(
-        "The top drive's speed in a window that was held out is predicted with an error of {} rpm instead of {} rpm; "
-        "the noise is {} rpm."
-    ).format(*(number(value, decimals) for value in (extended, without, noise)))
 
 
 def _evidence(row: Mapping[Any, Any]) -> Markup:

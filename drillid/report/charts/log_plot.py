@@ -26,7 +26,17 @@ from drillid.figures.captions import DISPLAYED_PARAMETERS
 from drillid.figures.data import WellResults
 from drillid.figures.style import well_marks
 from drillid.report.charts import well_data
-from drillid.report.charts.style import coloured, hover, label_axis, level, new_chart, source, tagged, value_range
+from drillid.report.charts.style import (
+    coloured,
+    hover,
+    label_axis,
+    level,
+    new_chart,
+    set_ticks,
+    source,
+    tagged,
+    value_range,
+)
 from drillid.report.quantities import QUANTITIES
 from drillid.report.sentences import PARAMETER_QUANTITIES
 from drillid.report.verdicts import VerdictText
@@ -56,7 +66,6 @@ _QUANTITIES = {
         for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")
     },
 }
-_FOUR_DIGITS = 1000.0
 _PERCENT = (-12.0, 115.0)
 """Ends of an axis of shares: the numbers 0 and 100 are clear of those of the tracks beside it."""
 _STATES = {
@@ -183,9 +192,6 @@ class _Tracks:
         self.tracks.append(track)
         return track
 
-    def _ticks(self, track: Any, count: int = 2) -> None:
-        track.xaxis[0].ticker.update(desired_num_ticks=count, num_minor_ticks=0)
-
     def hole(self) -> None:
         """Hole sections and assembly runs in words."""
         track = self._new(_WIDE, Range1d(0, 1))
@@ -253,10 +259,7 @@ class _Tracks:
             rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
         track.add_tools(hover([*rows, *_place()], [dots]))
         label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
-        ratio = QUANTITIES[channel.quantity].per_metric
-        counts = [1 if across.end * factor >= _FOUR_DIGITS else 2 for factor in (1.0, ratio)]
-        self._ticks(track, counts[0])
-        tagged(track.xaxis[0].ticker, None, *({"desired_num_ticks": count} for count in counts))
+        set_ticks(track, channel.quantity)
 
     def parameter(self, name: str) -> None:
         """A parameter window by window with its intervals, and from all windows together with its band."""
@@ -289,7 +292,7 @@ class _Tracks:
         track.add_tools(hover([*rows, *_place()], [dots]))
         symbol = shown.symbol + {"bha": "\u00a0bha"}.get(shown.index, "")
         label_axis(track.xaxis[0], _wrapped(f"{shown.name} {symbol}"), quantity)
-        self._ticks(track)
+        set_ticks(track, quantity)
 
     def coherence(self) -> None:
         """How much of the speed follows the sweep."""
@@ -356,7 +359,7 @@ class _Tracks:
         ]
         track.add_tools(hover([*rows, *_place()], [tuned]))
         label_axis(track.xaxis[0], "Gain advised", "proportional")
-        self._ticks(track)
+        set_ticks(track, "proportional")
 
 
 def _lines(title: str) -> str:

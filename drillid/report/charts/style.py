@@ -7,10 +7,11 @@ colours, and what they are in metric and in oilfield units; `charts.js` sets the
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Range1d, Span
+from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from drillid.arrays import Floats
@@ -19,6 +20,8 @@ from drillid.report.quantities import QUANTITIES
 FONT = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 ROOM = 0.08
 """Margin of an axis beyond its values, as a share of their spread."""
+_DIGIT, _OVER, _MOST_TICKS = 6.0, 4.0, 3
+"""Pixels of a digit, and those by which a number may leave its axis; numbers of a narrow axis."""
 _LEAST_SPREAD = 0.2
 """Of an axis, as a share of its values."""
 
@@ -91,6 +94,39 @@ def label_axis(axis: Any, name: str, quantity: str = "", unit: str = "", joint: 
     else:
         axis.update(axis_label=f"{name}{joint}[{unit}]" if unit else name)
         _dressed(axis, None, None)
+
+
+def set_ticks(chart: Any, quantity: str) -> None:
+    """Ticks of an axis across that is not zoomed, in both units, with numbers clear of those of charts beside it."""
+    across, per_metric = chart.x_range, QUANTITIES[quantity].per_metric
+    ticks = [clear_ticks(across.start * factor, across.end * factor, chart.width) for factor in (1.0, per_metric)]
+    chart.xaxis[0].ticker = tagged(FixedTicker(ticks=ticks[0]), None, {"ticks": ticks[0]}, {"ticks": ticks[1]})
+
+
+def clear_ticks(start: float, end: float, width: int) -> list[float]:
+    """At most three round numbers between the ends of an axis whose labels neither touch nor leave it.
+
+    Parameters
+    ----------
+    width : pixels
+    """
+    span = end - start
+    decade = 10.0 ** np.floor(np.log10(span))
+    for step in (scale * decade for scale in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)):
+        ticks = [float(f"{number * step:.6g}") for number in range(int(np.ceil(start / step)), int(end // step) + 1)]
+        halves = [_DIGIT * len(f"{tick:.6g}") / 2 for tick in ticks]
+        places = [(tick - start) / span * width for tick in ticks]
+        fitting = [
+            number
+            for number, (place, half) in enumerate(zip(places, halves, strict=True))
+            if half - _OVER <= place <= width - half
+        ]
+        apart = all(
+            places[right] - places[left] > halves[left] + halves[right] + _DIGIT for left, right in pairwise(fitting)
+        )
+        if fitting and apart and len(fitting) <= _MOST_TICKS:
+            return [ticks[number] for number in fitting]
+    return [float(f"{(start + end) / 2:.2g}")]
 
 
 _AXIS_COLOURS = {

@@ -10,6 +10,7 @@ import xarray as xr
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
 from drillid.report.attention import interval_explanation, rise_text
+from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
     EXPLANATIONS,
     Comparison,
@@ -40,6 +41,21 @@ def test_what_was_identified_is_counted(found: Identified) -> None:
     assert "6.50 in" in run.collars
     assert run.spreads["inertia_td"].usual == pytest.approx(1105, rel=5e-3)
     assert run.spreads["length"].usual == pytest.approx(0, abs=15)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "width"),
+    [(0.0, 108.0, 74), (91.0, 112.0, 74), (-1800.0, 23000.0, 98), (0.096, 0.122, 98), (2400.0, 3100.0, 74)],
+)
+def test_numbers_of_an_axis_neither_touch_nor_leave_it(start: float, end: float, width: int) -> None:
+    ticks = clear_ticks(start, end, width)
+    assert 1 <= len(ticks) <= 3
+    ends = [
+        ((tick - start) / (end - start) * width + side * 3 * len(f"{tick:.6g}")) for tick in ticks for side in (-1, 1)
+    ]
+    assert ends == sorted(ends)
+    assert ends[0] > -5
+    assert ends[-1] < width
 
 
 def test_an_interval_has_its_level_and_the_usual_one(found: Identified) -> None:

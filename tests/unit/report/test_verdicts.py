@@ -12,12 +12,12 @@ from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.content import Drilled
-from drillid.report.verdicts import SetText, Visible, verdict_text, verdict_texts
+from drillid.report.verdicts import Prediction, SetText, Visible, verdict_text, verdict_texts
 from drillid.report.well_report import WellReport
 from tests.verdicts import LAG
 
 LAG_SEEN = Visible("drive_lag", 0.012, Markup("12 ms"), Markup("30 ms"), True)
-SET = SetText(1700.0, 2000.0, "", "", (0.21, 0.12, 0.1), (LAG_SEEN,))
+SET = SetText(1700.0, 2000.0, "", "", Prediction(0.21, 0.12, 0.1, 0.15), (LAG_SEEN,))
 
 
 def row(verdict: Verdict) -> dict[Any, Any]:
@@ -83,8 +83,16 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     words = verdict_text(row(LAG), [SET])
     assert words.size == "Time constant: 49.4 ms (95 % interval 48.9 ms to 49.9 ms)."
     assert words.doubt.startswith("Clear: the probability is above 99 %.")
-    assert "with an error of 0.12 rpm instead of 0.21 rpm; the noise is 0.10 rpm." in words.gain
+    assert "changes the predicted speed of the top drive by 0.15 rpm." in words.gain
+    assert "the error of that speed falls from 0.21 to 0.12 rpm; its noise is 0.10 rpm." in words.gain
     assert "12 windows that it was not fitted to: 339 (90 % interval 310 to 368) a window" in words.gain
+
+
+def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
+    noisy = replace(SET, prediction=Prediction(0.605, 0.611, 0.61, 0.1))
+    assert (
+        "does not show it: its error stays at 0.60 rpm, its noise is 0.61 rpm" in verdict_text(row(LAG), [noisy]).gain
+    )
 
 
 def test_doubt_is_stated() -> None:
