@@ -53,8 +53,7 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
     FileNotFoundError
         If one of the folders does not exist.
     """
-    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _writable(root / "__pycache__")
-    cache = str(base / f"{'-'.join(folders)}-{_sources(folders, root)}")
+    cache = str(_cache(folders, root))
 
     def compiled_function(function: Function) -> Function:
         previous = _CONFIG.CACHE_DIR
@@ -67,6 +66,17 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
         return typed
 
     return compiled_function
+
+
+def is_compiled(*folders: str) -> bool:
+    """Whether functions of these folders have been compiled before; if not, their first use takes minutes."""
+    return any(_cache(folders, _PACKAGE).rglob("*.nbi"))
+
+
+def _cache(folders: tuple[str, ...], root: Path) -> Path:
+    """Where compiled functions of some folders are kept."""
+    base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _writable(root / "__pycache__")
+    return base / f"{'-'.join(folders)}-{_sources(folders, root)}"
 
 
 def _writable(folder: Path) -> Path:

@@ -1,7 +1,10 @@
 """All commands under one name."""
 
+from typing import Annotated
+
 import typer
 
+import drillid
 from drillid.commands.identification import add_identification_commands
 from drillid.commands.inspection import add_inspection_commands
 from drillid.commands.proof import add_proof_commands
@@ -18,6 +21,15 @@ add_result_commands(app)
 add_proof_commands(app)
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"drillid {drillid.__version__}")
+        raise typer.Exit
+
+
+Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")]
+
+
 @app.callback()
-def _commands() -> None:
+def _commands(version: Version = False) -> None:
     """Torsional dynamics of drill strings, identified while drilling."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from drillid.commands.output import Json, faults_told, print_json, print_rows, records
+from drillid.commands.output import Json, check_files, faults_told, print_json, print_rows, records
+from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
     from drillid.identification import Identification
@@ -46,6 +47,8 @@ def fit_logs(
     Example: drillid fit stand.csv --rig rig.yaml --plot mobility.png
     """
     with faults_told():
+        if plot is not None:
+            check_format(plot)
         identification = _identified(logs, rig, configuration)
         found = identification.verdicts if verdicts else None
         if plot is not None:
@@ -97,10 +100,28 @@ def tune_control(
 
 
 def _identified(logs: Sequence[Path], rig: Path, configuration: Path | None) -> Identification:
+    check_files(logs)
     from drillid.config.settings import Settings
     from drillid.identification import identify
 
+    tell_of_compilation()
     return identify(logs, rig, Settings.from_yaml(configuration) if configuration else Settings())
+
+
+def check_format(figure: Path) -> None:
+    """Refuse a file that no figure can be written into, before anything is computed."""
+    from drillid.figures.layout import FORMATS
+
+    if figure.suffix.lower().removeprefix(".") not in FORMATS:
+        raise SettingsError(str(figure), "is no file of a figure", f"End its name in one of {', '.join(FORMATS)}")
+
+
+def tell_of_compilation() -> None:
+    """Say why the first use takes long."""
+    from drillid.compiled import is_compiled
+
+    if not is_compiled("physics", "fits"):
+        typer.echo("drillid: compiles its kernels, once after an installation; this takes some minutes …", err=True)
 
 
 def _print_parameters(identification: Identification) -> None:

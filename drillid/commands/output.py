@@ -6,11 +6,12 @@ import contextlib
 import json
 import sys
 from collections.abc import Hashable, Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from drillid.errors import DrillidError
+from drillid.errors import DrillidError, SettingsError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +27,15 @@ def faults_told() -> Iterator[None]:
     except DrillidError as error:
         typer.echo(f"drillid: {error}", err=True)
         raise typer.Exit(1) from None
+
+
+def check_files(logs: Sequence[Path]) -> None:
+    """Refuse logs that are not there, and folders that are no zarr store."""
+    for log in logs:
+        if not log.exists():
+            raise SettingsError(str(log), "does not exist", "Correct its path")
+        if log.is_dir() and log.suffix != ".zarr":
+            raise SettingsError(str(log), "is a folder, not a log file", "Name the files in it")
 
 
 def print_rows(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

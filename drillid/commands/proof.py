@@ -21,6 +21,9 @@ def run_blind(context: typer.Context) -> None:
 
     Example: drillid blind --cases 40
     """
+    if "--help" in context.args and not Path("benchmarks/blind").is_dir():
+        typer.echo(context.get_help())
+        raise typer.Exit
     with faults_told():
         if not Path("benchmarks/blind").is_dir():
             remedy = "Start it in a checkout of the repository; the installed package does not hold the benchmarks"

@@ -73,8 +73,12 @@ def fit_start_up(
     fitted: Annotated[str, typer.Option(help="What is fitted, separated by commas; what holds elsewhere too.")] = "",
     evaluations: Annotated[int, typer.Option(min=1, help="Most simulations of the fit.")] = 300,
     output: Annotated[Path, typer.Option(help="YAML with the fitted values.")] = Path("results/fitted.yaml"),
+    as_json: Json = False,
 ) -> None:
-    """Fit a described well to the first part of a measured start of rotation, and judge it on the rest."""
+    """Fit a described well to the first part of a measured start of rotation, and judge it on the rest.
+
+    Example: drillid simulate fit-start-up well.yaml log.csv --depth 1733 --survey survey.csv --output fitted.yaml
+    """
     from drillid.config.described_well import DescribedWell, write_fitted
     from drillid.simulation.start_up_files import read_start_up, read_survey
     from drillid.simulation.start_up_fit import USUAL, StartUpModel
@@ -87,8 +91,16 @@ def fit_start_up(
         last = seen * measured.duration
         after = before.fit(measured, last, evaluations)
         spans = [(0.0, last), *([(last, measured.duration)] if seen < 1 else [])]
-        for name, model in (("described", before), ("fitted", after)):
-            for (begin, end), (torque, bit) in zip(spans, model.misfits(measured, spans), strict=True):
-                typer.echo(f"{name:9} {begin:5.1f} to {end:5.1f} s: torque {torque:5.2f} kN m, bit {bit:5.1f} rpm rms")
+        errors = [
+            {"model": name, "from_s": begin, "to_s": end, "torque_knm": torque, "bit_rpm": bit}
+            for name, model in (("described", before), ("fitted", after))
+            for (begin, end), (torque, bit) in zip(spans, model.misfits(measured, spans), strict=True)
+        ]
         write_fitted(well, after.friction, after.equipment.pipe_shear_modulus, output)
+    if as_json:
+        print_json({"output": output, "errors": errors})
+        return
+    line = "{model:9} {from_s:5.1f} to {to_s:5.1f} s: torque {torque_knm:5.2f} kN m, bit {bit_rpm:5.1f} rpm rms"
+    for row in errors:
+        typer.echo(line.format(**row))
     typer.echo(f"written to {output}")

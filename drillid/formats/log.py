@@ -224,9 +224,9 @@ def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
     except Unusable as error:
         raise LogError(where, error.what, error.remedy) from error
     except FileNotFoundError as error:
-        raise LogError(where, "does not exist", "Check the path in the logs sheet") from error
+        raise LogError(where, "does not exist", "Correct its path") from error
     except IsADirectoryError as error:
-        raise LogError(where, "is a folder, not a log file", "List the files in it in the logs sheet") from error
+        raise LogError(where, "is a folder, not a log file", "Name the files in it") from error
     except PermissionError as error:
         raise LogError(where, "may not be read", "Ask for the permission to read it") from error
     except Exception as error:

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+import drillid
 from drillid.commands import app
 from drillid.fleet.command import RunOutcome
 from drillid.simulation.start_up_files import COLUMNS, ramped_speed
@@ -100,6 +101,40 @@ def test_the_proof_needs_a_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     result = CliRunner().invoke(app, ["blind"])
     assert result.exit_code == 1
     assert "checkout" in result.stderr
+
+
+def test_help_of_the_proof_needs_no_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["blind", "--help"])
+    assert result.exit_code == 0
+    assert "Example: drillid blind" in result.stdout
+
+
+def test_the_version_is_printed() -> None:
+    assert CliRunner().invoke(app, ["--version"]).stdout == f"drillid {drillid.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.csv"], "none.csv: does not exist. Correct its path"),
+        (["."], ".: is a folder, not a log file. Name the files in it"),
+        (["README.md", "--plot", "mobility.bmp"], "mobility.bmp: is no file of a figure. End its name in one of"),
+    ],
+)
+def test_what_a_fit_cannot_use_is_refused_before_anything_is_computed(words: list[str], said: str) -> None:
+    result = CliRunner().invoke(app, ["fit", *words, "--rig", "config/demo/rigs/bravo.yaml"])
+    assert result.exit_code == 1
+    assert said in result.stderr
+
+
+def test_a_first_use_says_why_it_takes_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drillid.compiled.is_compiled", lambda *_: False)
+    log, rig = tmp_path / "log.csv", tmp_path / "rig.yaml"
+    log.write_text("")
+    result = CliRunner().invoke(app, ["fit", str(log), "--rig", str(rig)])
+    assert "compiles its kernels, once after an installation" in result.stderr
+    assert "rig.yaml" in result.stderr
 
 
 def test_a_run_tells_programs_how_it_ended(monkeypatch: pytest.MonkeyPatch) -> None:

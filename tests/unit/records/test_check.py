@@ -118,7 +118,7 @@ def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run
     failing = CliRunner().invoke(app, ["check", str(folder / "config.yaml")])
     assert failing.exit_code == 1
     assert failing.stdout.splitlines() == [
-        f"fails\t{folder}/good.csv\tdoes not exist\tCheck the path in the logs sheet",
+        f"fails\t{folder}/good.csv\tdoes not exist\tCorrect its path",
     ]
     assert "1 wells, 1 rigs and 1 logs checked: 1 of 1 findings would fail" in failing.stderr
     assert CliRunner().invoke(app, ["check", "--no-logs", str(folder / "config.yaml")]).exit_code == 0
