@@ -17,38 +17,16 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
+from drillid.discrepancy.learning.process import PROCESSES
+from drillid.discrepancy.learning.term import FACTOR_OF, Term, depth_of, shaping_at, with_shaping
 from drillid.physics.attachments import MountedInertia, Relaxation, with_joint, with_law, with_lump
 from drillid.physics.damping import DampingLaw
-from drillid.physics.equipment import Section, Shaping
+from drillid.physics.equipment import Section
 from drillid.physics.strings import String
 
-TOP, BIT = 0.0, 1.0
-"""Places at either end of the string."""
 PIECES = 24
 """Equal lengths of pipe in each of which its polar moment may differ."""
 _LAST = -1
-
-
-class Term(Cause):
-    """One parameter of an element."""
-
-    family, port = "learnt", "string"
-    separated_by = "the same measurement in other wells, and a look at what stands at that place"
-    action = "Compare with what stands there: this was learnt from the data, and nobody has named it."
-
-
-def depth_of(place: Any, window_model: WindowModel, operating_point: OperatingPoint) -> Any:
-    """Depth (m) of a place that goes down with the string.
-
-    Parameters
-    ----------
-    place : share of the string's length from the top, in the mean over the windows; 0 stays at the top
-    """
-    total = sum(section.length for section in window_model.system.string)
-    if place <= TOP:
-        return 0.0 * total
-    share = (1 - place) * np.mean(operating_point.length) / operating_point.length
-    return total * np.maximum(1 - share, 0.0)
 
 
 class _PlacedTerm(Term):
@@ -216,16 +194,9 @@ class _ShapingTerm(Term):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """The coefficient added to the factor."""
-        top_drive = window_model.system.top_drive
-        if self.port == "drive":
-            return window_model.with_top_drive(shaping=self._changed(top_drive.shaping, size))
-        if self.port == "control":
-            return window_model.with_controller(shaping=self._changed(top_drive.controller.shaping, size))
-        return window_model.with_recording(shaping=self._changed(window_model.recording.shaping, size))
-
-    def _changed(self, shaping: Shaping | None, size: Any) -> Shaping:
-        before = shaping or Shaping()
-        return replace(before, **{self.parameter: getattr(before, self.parameter) + size})
+        before = shaping_at(self.port, window_model)
+        changed = replace(before, **{self.parameter: getattr(before, self.parameter) + size})
+        return with_shaping(self.port, window_model, changed)
 
 
 _LIMITS = {
@@ -234,7 +205,6 @@ _LIMITS = {
     "pole_1": ("s", 0.03, 0.0, 2.0),
     "pole_2": ("s²", 0.005, 0.0, 1.0),
 }
-_FACTOR_OF = {"record": "the record of the speed", "drive": "the drive's torque", "control": "the speed control"}
 
 
 def _shaping_term(at: str, coefficient: str) -> Term:
@@ -244,7 +214,7 @@ def _shaping_term(at: str, coefficient: str) -> Term:
         """One coefficient at one port."""
 
         name, port, parameter = f"{at}_{coefficient}", at, coefficient
-        meaning = f"{_FACTOR_OF[at]} has a response of its own"
+        meaning = f"{FACTOR_OF[at]} has a response of its own"
         size = Size(coefficient.replace("_", " of order "), unit, typical, low, high)
 
     return ShapingTerm()
@@ -255,8 +225,9 @@ STRING_TERMS = (
     *(DragCoefficient(), DragRate(), ProfilePiece()),
 )
 TERMS: dict[str, Cause] = {term.name: term for term in STRING_TERMS} | {
-    f"{port}_{coefficient}": _shaping_term(port, coefficient) for port in _FACTOR_OF for coefficient in _LIMITS
+    f"{port}_{coefficient}": _shaping_term(port, coefficient) for port in FACTOR_OF for coefficient in _LIMITS
 }
+TERMS |= {term.name: term for terms in PROCESSES.values() for term in terms}
 """All terms by name; no name is one of the catalogue's."""
 
 
@@ -306,7 +277,7 @@ ELEMENTS = (
             (port,),
             starts,
         )
-        for port in _FACTOR_OF
+        for port in FACTOR_OF
         for order, starts in (
             (1, ((0.0, 1.0), (1.0, 0.0))),
             (2, ((0.0, 0.0, 0.5, 0.2), (0.0, 2.0, 0.5, 2.0), (0.0, 10.0, 2.0, 10.0))),

@@ -8,9 +8,11 @@ from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.set_model import SHARED, Extension
+from drillid.discrepancy.inference.unknown import RELATIVE
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
+from drillid.discrepancy.learning.process import COMPARED, KERNELS, curves, is_process
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
@@ -66,13 +68,18 @@ def _with_gain(examination: Examination, verdict: Verdict, learnt: LearntExtensi
 
 def learnt_words(examination: Examination) -> str:
     """The terms of a learnt extension with their sizes and 95 % intervals; empty without one."""
-    sizes, errors = examination.extended.point.sizes, examination.extended.size_errors
-    return words(examination.extensions, sizes, errors)
+    fit = examination.extended
+    count = len(examination.extensions)
+    sizes = slice(SHARED, SHARED + count)
+    covariance: Floats = np.asarray(np.linalg.inv(fit.information)[sizes, sizes], dtype=float)
+    return words(examination.extensions, fit.point.sizes, covariance)
 
 
-def words(extensions: tuple[Extension, ...], sizes: Floats, errors: Floats) -> str:
-    """Terms with sizes and 95 % intervals; many of one kind by their number."""
-    parts = []
+def words(extensions: tuple[Extension, ...], sizes: Floats, covariance: Floats) -> str:
+    """Terms with sizes and 95 % intervals; many of one kind by their number, a process by its largest value."""
+    if extensions and is_process(extensions[0].cause):
+        return _process_words(extensions, sizes, covariance)
+    parts, errors = [], np.sqrt(np.diag(covariance))
     for extension, size, error in zip(extensions, sizes.tolist(), errors.tolist(), strict=True):
         cause = extension.cause
         if cause.name in TERMS:
@@ -83,3 +90,17 @@ def words(extensions: tuple[Extension, ...], sizes: Floats, errors: Floats) -> s
     if len(parts) > _MOST_SHOWN:
         return f"{extensions[0].cause.meaning}, {len(parts)} parameters"
     return "; ".join(parts)
+
+
+def _process_words(extensions: tuple[Extension, ...], sizes: Floats, covariance: Floats) -> str:
+    cause, kernel = extensions[0].cause, extensions[0].shape
+    known = curves(kernel, COMPARED)
+    value = sizes @ known
+    largest = int(np.argmax(np.abs(value)))
+    # the error along the value's own direction, which is that of its size
+    along = (known[:, largest] * value[largest].conj()).real / np.abs(value[largest])
+    size, error = float(np.abs(value[largest])), TWO_SIDED * float(np.sqrt(along @ covariance @ along))
+    unit = "" if cause.port in RELATIVE else " of the pipe's characteristic admittance"
+    memory = f"a Gaussian process over frequency that remembers {1 / KERNELS[int(kernel)][0]:.2g} s"
+    at = COMPARED[largest].imag / (2 * np.pi)
+    return f"{cause.meaning}, {memory}, largest at {at:.2g} Hz: {size:.3g} ± {error:.2g}{unit}"

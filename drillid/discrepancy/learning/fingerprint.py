@@ -3,7 +3,8 @@
 A fingerprint holds the best fit of every element to the same data, so that two wells are compared in the words of one
 element even where each was told another. Two extensions are the same where some element explains both with common
 parameters: twice the loss of log-likelihood by that is a likelihood ratio with as many degrees of freedom as the
-element has parameters (Wilks 1938, Annals of Mathematical Statistics 9, 60–62).
+element has parameters (Wilks 1938, Annals of Mathematical Statistics 9, 60–62). A Gaussian process, whose coefficients
+belong to its kernel, is described by its values at the frequencies of `process.COMPARED`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from drillid.arrays import Floats
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SHARED, SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS
+from drillid.discrepancy.learning.process import COMPARED, PROCESS_AT, curves
 from drillid.discrepancy.learning.search import Candidate, placed
 
 PLACE_TOLERANCE = 0.03
@@ -36,7 +38,8 @@ class Described:
 
     element: str
     values: Floats
-    """Sizes of its terms in their units, and its place as a share of the string where it has one."""
+    """Sizes of its terms in their units, and its place as a share of the string where it has one; real parts and
+    imaginary parts of a process."""
     covariance: Floats
     loss: float
     """Nats by which it explains less than the best element."""
@@ -109,6 +112,10 @@ def fingerprint(model: SetModel, base: SetFit, candidates: Sequence[Candidate]) 
 def _described(model: SetModel, candidate: Candidate, loss: float) -> Described:
     values = candidate.fit.point.sizes
     covariance: Floats = np.asarray(np.linalg.inv(candidate.fit.information)[SHARED:, SHARED:], dtype=float)
+    if _is_process(candidate.element.name):
+        known = curves(candidate.extensions[0].shape, COMPARED)
+        parts = np.concatenate([known.real, known.imag], axis=1)
+        return Described(candidate.element.name, values @ parts, parts.T @ covariance @ parts, loss)
     if candidate.element.has_place:
         values = np.append(values, candidate.place)
         covariance = np.asarray(np.pad(covariance, (0, 1)), dtype=float)
@@ -128,14 +135,22 @@ def _place_variance(model: SetModel, candidate: Candidate) -> float:
 
 def _p_value(first: Described, second: Described) -> float:
     """p-value of two descriptions by the same element being of the same thing."""
-    tolerance = (SIZE_TOLERANCE * (np.abs(first.values) + np.abs(second.values)) / 2) ** 2
-    if first.values.size > len(_terms(first.element)):
+    sizes = (np.abs(first.values) + np.abs(second.values)) / 2
+    if _is_process(first.element):
+        # a part may be zero where the process is not
+        sizes = np.full_like(sizes, np.sqrt(np.mean(sizes**2)))
+    tolerance = (SIZE_TOLERANCE * sizes) ** 2
+    if not _is_process(first.element) and first.values.size > len(_terms(first.element)):
         tolerance[-1] = 2 * PLACE_TOLERANCE**2
     covariance = first.covariance + second.covariance + np.diag(tolerance)
     difference = first.values - second.values
     distance = float(difference @ np.linalg.solve(covariance, difference))
     # an element that describes one of them worse than another does pays for that
     return float(chdtrc(first.values.size, distance + 2 * (first.loss + second.loss)))
+
+
+def _is_process(element: str) -> bool:
+    return element.startswith(PROCESS_AT)
 
 
 def _terms(element: str) -> Sequence[str]:
@@ -145,6 +160,8 @@ def _terms(element: str) -> Sequence[str]:
 def _textbook(described: Described) -> str:
     """The element in a textbook's words; empty where it has none."""
     values, name = described.values, described.element
+    if _is_process(name):
+        return ""
     sizes = dict(zip(_terms(name), values, strict=False))
     if name == "inertia":
         return f"an inertia of {sizes['learnt_inertia']:.3g} kg m² at {values[-1]:.0%} of the string"

@@ -1,4 +1,7 @@
-"""Search over elements of a learnt extension: screened, fitted by maximum likelihood, kept by held-out evidence."""
+"""Search over elements of a learnt extension: screened, fitted by maximum likelihood, kept by held-out evidence.
+
+Where held-out evidence prefers no rational element, a Gaussian process over frequency is learnt if it prefers that.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,8 @@ from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.process import PROCESS_AT
+from drillid.discrepancy.learning.process_search import fitted_process, is_passive
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.physics.dual_numbers import Dual
 
@@ -59,9 +64,13 @@ def placed(element: Element, place: float) -> tuple[Extension, ...]:
 
 def elements_for(channels: dict[str, float]) -> list[Element]:
     """Elements that may explain a misfit, given the evidence for an unknown disturbance in each channel."""
+    return [element for element in ELEMENTS if near(channels).intersection(element.ports)]
+
+
+def near(channels: dict[str, float]) -> set[str]:
+    """Channels whose evidence is near the largest."""
     most = max(channels.values())
-    near = {name for name, evidence in channels.items() if evidence >= _NEAR * most}
-    return [element for element in ELEMENTS if near.intersection(element.ports)]
+    return {name for name, evidence in channels.items() if evidence >= _NEAR * most}
 
 
 def channel_evidence(model: SetModel, fit: SetFit, present: tuple[Extension, ...] = ()) -> dict[str, float]:
@@ -82,9 +91,35 @@ def learn(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tuple[C
 
     Returns
     -------
-    chosen : the models with one element, two and so on
-    firsts : the models with every single element
+    chosen : the models with one element, two and so on; that with a process alone where it predicts better
+    firsts : the models with every single element, and with the process where it is chosen
     """
+    chosen, firsts = _rational(model, base)
+    process = _process(model, base)
+    if process is None:
+        return chosen, firsts
+    before = (chosen[-1].fit.point, chosen[-1].extensions) if chosen else (base.point, ())
+    if held_out_gain(model, before, (process.fit.point, process.extensions)).low > 0:
+        return (process,), (*firsts, process)
+    return chosen, firsts
+
+
+def _process(model: SetModel, base: SetFit) -> Candidate | None:
+    """The model with a Gaussian process at the port of its largest evidence; None where there is none for any port."""
+    channels = channel_evidence(model, base)
+    ports = [port for port in near(channels) if port in unknown.PORTS]
+    if not ports or max(channels.values()) <= 0:
+        return None
+    found = fitted_process(model, base, ports)
+    if found is None:
+        return None
+    port, extensions, fit = found
+    element = Element(f"{PROCESS_AT} {port}", tuple(each.cause.name for each in extensions), False, (port,), ())
+    return Candidate(element, 0.0, extensions, fit) if is_passive(model, fit, extensions) else None
+
+
+def _rational(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tuple[Candidate, ...]]:
+    """As `learn`, of rational elements alone."""
     chosen: list[Candidate] = []
     firsts: tuple[Candidate, ...] = ()
     while len(chosen) < _MOST_ELEMENTS:
@@ -140,13 +175,13 @@ def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -
     """The candidate at the place that fits best, by steps that are halved."""
     step = _STEP
     while step >= _FINEST:
-        near = []
+        tried = []
         for place in (best.place - step, best.place + step):
             if 0.0 <= place <= 1.0:
                 extensions = (*present, *placed(best.element, place))
                 fit = fit_set(model, best.fit.point, extensions, best.fit.cost)
-                near.append(replace(best, place=place, extensions=extensions, fit=fit))
-        closest = min(near, key=lambda each: each.fit.cost)
+                tried.append(replace(best, place=place, extensions=extensions, fit=fit))
+        closest = min(tried, key=lambda each: each.fit.cost)
         if closest.fit.cost < best.fit.cost:
             best = closest
         else:
