@@ -109,6 +109,12 @@ EXAMINATIONS = DatasetSchema(
             shared_windows=("1", "number of windows of the set"),
             shared_temper=("1", "factor on log-likelihoods, for residuals larger than noise"),
         ),
+        **each(
+            ("set", "law_point"),
+            law_speed=("rad s-1", "bit speed at which the learnt law is drawn"),
+            law_torque=("N m", "torque of the bit at it less that at the mean speed; NaN where no law is offered"),
+            law_error=("N m", "standard error of its bend"),
+        ),
         "separation": Variable(
             ("set", "cause", "cause_"),
             "float64",

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.arrays import Indices
+from drillid.arrays import Floats, Indices
 from drillid.datasets.tables import read_table
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gather import gather_well
 from drillid.discrepancy.learning.examined import with_learnt
+from drillid.discrepancy.learning.examined_law import with_law
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.intervals import runs
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict
+from drillid.windows.channels import sample_rate, window_channels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,7 +116,12 @@ def examine_set(
     memo : of detections in windows that have not changed since
     """
     examination = examine(evidence_of(data.at(rows), memo), error_rate=error_rate, base_rates=base_rates)
-    return ExaminedSet(rows, with_learnt(examination))
+
+    def channels(row: int) -> tuple[Floats, Floats]:
+        sweep, speed = window_channels(data.records, data.windows, int(rows[row]), ("torque_sweep", "speed"))
+        return sweep, speed
+
+    return ExaminedSet(rows, with_law(with_learnt(examination), channels, sample_rate(data.records)))
 
 
 def evidence_of(data: WellData, memo: Memo | None = None) -> Evidence:

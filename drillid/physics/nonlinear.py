@@ -15,6 +15,7 @@ from drillid.physics.equipment import DrillingSystem, RegenerativeCutting, Strib
 
 _RATE = 1e-3
 """m/s, assumed rate of penetration where only the torque of the blades is known."""
+_LEAST_POINTS = 2
 _STALL = 10.0
 """Their greatest depth of cut per steady depth of cut."""
 
@@ -121,6 +122,34 @@ class Cutting:
         return weight * self.weakening.level(self.static, self.dynamic, speed)
 
 
+@dataclass(frozen=True, eq=False)
+class SpeedLaw:
+    """A torque at the bit as a table of its speed, in addition to all other torques; straight beyond either end.
+
+    Linear between its points, which are equally spaced: a spline is given by many of them.
+    """
+
+    speed: Floats
+    """(points,) rad/s, rising in equal steps."""
+    torque: Floats
+    """(points,) N m, against the rotation."""
+
+    def __post_init__(self) -> None:
+        steps = np.diff(self.speed)
+        is_regular = self.speed.size >= _LEAST_POINTS and bool(np.all(steps > 0)) and np.allclose(steps, steps[0])
+        if not is_regular or self.torque.shape != self.speed.shape or not np.all(np.isfinite(self.torque)):
+            raise SettingsError(
+                "law of the bit",
+                "it needs one finite torque for each of at least two speeds in equal rising steps",
+                "Draw the spline at equally spaced speeds",
+            )
+
+    @property
+    def steepest(self) -> float:
+        """Largest slope of either sign, N m s/rad."""
+        return float(np.abs(np.diff(self.torque)).max() / (self.speed[1] - self.speed[0]))
+
+
 @dataclass(frozen=True)
 class RegenerativeBit:
     """A bit each of whose blades cuts the rock left by the blade ahead.
@@ -202,6 +231,7 @@ class NonlinearRig:
     contact: WallContact | None = None
     cutting: Cutting | None = None
     regenerative: RegenerativeBit | None = None
+    law: SpeedLaw | None = None
     gear: Gear = Gear()
     limits: DriveLimits = DriveLimits()
     sensor: SpeedSensor = SpeedSensor()
@@ -246,7 +276,7 @@ class NonlinearRig:
     def linearised(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
         """The linear system of small vibrations about a steady speed (rad/s), with the cutting laws at that speed.
 
-        Wall contact, gear, limits, sensor and the control's sampling are left out.
+        Wall contact, law, gear, limits, sensor and the control's sampling are left out.
         """
         laws: list[RegenerativeCutting | StribeckCutting] = []
         if self.cutting is not None:

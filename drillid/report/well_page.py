@@ -75,8 +75,9 @@ def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
     places = {"maps": map_charts(results, maps, rows, map_depths), "spectra": spectrum_charts(results, spectra, steps)}
     for number in well.told:
         held_out = discovery.held_out_chart(results, number)
-        pair = {"held_out": held_out, "residuals": discovery.residual_chart(results, number)}
-        places[f"set{number}"] = {name: chart for name, chart in pair.items() if chart is not None}
+        charts = {"held_out": held_out, "residuals": discovery.residual_chart(results, number)}
+        charts["law"] = discovery.law_chart(results, number)
+        places[f"set{number}"] = {name: chart for name, chart in charts.items() if chart is not None}
     drawn = {f"{place}-{name}": chart for place, charts in places.items() for name, chart in charts.items()}
     columns = (rows.data[name] for name in ("window", "depth", "start"))
     windows = [

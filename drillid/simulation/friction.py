@@ -8,7 +8,17 @@ determined iteratively within the step, and every iteration solves one symmetric
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.simulation.parts import BLADE, EARLIER_CUT, FURTHEST, NodeFriction, Rock, SpatialGrid, State, compiled
+from drillid.simulation.parts import (
+    BLADE,
+    EARLIER_CUT,
+    FURTHEST,
+    LawTable,
+    NodeFriction,
+    Rock,
+    SpatialGrid,
+    State,
+    compiled,
+)
 
 
 @compiled
@@ -63,6 +73,14 @@ def weakened(static: float, dynamic: float, speed: float, threshold: float, expo
     if exponent != 1.0:
         ratio = ratio**exponent
     return float(dynamic + (static - dynamic) * np.exp(-ratio))
+
+
+@compiled
+def law_torque(law: LawTable, speed: float) -> float:
+    """Torque (N m) of the bit's law at a speed; straight beyond its ends."""
+    place = (speed - law.first) / law.spacing
+    k = min(max(int(np.floor(place)), 0), law.torque.size - 2)
+    return float(law.torque[k] + (place - k) * (law.torque[k + 1] - law.torque[k]))
 
 
 @compiled

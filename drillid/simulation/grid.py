@@ -8,7 +8,18 @@ from drillid.errors import SettingsError
 from drillid.physics.attachments import MountedInertia
 from drillid.physics.equipment import Controller, Section
 from drillid.physics.nonlinear import NonlinearRig, Weakening
-from drillid.simulation.parts import Control, Drive, GearPlay, Machine, Memory, Mounts, NodeFriction, Rock, SpatialGrid
+from drillid.simulation.parts import (
+    Control,
+    Drive,
+    GearPlay,
+    LawTable,
+    Machine,
+    Memory,
+    Mounts,
+    NodeFriction,
+    Rock,
+    SpatialGrid,
+)
 from drillid.simulation.relaxation import RATES, Relaxations, relaxations
 
 
@@ -41,7 +52,7 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
     Raises
     ------
     SettingsError
-        If the time step is too long for gear or motor, or an interval is not a whole number of steps.
+        If the time step is too long for gear, motor or the bit's law, or an interval is not a whole number of steps.
     """
     if rig.system.bit.cutting:
         raise SettingsError(
@@ -62,7 +73,15 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
     gear = GearPlay(rig.gear.play > 0, rig.gear.play / 2, rig.gear.damping)
     if gear.present:
         grid.coupling[0] = 0.0
-    parts = (_friction(rig, counts), memory, mounts, _rock(rig), _control(rig, time_step), _drive(rig))
+    parts = (
+        _friction(rig, counts),
+        memory,
+        mounts,
+        _rock(rig),
+        _law(rig, grid, time_step),
+        _control(rig, time_step),
+        _drive(rig),
+    )
     return Machine(grid, gear, *parts, top_inertia)
 
 
@@ -214,6 +233,22 @@ def _rock(rig: NonlinearRig) -> Rock:
     if blades is not None:
         chips = (blades.blades, float(blades.torque_per_depth), float(blades.rate), float(blades.depth_per_weight))
     return Rock(cutting is not None, *law, *chips)
+
+
+def _law(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> LawTable:
+    """The bit's law, whose torque is extrapolated by half a step."""
+    law = rig.law
+    if law is None:
+        return LawTable(False, 0.0, 1.0, np.zeros(2))
+    # extrapolation by half a step halves the greatest stable step
+    if law.steepest * time_step > grid.inertia[-1]:
+        raise SettingsError(
+            "simulation, law of the bit",
+            f"a slope of {law.steepest:.3g} N m s/rad is too steep for a time step of {time_step} s",
+            f"Choose a time step below {grid.inertia[-1] / law.steepest:.2g} s",
+        )
+    torque = np.ascontiguousarray(law.torque, dtype=float)
+    return LawTable(True, float(law.speed[0]), float(law.speed[1] - law.speed[0]), torque)
 
 
 def _control(rig: NonlinearRig, time_step: float) -> Control:

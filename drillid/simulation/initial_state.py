@@ -6,6 +6,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
+from drillid.simulation.friction import law_torque
 from drillid.simulation.parts import (
     DEMAND,
     DRIVE_BEFORE,
@@ -45,6 +46,8 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     np.subtract.at(viscous, machine.mounts.nodes, machine.mounts.load)
     resistance = viscous * first
     resistance[-1] += mean_bit_torque
+    if machine.law.present:
+        resistance[-1] += law_torque(machine.law, first)
     earlier = 0.0
     if first > 0:
         resistance[friction.nodes] += _weakened(friction.static, friction.dynamic, first, friction)

@@ -8,7 +8,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.simulation.drive import control_torque, drive_torque, read_speed
-from drillid.simulation.friction import chip_torque, factorise, reaction, set_levels, settle
+from drillid.simulation.friction import chip_torque, factorise, law_torque, reaction, set_levels, settle
 from drillid.simulation.parts import (
     MEASURED,
     TOP_ANGLE,
@@ -221,7 +221,10 @@ def march(
         set_levels(machine.friction, rock, inputs.weight[n], state, levels)
         if rock.blades:
             chips = chip_torque(rock, inputs.weight[n], state, n, step)
-        _push(grid, state, drive, inputs.bit_torque[n], half_step, push)
+        rock_torque = inputs.bit_torque[n]
+        if machine.law.present:
+            rock_torque += law_torque(machine.law, 1.5 * state.speed[-1] - 0.5 * state.before[-1])
+        _push(grid, state, drive, rock_torque, half_step, push)
         if machine.memory.present:
             _add_relaxations(machine.memory, state, half_step, relaxing, push)
         _add_mounts(machine.mounts, state, half_step, swinging, push)
@@ -232,12 +235,13 @@ def march(
             output = outputs[:, n // every]
             output[0], output[1], output[2] = state.speed[0], state.memory[MEASURED], state.command[past + n]
             output[3], output[4], output[5] = drive, _into_string(machine, state, mean, drive, step), state.speed[-1]
-            output[6] = inputs.bit_torque[n]
+            output[6] = rock_torque
             if bit_friction:
                 output[6] += reaction(grid, push, mean, half_step, state.torque.size)
         if account:
             energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
             energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, relaxing)
+            energy[DISSIPATED] += step * (rock_torque - inputs.bit_torque[n]) * mean[-1]
             for k in range(swinging.size):
                 energy[DISSIPATED] -= step * swinging[k] * mean[machine.mounts.nodes[k]]
         _advance(machine, state, mean, step, n)

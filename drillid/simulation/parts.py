@@ -74,6 +74,18 @@ class Rock(NamedTuple):
     """m/N."""
 
 
+class LawTable(NamedTuple):
+    """Torque of the bit against its speed; `present` is False without any."""
+
+    present: bool
+    first: float
+    """rad/s, speed of the first point."""
+    spacing: float
+    """rad/s between points."""
+    torque: Floats
+    """(points,) N m."""
+
+
 class Memory(NamedTuple):
     """Relaxations of the damping laws, K of the nodes and L of the springs; `present` is False without any."""
 
@@ -159,6 +171,7 @@ class Machine(NamedTuple):
     memory: Memory
     mounts: Mounts
     rock: Rock
+    law: LawTable
     control: Control
     drive: Drive
     top_inertia: float

@@ -20,7 +20,7 @@ from drillid.errors import SettingsError
 
 FIXED = ("mount_frequency", "mount_loss", "drag_rate")
 """Terms that do not grow with the cause's size."""
-_FAMILIES = {"drive": "drive", "control": "control", "record": "sensor"}
+_FAMILIES = {"drive": "drive", "control": "control", "record": "sensor", "top": "top", "bit": "bit"}
 _TEMPLATE = '''"""{meaning}: learnt from {source}. Correct these words, and those of the class, before it is used."""
 
 from typing import Any

@@ -19,6 +19,7 @@ from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
 from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_candidates, shared_likelihood
 from drillid.discrepancy.learning.examined import learnt_words
+from drillid.discrepancy.learning.law import POINTS
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
@@ -122,6 +123,7 @@ def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> 
         **_separation(examination),
         **_missing(examination),
         **_held_out(examined, data),
+        **_law(examination),
     }
 
 
@@ -200,6 +202,13 @@ def _missing(examination: Examination) -> Columns:
         "missing_deviation": (("frequency",), deviation),
         "missing_reading": ((), reading),
     }
+
+
+def _law(examination: Examination) -> Columns:
+    """The learnt law of the bit; NaN without one."""
+    law = np.full((3, POINTS), np.nan) if examination.law is None else np.stack(examination.law.drawn())
+    names = ("law_speed", "law_torque", "law_error")
+    return {name: (("law_point",), values) for name, values in zip(names, law, strict=True)}
 
 
 def _held_out(examined: ExaminedSet, data: WellData) -> Columns:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,8 @@ from drillid.arrays import Booleans, Floats
 from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.elements import TERMS
-from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive
+from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive, of_window
+from drillid.physics.nonlinear import NonlinearRig, SpeedLaw
 from drillid.physics.sensor import Recording
 
 if TYPE_CHECKING:
@@ -147,20 +148,35 @@ def identified_window_models(examination: xr.Dataset) -> dict[int, WindowModel]:
     Each can be used like any other model of the rig: `window_model.system` in drillid.physics and
     drillid.control.tuning, and `window_model.mobility(s)` as the response that records contain.
     """
+    return _models_of(examination, "extension_set")
+
+
+def _models_of(examination: xr.Dataset, variable: str) -> dict[int, WindowModel]:
+    """The model of every window of the sets that a variable lists, by the window's row."""
     models: dict[int, WindowModel] = {}
-    for number in np.unique(examination["extension_set"].values).astype(int).tolist():
+    numbers = np.unique(examination[variable].values)
+    for number in numbers[numbers >= 0].astype(int).tolist():
         window_model = extended_window_model(examination, number)
-        for index, row in enumerate(np.flatnonzero(examination["window_set"].values == number).tolist()):
-            models[row] = _of_window(window_model, index)
+        rows = np.flatnonzero(examination["window_set"].values == number).tolist()
+        for index, row in enumerate(rows):
+            models[row] = of_window(window_model, (index,), (len(rows),))
     return models
 
 
-def _of_window(value: Any, index: int) -> Any:
-    """The same equipment for one window: parameters of shape (window, 1) become numbers."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{field.name: _of_window(getattr(value, field.name), index) for field in fields(value)})
-    if isinstance(value, tuple):
-        return tuple(_of_window(item, index) for item in value)
-    if isinstance(value, np.ndarray) and value.ndim:
-        return float(value[index if value.shape[0] > 1 else 0].item())
-    return value
+def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
+    """The rig of every window that was examined, with what was named or learnt, by its row, for `drillid.simulation`.
+
+    A law of the bit is less its tangent at the window's mean speed, which the system's damping holds. What the record
+    does to the speed is no part of the rig.
+    """
+    rigs = {}
+    for row, window_model in _models_of(examination, "window_set").items():
+        number = int(examination["window_set"].values[row])
+        speed, torque = (examination[f"law_{name}"].values[number] for name in ("speed", "torque"))
+        law = None
+        if np.isfinite(torque).all():
+            mean = float(examination["coordinates"].sel(coordinate="mean_speed").values[row])
+            slope = np.interp(mean, speed, np.gradient(torque, speed))
+            law = SpeedLaw(speed, torque - np.interp(mean, speed, torque) - slope * (speed - mean))
+        rigs[row] = NonlinearRig(window_model.system, law=law)
+    return rigs

@@ -18,6 +18,7 @@ from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED, Verdict
 
 if TYPE_CHECKING:
     from drillid.discrepancy.learning.fingerprint import Fingerprint
+    from drillid.discrepancy.learning.law import LearntLaw
 
 NO_SURE_GAIN = "its predictive gain on held-out data is not significant"
 
@@ -40,6 +41,8 @@ class Examination:
     base_rates: BaseRates
     fingerprint: Fingerprint | None = None
     """Of what was learnt, where that is offered."""
+    law: LearntLaw | None = None
+    """Of the bit, where that is offered."""
 
 
 def unextended(examination: Examination) -> Examination:

@@ -1,4 +1,4 @@
-"""Charts of what an extended model gains: a held-out window in time, and residuals over frequency."""
+"""Charts of what an extended model gains: a held-out window in time, residuals over frequency, and a learnt law."""
 
 from __future__ import annotations
 
@@ -77,6 +77,28 @@ def residual_chart(results: WellResults, number: int) -> Any:
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
     label_axis(chart.yaxis[0], "1 is a right model", joint=" ")
     legend(chart)
+    return chart
+
+
+def law_chart(results: WellResults, number: int) -> Any | None:
+    """The learnt law of the bit with its 95 % band, kN m against rpm; None where none is offered."""
+    examined = results.examination.isel(set=number)
+    speed, torque, error = (examined[f"law_{name}"].values for name in ("speed", "torque", "error"))
+    if not np.isfinite(torque).all():
+        return None
+    margin = TWO_SIDED * error
+    columns = {"speed": speed / RPM, "torque": torque / 1e3}
+    columns |= {"low": (torque - margin) / 1e3, "high": (torque + margin) / 1e3}
+    data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
+    chart = new_chart(None, _HEIGHT, title="Law of the bit that was learnt, with its 95 % band", tools=_TOOLS)
+    chart.toolbar.update(logo=None, autohide=True)
+    band = chart.varea("speed", "low", "high", source=data, fill_alpha=0.25)
+    coloured(band, fill_color="ink")
+    line = chart.line("speed", "torque", source=data, line_width=2)
+    coloured(line, line_color="joint")
+    chart.add_tools(hover([("Torque", "@torque{0.00}", "kN m"), ("Bit speed", "@speed{0}", "rpm")], [line]))
+    label_axis(chart.xaxis[0], "Bit speed", unit="rpm", joint=" ")
+    label_axis(chart.yaxis[0], "Torque about that at the mean speed", unit="kN m", joint=" ")
     return chart
 
 

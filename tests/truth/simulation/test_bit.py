@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import brentq
 
 from drillid.arrays import Floats
+from drillid.errors import SettingsError
 from drillid.physics.equipment import Bit, Controller, Motor
-from drillid.physics.nonlinear import Cutting, NonlinearRig, RegenerativeBit, Weakening
+from drillid.physics.nonlinear import Cutting, NonlinearRig, RegenerativeBit, SpeedLaw, Weakening
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.simulation.simulate import TIME_STEP, Simulation, simulate
 from tests.truth.rigs import COLLARS, PIPE, SPEED, SYSTEM, TOP_DRIVE, closure, steps_in
@@ -157,3 +158,30 @@ def test_weightless_cutting_changes_no_bit() -> None:
     )
     assert bare.speed.tobytes() == idle.speed.tobytes()
     assert bare.bit_speed.tobytes() == idle.bit_speed.tobytes()
+
+
+def test_a_straight_law_is_a_damper() -> None:
+    speed = np.linspace(-5.0, 30.0, 8)
+    free = replace(STIFF, bit=replace(STIFF.bit, damping=0.0))
+    by_law = drilled(NonlinearRig(free, law=SpeedLaw(speed, 40.0 * speed)), 10.0, 20.0)
+    by_damper = drilled(NonlinearRig(replace(free, bit=replace(free.bit, damping=40.0))), 10.0, 20.0)
+    np.testing.assert_allclose(by_law.bit_speed, by_damper.bit_speed, atol=2e-3 * np.ptp(by_damper.bit_speed))
+
+
+def test_a_law_that_bends_holds_its_torque_and_the_energies_close() -> None:
+    speed = np.linspace(0.0, 20.0, 201)
+    result = drilled(NonlinearRig(STIFF, law=SpeedLaw(speed, 3.0 * speed**2)), 10.0, 20.0)
+    assert result.torque_on_bit[0] == pytest.approx(300.0)
+    assert closure(result) < 1e-3
+
+
+@pytest.mark.parametrize("speeds", [np.array([1.0]), np.array([0.0, 1.0, 3.0]), np.array([1.0, 0.0])])
+def test_a_law_without_regular_rising_speeds_is_refused(speeds: Floats) -> None:
+    with pytest.raises(SettingsError, match="equal rising steps"):
+        SpeedLaw(speeds, 0.0 * speeds)
+
+
+def test_a_law_too_steep_for_the_time_step_is_refused() -> None:
+    steep = SpeedLaw(np.array([0.0, 20.0]), np.array([0.0, 2e6]))
+    with pytest.raises(SettingsError, match="too steep"):
+        drilled(NonlinearRig(STIFF, law=steep), 10.0, 1.0)
