@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import functools
 import importlib.metadata
 import importlib.util
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from drillid.config.files import read_yaml
 from drillid.datasets.reuse import digest as digest
 from drillid.errors import SettingsError
+from drillid.fleet.code import code_hashes
 from drillid.formats.remote import states
 
 if TYPE_CHECKING:
@@ -72,14 +73,16 @@ def _bytes(path: Path) -> str:
 def source_hash(*modules: str) -> str:
     """Hash of the code of modules and of all modules of their package that they use, comments and docstrings apart.
 
-    It is taken once a process, as closures and syntax trees are.
+    It is taken once a process, as closures are.
 
     Raises
     ------
     SettingsError
         If a module does not exist or is not valid Python.
     """
-    return digest({name: _code(name) for module in modules for name in closure(module)})
+    names = sorted({name for module in modules for name in closure(module)})
+    store = PACKAGE / "__pycache__" / f"code-{sys.implementation.cache_tag}.json"
+    return digest(dict(zip(names, code_hashes([_file(name) for name in names], store), strict=True)))
 
 
 @functools.cache
@@ -140,17 +143,6 @@ def _graph(package: str) -> ImportGraph:
         ) from error
 
 
-@functools.cache
-def _code(module: str) -> str:
-    """The syntax tree without positions, comments and docstrings."""
-    tree = ast.parse(ast.unparse(ast.parse(_file(module).read_text())))
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            body[:] = [statement for statement in body if not _is_text(statement)]
-    return ast.dump(tree)
-
-
 def _file(module: str) -> Path:
     package, *parts = module.split(".")
     found = importlib.util.find_spec(package)
@@ -158,11 +150,3 @@ def _file(module: str) -> Path:
     assert found.origin is not None
     place = Path(found.origin).parent.joinpath(*parts)
     return place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
-
-
-def _is_text(statement: ast.stmt) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )

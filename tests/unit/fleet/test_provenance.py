@@ -1,13 +1,16 @@
 """Hashes notice what changes results, and nothing else."""
 
+import json
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from drillid.errors import SettingsError
-from drillid.fleet import provenance
+from drillid.fleet import code, provenance
+from drillid.fleet.code import code_hashes, tree_hash
 
 
 @pytest.fixture
@@ -38,7 +41,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def _forget() -> None:
-    for cached in (provenance.source_hash, provenance.closure, provenance._graph, provenance._code):
+    for cached in (provenance.source_hash, provenance.closure, provenance._graph):
         cached.cache_clear()
 
 
@@ -114,3 +117,27 @@ def test_a_rig_file_counts_by_its_parts_and_not_by_its_layout(tmp_path: Path) ->
     broken = provenance.yaml_digest(path, ("time",))
     path.unlink()
     assert len({before, changed, broken, provenance.yaml_digest(path, ("time",))}) == 4
+
+
+def test_a_hash_that_is_kept_is_that_found_anew_and_a_damaged_store_is_none(tmp_path: Path) -> None:
+    source, store = tmp_path / "line.py", tmp_path / "kept/code.json"
+    source.write_text("P = 1\n")
+    expected = [tree_hash(b"P = 1\n")]
+    assert code_hashes([source], store) == expected
+    if not sys.dont_write_bytecode:
+        assert list(json.loads(store.read_text()).values()) == expected
+    assert code_hashes([source], store) == expected
+    source.write_text("P = 2\n")
+    assert code_hashes([source], store) == [tree_hash(b"P = 2\n")] != expected
+    store.parent.mkdir(exist_ok=True)
+    store.write_text("[1, ")
+    assert code_hashes([source], store) == [tree_hash(b"P = 2\n")]
+
+
+def test_a_hash_that_is_kept_is_taken_without_a_syntax_tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    source, store = tmp_path / "line.py", tmp_path / "code.json"
+    source.write_text("P = 1\n")
+    before = code_hashes([source], store)
+    monkeypatch.setattr(code, "tree_hash", lambda _: pytest.fail("a syntax tree was made again"))
+    assert code_hashes([source], store) == before
