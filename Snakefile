@@ -14,7 +14,6 @@ include: "workflow/rules/common.smk"
 pathvars:
     results=PLAN.settings.results,
     logs=f"{PLAN.settings.results}/logs",
-    benchmarks=f"{PLAN.settings.results}/benchmarks",
 
 
 report: "workflow/report/workflow.rst"

@@ -22,6 +22,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _CONFIG: Any = numba.config
 _PACKAGE = Path(__file__).parent
+_DISPATCHERS: list[Any] = []
 
 
 _LIBRARY: Any = CPUCodeLibrary
@@ -62,6 +63,7 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
             result: Any = numba.njit(cache=True, **options)(function)
         finally:
             _CONFIG.CACHE_DIR = previous
+        _DISPATCHERS.append(result)
         typed: Function = result
         return typed
 
@@ -77,6 +79,16 @@ def _cache(folders: tuple[str, ...], root: Path) -> Path:
     """Where compiled functions of some folders are kept."""
     base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _writable(root / "__pycache__")
     return base / f"{'-'.join(folders)}-{_sources(folders, root)}"
+
+
+def load_kernels() -> None:
+    """Load what earlier processes have compiled of the functions that are imported, for the types met there."""
+    for dispatcher in _DISPATCHERS:
+        dispatcher.targetctx.refresh()
+        for key in dispatcher._cache._cache_file._load_index():
+            # as numba looks it up, so that nothing is compiled here
+            if key == dispatcher._cache._index_key(key[0], dispatcher.targetctx.codegen()):
+                dispatcher.compile(key[0])
 
 
 def _writable(folder: Path) -> Path:

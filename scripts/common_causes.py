@@ -1,14 +1,27 @@
 """Causes that wells of a rig, a hole section or a tool have in common."""
 
 from pathlib import Path
+from typing import Any
 
-from drillid.common_causes.stage import write_common_causes
-from drillid.config.settings import Settings
-from drillid.fleet.run import logged
+from drillid.fleet.job import run_job
+
+
+def write(config: dict[str, Any], wells: dict[str, dict[str, str]], log: str) -> None:
+    """Write both tables."""
+    from drillid.common_causes.stage import write_common_causes
+    from drillid.config.settings import Settings
+    from drillid.fleet.run import logged
+
+    settings = Settings.checked(config, "configuration")
+    with logged(log) as logger:
+        named = write_common_causes(Path(settings.results), wells, settings.common_causes)
+        logger.info("%d well(s), %d common cause(s)", len(wells), named)
+
 
 if __name__ == "__main__":
-    settings = Settings.checked(dict(snakemake.config), "configuration")
-    wells = dict(snakemake.params.wells)
-    with logged(snakemake.log[0]) as log:
-        named = write_common_causes(Path(settings.results), wells, settings.common_causes)
-        log.info("%d well(s), %d common cause(s)", len(wells), named)
+    run_job(
+        "scripts.common_causes:write",
+        config=dict(snakemake.config),
+        wells=dict(snakemake.params.wells),
+        log=snakemake.log[0],
+    )

@@ -1,8 +1,6 @@
 """The paper's figures for a well."""
 
-from drillid.config.settings import Settings
-from drillid.fleet.run import run_stage
+from drillid.fleet.job import run_stage_job
 
 if __name__ == "__main__":
-    settings = Settings.checked(dict(snakemake.config), "configuration")
-    run_stage("figures", snakemake.params.wells, settings, snakemake.log[0], snakemake.output.manifest)
+    run_stage_job("figures", snakemake)

@@ -1,13 +1,28 @@
 """The copy of the results, brought up to date."""
 
 from pathlib import Path
+from typing import Any
 
-from drillid.config.settings import Settings
-from drillid.fleet.mirror import update_mirror
-from drillid.fleet.run import logged
+from drillid.fleet.job import run_job
+
+
+def update(config: dict[str, Any], mirror: str, listing: str, log: str) -> None:
+    """Copy what is new, and delete what is gone."""
+    from drillid.config.settings import Settings
+    from drillid.fleet.mirror import update_mirror
+    from drillid.fleet.run import logged
+
+    settings = Settings.checked(config, "configuration")
+    with logged(log) as logger:
+        changes = update_mirror(Path(settings.results), mirror, Path(listing))
+        logger.info("%d file(s) written to %s, %d deleted", changes.written, mirror, changes.deleted)
+
 
 if __name__ == "__main__":
-    settings = Settings.checked(dict(snakemake.config), "configuration")
-    with logged(snakemake.log[0]) as log:
-        changes = update_mirror(Path(settings.results), snakemake.params.mirror, Path(snakemake.output.listing))
-        log.info("%d file(s) written to %s, %d deleted", changes.written, snakemake.params.mirror, changes.deleted)
+    run_job(
+        "scripts.mirror:update",
+        config=dict(snakemake.config),
+        mirror=snakemake.params.mirror,
+        listing=snakemake.output.listing,
+        log=snakemake.log[0],
+    )

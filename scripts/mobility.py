@@ -1,8 +1,6 @@
 """Command mobility with its coherence gate, and stacks of windows."""
 
-from drillid.config.settings import Settings
-from drillid.fleet.run import run_stage
+from drillid.fleet.job import run_stage_job
 
 if __name__ == "__main__":
-    settings = Settings.checked(dict(snakemake.config), "configuration")
-    run_stage("mobility", snakemake.params.wells, settings, snakemake.log[0], snakemake.output.manifest)
+    run_stage_job("mobility", snakemake)

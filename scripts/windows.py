@@ -1,8 +1,6 @@
 """Rig states, and windows of steady drilling with the sweep on."""
 
-from drillid.config.settings import Settings
-from drillid.fleet.run import run_stage
+from drillid.fleet.job import run_stage_job
 
 if __name__ == "__main__":
-    settings = Settings.checked(dict(snakemake.config), "configuration")
-    run_stage("windows", snakemake.params.wells, settings, snakemake.log[0], snakemake.output.manifest)
+    run_stage_job("windows", snakemake)

@@ -1,7 +1,7 @@
 """Hashes of source files by what they do: comments, docstrings and layout apart.
 
-A syntax tree takes as long as importing the module it is of, so that hashes are kept beside the bytecode, by the bytes of
-the files that they are of; one that is kept is never out of date.
+A syntax tree takes as long as importing the module it is of, so that hashes are kept beside the bytecode, by the bytes
+of the files that they are of; one that is kept is never out of date.
 """
 
 from __future__ import annotations

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import importlib
 import itertools
 import json
 import logging
-import multiprocessing
 import os
-import signal
+import resource
 import sys
-import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import pandas as pd
 
@@ -32,6 +28,7 @@ from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
 from drillid.errors import DamageError, DrillidError, SettingsError
 from drillid.fleet.aside import clear, forget_aside, set_aside
+from drillid.fleet.children import mapped_apart
 from drillid.fleet.explain import attributes_of, inputs_behind, inputs_of, known_inputs, remember_inputs
 from drillid.fleet.lock import end_with_run, held
 from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
@@ -45,12 +42,6 @@ _REPORTED = ("windows", "fits", "discrepancy", "depth")
 """Stages whose datasets the tables and the report read."""
 _LOADED = package_hash()
 """The code of this process; a long-lived dask worker may hold an older one than the workflow."""
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-_LOOK_EVERY_S = 1.0
-_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True)
@@ -122,6 +113,11 @@ def run_stage(
             # within the lock, as a job that outlived its run for a moment may still be at work on the batch
             write_manifest(manifest, wells)
     return outcomes
+
+
+def run_configured(stage: str, wells: Sequence[str], config: dict[str, Any], log: str, manifest: str) -> None:
+    """`run_stage` by the workflow's configuration as a job is given it."""
+    run_stage(stage, wells, Settings.checked(config, "configuration"), log, manifest)
 
 
 def tasks_of(stage: str, wells: Sequence[str], settings: Settings) -> list[Task]:
@@ -342,13 +338,16 @@ def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Ou
 
 @contextlib.contextmanager
 def logged(path: str | Path | None) -> Iterator[logging.Logger]:
-    """A logger into the job's own file, written anew; without a path it is silent."""
+    """A logger into the job's own file, written anew and ended by what the job took; without a path it is silent."""
     logger = logging.Logger("drillid.fleet.run")
     handler = logging.NullHandler() if path is None else _file_handler(Path(path))
     logger.addHandler(handler)
     try:
         yield logger
     finally:
+        used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+        seconds = sum(each.ru_utime + each.ru_stime for each in used)
+        logger.info("job: %.2f s of one core, at most %.0f MB a process", seconds, max(u.ru_maxrss for u in used) / 1e3)
         handler.close()
 
 
@@ -357,44 +356,3 @@ def _file_handler(path: Path) -> logging.Handler:
     handler = logging.FileHandler(path, mode="w")
     handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
     return handler
-
-
-def mapped_apart(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[tuple[Item, Future[Result]]]:
-    """Apply a function to one item after the other in a child process, and in a new one where that was killed.
-
-    The child is forked, so that it has what this process imported already, and it keeps what
-    it imports itself for the items behind. No threads may run here, as a fork leaves them out.
-
-    Yields
-    ------
-    Each item with its ended future, whose exception is `BrokenProcessPool` where the child died of it.
-    """
-    waiting = list(items)
-    while waiting:
-        with _child() as child:
-            while waiting:
-                item = waiting.pop(0)
-                future = child.submit(function, item)
-                died = isinstance(future.exception(), BrokenProcessPool)
-                yield item, future
-                if died:
-                    break
-
-
-def _child() -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(1, multiprocessing.get_context("fork"), initializer=_end_with, initargs=(os.getpid(),))
-
-
-def _end_with(parent: int) -> None:
-    """End this process when its parent is gone; a job that is killed would leave it waiting for ever."""
-    if sys.platform == "linux":
-        # the kernel ends this process at once, whatever it is busy with
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(_LOOK_EVERY_S)
-        os._exit(1)
-
-    # elsewhere, and where the parent had gone before that
-    threading.Thread(target=watch, daemon=True).start()

@@ -1,5 +1,6 @@
 """Settings, sheets and batches of wells, and what all rules take from them."""
 
+import contextlib
 import functools
 import json
 import os
@@ -14,6 +15,7 @@ from snakemake.logging import logger
 sys.path.insert(0, workflow.basedir)
 
 from drillid.fleet.command import OUTCOME
+from drillid.fleet.fork_server import served
 from drillid.fleet.lock import hold_results, name_run
 from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
@@ -29,7 +31,7 @@ except DrillidError as error:
     raise WorkflowError(str(error)) from None
 
 BATCHES = PLAN.batches
-RELEASES = []
+RELEASES = contextlib.ExitStack()
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
 if not PLAN.wells and not PLAN.start_ups:
@@ -126,15 +128,16 @@ def begin():
     """Keep other runs away from the results, and other machines from their copy."""
     try:
         hold_results(Path(PLAN.settings.results))
-        RELEASES.append(PLAN.hold_mirror())
+        RELEASES.callback(PLAN.hold_mirror())
     except DrillidError as error:
         raise WorkflowError(str(error)) from None
+    if workflow.local_exec:
+        RELEASES.enter_context(served({job.rule.name for job in workflow.dag.needrun_jobs()}))
 
 
 def end():
     """Tell what became of the wells, to `drillid run` or else on the terminal, and let other machines on the copy."""
-    for release in RELEASES:
-        release()
+    RELEASES.close()
     outcome = PLAN.outcome()
     if OUTCOME in os.environ:
         Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))

@@ -14,8 +14,6 @@ rule common_causes:
         standings="<results>/well_standings.csv",
     log:
         "<logs>/common_causes.log",
-    benchmark:
-        "<benchmarks>/common_causes.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

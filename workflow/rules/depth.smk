@@ -13,8 +13,6 @@ rule depth:
         manifest="<results>/depth/{batch}.json",
     log:
         "<logs>/depth/{batch}.log",
-    benchmark:
-        "<benchmarks>/depth/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

@@ -12,8 +12,6 @@ rule discrepancy:
         manifest="<results>/discrepancy/{batch}.json",
     log:
         "<logs>/discrepancy/{batch}.log",
-    benchmark:
-        "<benchmarks>/discrepancy/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

@@ -14,8 +14,6 @@ rule figures:
         manifest="<results>/figures/{batch}.json",
     log:
         "<logs>/figures/{batch}.log",
-    benchmark:
-        "<benchmarks>/figures/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

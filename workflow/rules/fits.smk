@@ -10,8 +10,6 @@ rule fits:
         manifest="<results>/fits/{batch}.json",
     log:
         "<logs>/fits/{batch}.log",
-    benchmark:
-        "<benchmarks>/fits/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

@@ -33,8 +33,6 @@ rule fleet:
         ),
     log:
         "<logs>/fleet.log",
-    benchmark:
-        "<benchmarks>/fleet.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

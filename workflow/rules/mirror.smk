@@ -9,8 +9,6 @@ if PLAN.settings.mirror:
             listing="<results>/mirror.json",
         log:
             "<logs>/mirror.log",
-        benchmark:
-            "<benchmarks>/mirror.tsv"
         conda:
             "../../envs/drillid.yaml"
         threads: 1

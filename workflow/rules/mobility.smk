@@ -8,8 +8,6 @@ rule mobility:
         manifest="<results>/mobility/{batch}.json",
     log:
         "<logs>/mobility/{batch}.log",
-    benchmark:
-        "<benchmarks>/mobility/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

@@ -8,8 +8,6 @@ rule records:
         manifest="<results>/records/{batch}.json",
     log:
         "<logs>/records/{batch}.log",
-    benchmark:
-        "<benchmarks>/records/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

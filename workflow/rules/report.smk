@@ -23,8 +23,6 @@ rule report:
         crate="<results>/ro-crate-metadata.json",
     log:
         "<logs>/report.log",
-    benchmark:
-        "<benchmarks>/report.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

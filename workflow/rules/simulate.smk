@@ -10,8 +10,6 @@ if SIMULATED:
             raw="<results>/raw/{log}",
         log:
             "<logs>/simulate/{log}.log",
-        benchmark:
-            "<benchmarks>/simulate/{log}.tsv"
         conda:
             "../../envs/drillid.yaml"
         threads: 1

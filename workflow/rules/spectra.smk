@@ -9,8 +9,6 @@ rule spectra:
         manifest="<results>/spectra/{batch}.json",
     log:
         "<logs>/spectra/{batch}.log",
-    benchmark:
-        "<benchmarks>/spectra/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

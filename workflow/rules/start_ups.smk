@@ -8,8 +8,6 @@ rule start_ups:
         manifest="<results>/start_ups/{start_up}.json",
     log:
         "<logs>/start_ups/{start_up}.log",
-    benchmark:
-        "<benchmarks>/start_ups/{start_up}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: 1

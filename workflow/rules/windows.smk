@@ -8,8 +8,6 @@ rule windows:
         manifest="<results>/windows/{batch}.json",
     log:
         "<logs>/windows/{batch}.log",
-    benchmark:
-        "<benchmarks>/windows/{batch}.tsv"
     conda:
         "../../envs/drillid.yaml"
     threads: processes

@@ -11,7 +11,7 @@ import psutil
 
 JOB = """
 import ctypes, os, sys, time
-from drillid.fleet.run import mapped_apart
+from drillid.fleet.children import mapped_apart
 
 def busy(path):
     open(path, "w").write(str(os.getpid()))

@@ -1,0 +1,62 @@
+"""Children of a process that end with it, at once and however it ends."""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+_LOOK_EVERY_S = 1.0
+_PR_SET_PDEATHSIG = 1
+
+
+def mapped_apart(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[tuple[Item, Future[Result]]]:
+    """Apply a function to one item after the other in a child process, and in a new one where that was killed.
+
+    The child is forked, so that it has what this process imported already, and it keeps what
+    it imports itself for the items behind. No threads may run here, as a fork leaves them out.
+
+    Yields
+    ------
+    Each item with its ended future, whose exception is `BrokenProcessPool` where the child died of it.
+    """
+    waiting = list(items)
+    while waiting:
+        with _child() as child:
+            while waiting:
+                item = waiting.pop(0)
+                future = child.submit(function, item)
+                died = isinstance(future.exception(), BrokenProcessPool)
+                yield item, future
+                if died:
+                    break
+
+
+def _child() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, multiprocessing.get_context("fork"), initializer=end_with, initargs=(os.getpid(),))
+
+
+def end_with(parent: int) -> None:
+    """End this process when its parent is gone; a job that is killed would leave it waiting for ever."""
+    if sys.platform == "linux":
+        # the kernel ends this process at once, whatever it is busy with
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK_EVERY_S)
+        os._exit(1)
+
+    # elsewhere, and where the parent had gone before that
+    threading.Thread(target=watch, daemon=True).start()

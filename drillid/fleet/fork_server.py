@@ -1,0 +1,162 @@
+"""One process a run that loads what its jobs need, and a child of it for each job.
+
+A job's own work may take less time than the start of Python with all libraries and compiled kernels; here that is paid
+once a run and machine instead of once a job. The server itself works on no well and opens no file of the results.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+
+from drillid.fleet.children import end_with
+from drillid.fleet.job import SERVER, called, receive
+from drillid.fleet.provenance import closure, source_hash
+from drillid.fleet.stages import ALL_STAGES
+
+RUN_STAGE = "drillid.fleet.run:run_configured"
+_OF_SCRIPTS = {
+    "simulate": ("drillid.demo.wells",),
+    "common_causes": ("drillid.common_causes.stage",),
+    "fleet": ("drillid.depth.fleet", "drillid.depth.changes", "drillid.discrepancy.learning.fleet"),
+    "report": ("drillid.report.page", "drillid.depth.changes", "drillid.fleet.crate"),
+    "mirror": ("drillid.fleet.mirror",),
+}
+"""Modules that the function of a script uses, by the rule."""
+_LIBRARIES = ("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg")
+"""Loaded within functions only, so that the modules of the library do not load them."""
+_REAP_EVERY_S, _PATIENCE_S = 5.0, 1.0
+
+
+@contextlib.contextmanager
+def served(rules: Collection[str]) -> Iterator[None]:
+    """Let the jobs that are started meanwhile be children of a server, which ends with this process at the latest.
+
+    Parameters
+    ----------
+    rules : of the jobs; others have no use of it
+    """
+    modules = [stage.module for name, stage in ALL_STAGES.items() if name in rules]
+    modules += [module for rule, own in _OF_SCRIPTS.items() if rule in rules for module in own]
+    if not modules:
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="drillid-") as folder, socket.socket(socket.AF_UNIX) as listening:
+        place = str(Path(folder, "jobs"))
+        listening.bind(place)
+        listening.listen(socket.SOMAXCONN)
+        words = [sys.executable, "-P", "-m", __name__, str(listening.fileno()), *modules]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, pass_fds=[listening.fileno()]) as server:
+            # behind a place that is bound already, jobs wait until the server has loaded all
+            os.environ[SERVER] = os.pathsep.join([sys.prefix, place])
+            try:
+                yield
+            finally:
+                del os.environ[SERVER]
+                # it ends when its input does
+                if server.stdin is not None:
+                    server.stdin.close()
+                server.wait()
+
+
+def main(descriptor: int, modules: Sequence[str]) -> None:
+    """Load what jobs need, then start a child for each of them until the process that started this one ends."""
+    # of a terminal, which sends it to the jobs as well
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _load(modules)
+    gc.collect()
+    # pages that hold objects of the server stay shared with the children
+    gc.freeze()
+    listening = socket.socket(fileno=descriptor)
+    while True:
+        ready, _, _ = select.select([listening, sys.stdin], [], [], _REAP_EVERY_S)
+        _reap()
+        if sys.stdin in ready:
+            break
+        if listening in ready:
+            client, _ = listening.accept()
+            if not os.fork():
+                listening.close()
+                _work(client, os.getppid())
+            client.close()
+    until = time.monotonic() + _PATIENCE_S
+    while _reap() and time.monotonic() < until:
+        time.sleep(0.01)
+
+
+def _reap() -> bool:
+    """Take note of children that have ended; whether there are others."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            continue
+        return True
+    return False
+
+
+def _load(modules: Sequence[str]) -> None:
+    """Import modules with all of the library that they use, and load the compiled kernels in there."""
+    importlib.import_module(RUN_STAGE.partition(":")[0])
+    for module in modules:
+        for each in sorted(closure(module)):
+            importlib.import_module(each)
+    for library in _LIBRARIES:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(library)
+    # whoever has built the graph of imports must not fork children that build another one
+    for stage in ALL_STAGES.values():
+        source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else []))
+    compiled = sys.modules.get("drillid.compiled")
+    if compiled is not None:
+        compiled.load_kernels()
+
+
+def _work(client: socket.socket, server: int) -> None:
+    """Do a job as the process would that ordered it: its folder, environment and streams; never returns."""
+    code = 1
+    try:
+        end_with(server)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        order, streams = receive(client)
+        for number, stream in enumerate(streams):
+            os.dup2(stream, number)
+            os.close(stream)
+        os.chdir(order["folder"])
+        os.environ.clear()
+        os.environ.update(order["environment"])
+        threading.Thread(target=_end_with, args=(client,), daemon=True).start()
+        called(order["function"])(**order["arguments"])
+        code = 0
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        for text in (sys.stdout, sys.stderr):
+            text.flush()
+        with contextlib.suppress(OSError):
+            client.sendall(bytes([code]))
+        os._exit(code)
+
+
+def _end_with(client: socket.socket) -> None:
+    """End this process where the one that ordered the job is gone."""
+    with contextlib.suppress(OSError):
+        client.recv(1)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2:])

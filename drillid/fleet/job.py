@@ -1,0 +1,114 @@
+"""A job of the workflow as its script starts it: in a child of the run's fork server where there is one, else here.
+
+A script imports this module alone, so that one that hands its job over has loaded nothing by itself.
+"""
+
+from __future__ import annotations
+
+import array
+import importlib
+import json
+import os
+import socket
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+SERVER = "DRILLID_FORK_SERVER"
+"""Environment variable with the environment of Python whose jobs the server takes, and the server's socket."""
+_STREAMS = 3
+
+
+def run_job(function: str, **arguments: Any) -> None:
+    """Call a function with all that its module takes loaded already, where a fork server of this run is reached.
+
+    Parameters
+    ----------
+    function : as `module:function`
+    arguments : of the function, as JSON can hold them
+
+    Raises
+    ------
+    SystemExit
+        If the function fails in a child of the server, which has written its traceback to this process's streams.
+    """
+    server = _connected()
+    if server is None:
+        called(function)(**arguments)
+        return
+    with server:
+        order = {
+            "function": function,
+            "arguments": arguments,
+            "folder": str(Path.cwd()),
+            "environment": dict(os.environ),
+        }
+        send(server, order)
+        code = server.recv(1)
+    if code != b"\0":
+        sys.exit(code[0] if code else "The job's process was killed")
+
+
+def run_stage_job(stage: str, snakemake: Any) -> None:
+    """The job of a batch of wells.
+
+    Parameters
+    ----------
+    stage : name of the stage
+    snakemake : what Snakemake hands to a script
+    """
+    run_job(
+        "drillid.fleet.run:run_configured",
+        stage=stage,
+        wells=list(snakemake.params.wells),
+        config=dict(snakemake.config),
+        log=str(snakemake.log[0]),
+        manifest=str(snakemake.output.manifest),
+    )
+
+
+def called(function: str) -> Callable[..., Any]:
+    """The function of a name `module:function`."""
+    module, _, name = function.partition(":")
+    found: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return found
+
+
+def _connected() -> socket.socket | None:
+    """A connection to the server; None where there is none, or Python's environment is another than the server's."""
+    prefix, _, place = os.environ.get(SERVER, "").rpartition(os.pathsep)
+    if not place or prefix != sys.prefix:
+        return None
+    server = socket.socket(socket.AF_UNIX)
+    try:
+        server.connect(place)
+    except OSError:
+        server.close()
+        return None
+    return server
+
+
+def send(server: socket.socket, order: dict[str, Any]) -> None:
+    """Send an order, behind its length and with this process's streams."""
+    content = json.dumps(order).encode()
+    streams = array.array("i", range(_STREAMS))
+    server.sendmsg([len(content).to_bytes(8, "big")], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, streams.tobytes())])
+    server.sendall(content)
+
+
+def receive(client: socket.socket) -> tuple[dict[str, Any], list[int]]:
+    """An order, and the streams of the process that sent it.
+
+    Raises
+    ------
+    EOFError
+        If the process ended before it had sent all.
+    """
+    begun, streams, _, _ = socket.recv_fds(client, 8, _STREAMS)
+    if len(begun) < 8:
+        raise EOFError
+    with client.makefile("rb") as file:
+        content = file.read(int.from_bytes(begun, "big"))
+    order: dict[str, Any] = json.loads(content)
+    return order, streams
