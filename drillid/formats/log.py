@@ -24,9 +24,10 @@ from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeCo
 from drillid.formats.detection import reader_of, suffix_of
 from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
-from drillid.formats.places import Places, shortened
+from drillid.formats.places import Places, first_line, shortened
 from drillid.formats.remote import local_file, url_of
-from drillid.formats.stamps import Times, first_line
+from drillid.formats.stamps import utc_stamps
+from drillid.formats.stated_times import StatedTimes
 from drillid.formats.time_columns import Stamps
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ def read_log(
         times, decided = _times(reader, file, described, places)
         wanted = [column_named(name, header, path) for name in columns]
         table = _columns(path, file, reader, header, times, wanted, None)
-        stamps, read = times.stamps(table)
+        stamps, read = utc_stamps(times, table)
         left_out = notes_of(table) if getattr(reader, "LEAVES_ROWS_OUT", False) else []
     of_times = tuple(name for name in (times.column, times.date) if name is not None)
     table = table.drop_columns([name for name in of_times if name not in wanted])
@@ -302,7 +303,7 @@ def _likely_log(header: Header) -> int:
     return 1000 * (header.time is not None or time_among(header.columns) is not None) + len(header.columns)
 
 
-def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places) -> tuple[Times, list[Note]]:
+def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places) -> tuple[StatedTimes, list[Note]]:
     """The columns that state the times, by the rig description, else the format, else their names."""
     header, notes = places.header, list[Note]()
     if described.column is not None:
@@ -324,7 +325,7 @@ def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places)
         date = of_format or _date_beside(reader, file, header, column)
         if date is not None and date != header.date:
             notes.append(_taken("dates", date, "date"))
-    return Times(column, date, described, places), notes
+    return StatedTimes(column, date, described, places), notes
 
 
 def _taken(what: str, column: str, key: str) -> Note:
@@ -357,7 +358,7 @@ def _is_time_of_day(cell: object) -> bool:
 
 
 def _columns(
-    path: Path, file: Path, reader: LogFormat, header: Header, times: Times, columns: list[str], rows: int | None
+    path: Path, file: Path, reader: LogFormat, header: Header, times: StatedTimes, columns: list[str], rows: int | None
 ) -> Any:
     text = [name for name in (times.column, times.date) if name is not None]
     wanted = list(dict.fromkeys([*text, *columns]))
@@ -367,8 +368,8 @@ def _columns(
     return table
 
 
-def _earliest(times: Times, table: Any) -> np.datetime64:
-    stamps: Stamps = times.stamps(table, ambiguous=True)[0]
+def _earliest(times: StatedTimes, table: Any) -> np.datetime64:
+    stamps: Stamps = utc_stamps(times, table, ambiguous=True)[0]
     return np.datetime64(np.min(stamps))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drillid.formats.description import Header
 
-_LONGEST_QUOTE = 60
+_LONGEST_QUOTE, _LONGEST_MESSAGE = 60, 500
 _FIRST_ROW = 1
 """Rows are counted from 1, without the header."""
 
@@ -45,3 +45,9 @@ def shortened(text: object, longest: int = _LONGEST_QUOTE) -> str:
     """A cell or name as a message quotes it: the beginning of a very long one."""
     whole = str(text)
     return whole if len(whole) <= longest else whole[:longest] + "…"
+
+
+def first_line(error: BaseException) -> str:
+    """The first line of an error's message."""
+    lines = str(error).splitlines() or [type(error).__name__]
+    return shortened(lines[0].rstrip("."), _LONGEST_MESSAGE)

@@ -15,7 +15,7 @@ from typing import Any
 
 from drillid.errors import SettingsError
 from drillid.formats.description import Unusable
-from drillid.formats.stamps import first_line
+from drillid.formats.places import first_line
 
 _URL = re.compile(r"^([a-z][a-z0-9+.-]+):/+([^/].*)$")
 _KEPT_BYTES = 2**31

@@ -1,0 +1,158 @@
+"""Times in one column of text or of numbers."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from drillid.errors import LogError
+from drillid.formats.counted_times import NoStart, from_numbers, unit_named
+from drillid.formats.places import shortened
+from drillid.formats.since import unit_since
+from drillid.formats.stated_times import EXAMPLE, Naive, StatedTimes
+from drillid.formats.time_columns import all_aware, is_aware, nanoseconds
+from drillid.formats.times_of_day import from_midnight
+from drillid.formats.written_times import DAY_NS, ORDERS, UnclearDate, has_short_year, parse
+
+_ISO = re.compile(r"^\d{4}(?:-\d{1,2}-\d{1,2}|\d{4})(?:[T ]|$)")
+_NUMBER = re.compile(r"^[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?$")
+
+
+def of_numbers(of: StatedTimes, column: Any) -> Naive:
+    """Counts, whose unit and start are stated or follow from their size."""
+    import pyarrow as pa
+
+    of.check_complete(column)
+    header = of.places.header
+    values = column.to_numpy() if pa.types.is_integer(column.type) else column.cast(pa.float64()).to_numpy()
+    finite = np.isfinite(values)
+    if not np.all(finite):
+        row = int(np.argmin(finite))
+        raise of.wrong(row, values[row])
+    header_unit = unit_named(unit_since(header.units.get(of.column, "")))
+    try:
+        found = from_numbers(values, of.described.unit, of.start(), header_unit)
+    except NoStart as error:
+        raise of.wrong(
+            0,
+            column[0].as_py(),
+            "If it counts seconds, state their start as time.start and another unit as time.unit "
+            f"in the rig description; else {EXAMPLE[0].lower()}{EXAMPLE[1:]}",
+        ) from error
+    except ValueError as error:
+        row = int(np.argmax(np.abs(values.astype(float))))
+        raise of.wrong(row, values[row], str(error).capitalize()) from error
+    if not found.decided:
+        counts = of.described.start is None and header.start is not None
+        return Naive(found.since, found.zoned, (of.from_header(),) if counts else ())
+    zone = f"in the zone {of.described.zone}" if found.decided.startswith("days") else "UTC"
+    what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
+    return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description where that is wrong"),))
+
+
+def _as_numbers(of: StatedTimes, column: Any) -> Any:
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    trimmed = pc.utf8_trim_whitespace(column)
+    try:
+        return trimmed.cast(pa.int64())
+    except pa.ArrowInvalid:
+        pass
+    plain = pc.replace_substring(trimmed, ",", ".")
+    try:
+        return plain.cast(pa.float64())
+    except pa.ArrowInvalid as error:
+        matches = pc.fill_null(pc.match_substring_regex(plain, _NUMBER.pattern), False)
+        row = int(np.argmin(matches.to_numpy()))
+        raise of.wrong(row, column[row].as_py()) from error
+
+
+def of_text(of: StatedTimes, column: Any) -> Naive:
+    """Times of any written form, or numbers written as text."""
+    import pyarrow.compute as pc
+
+    cell = next((found for found in (each.as_py() for each in column) if found and found.strip()), "")
+    if not cell:
+        raise of.wrong(0, cell)
+    stated = of.form()
+    if stated is not None and stated not in ORDERS:
+        return formatted(of, column, stated)
+    if _NUMBER.match(cell.strip()) and not re.match(r"^(?:19|20)\d{12}(?:[.,]\d*)?$", cell.strip()):
+        return of_numbers(of, _as_numbers(of, column))
+    if _ISO.match(cell):
+        found = _iso(of, column)
+        if not isinstance(found, int):
+            return found
+        wrong: int | None = found
+    else:
+        wrong = None
+    return parsed(of, column, wrong, has_short_year(cell), pc)
+
+
+def parsed(of: StatedTimes, column: Any, wrong: int | None, short: bool, pc: Any) -> Naive:
+    """Times in a form other than ISO."""
+    try:
+        found = parse(column, of.form())
+    except UnclearDate as error:
+        raise LogError(
+            of.places.cell(of.column, 0),
+            f"'{shortened(column[0].as_py())}' may have day or month first, and no row of the log shows which",
+            "State time.format in the rig description as 'day first' or 'month first'",
+        ) from error
+    if found is None or (wrong is not None and np.any(found.wrong)):
+        row = wrong or 0
+        cell = column[row].as_py()
+        if short:
+            raise LogError(
+                of.places.cell(of.column, row),
+                f"'{shortened(cell)}' is not a time: its year has two digits",
+                "State the format in the rig description, such as time.format: '%d.%m.%y %H:%M:%S'",
+            )
+        raise of.wrong(row, cell)
+    if np.any(found.wrong):
+        row = int(np.argmax(found.wrong))
+        raise of.wrong(row, column[row].as_py())
+    notes = tuple([of.by_rows(found.decided)] if found.decided else [])
+    if found.dated:
+        return Naive(found.since, found.zoned, notes)
+    return from_midnight(of, found.since)
+
+
+def _iso(of: StatedTimes, column: Any) -> Naive | int:
+    """ISO stamps, or the first row that is none."""
+    import pandas as pd
+
+    cells = column.to_pandas()
+    aware = pd.to_datetime(cells, errors="coerce", format="ISO8601", utc=all_aware(cells))
+    wrong = np.flatnonzero(aware.isna())
+    if wrong.size:
+        return int(wrong[0])
+    if not pd.api.types.is_datetime64_any_dtype(aware.dtype):
+        return int(np.argmin(cells.map(is_aware)))
+    zoned = aware.dt.tz is not None
+    return Naive(nanoseconds(aware), zoned)
+
+
+def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
+    """Times in the format that is stated."""
+    import pandas as pd
+
+    cells = column.to_pandas().str.strip()
+    try:
+        found = pd.to_datetime(cells, errors="coerce", format=stated, utc="%z" in stated)
+    except ValueError as error:
+        raise LogError(
+            of.places.column(of.column),
+            f"the format '{stated}' of the rig description cannot be used ({error})",
+            "Write time.format as strptime has it, such as '%d.%m.%Y %H:%M:%S.%f'",
+        ) from error
+    wrong = np.flatnonzero(found.isna())
+    if wrong.size:
+        row = int(wrong[0])
+        raise of.wrong(row, cells.iloc[row], f"It is not of the format '{stated}' that time.format states")
+    if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
+        return from_midnight(of, nanoseconds(found) % DAY_NS)
+    return Naive(nanoseconds(found), found.dt.tz is not None)

@@ -1,0 +1,93 @@
+"""What is stated of a log's times: by its columns, by the user and by the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drillid.arrays import Integers
+from drillid.errors import LogError
+from drillid.formats.description import Note, TimeColumn
+from drillid.formats.places import Places, shortened
+from drillid.formats.written_times import format_in, order_in
+
+EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
+_OTHER_FORMAT = "or state their format as time.format in the rig description"
+
+
+@dataclass(frozen=True)
+class Naive:
+    """Times before their zone is known.
+
+    since : ns since 1970, shape (row,)
+    zoned : whether they are UTC already
+    notes : decisions that were taken
+    """
+
+    since: Integers
+    zoned: bool
+    notes: tuple[Note, ...] = ()
+
+
+@dataclass(frozen=True)
+class StatedTimes:
+    """The columns of a log that state its times.
+
+    column, date : their names; `date` is None where one column holds both
+    described : what the user states about them
+    places : names of places for messages
+    """
+
+    column: str
+    date: str | None
+    described: TimeColumn
+    places: Places
+
+    def start(self) -> tuple[int, bool] | None:
+        """The time that the column counts from, stated by the user or else by the file."""
+        import pandas as pd
+
+        if self.described.start is not None:
+            start = pd.Timestamp(self.described.start)
+            return (start.tz_convert("UTC") if start.tzinfo else start).as_unit("ns").value, start.tzinfo is not None
+        header = self.places.header
+        if header.start is None:
+            return None
+        return int(header.start.astype("datetime64[ns]").astype(np.int64)), header.start_is_utc
+
+    def form(self) -> str | None:
+        """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
+        if self.described.format is not None:
+            return self.described.format
+        form = format_in(self.places.header.units.get(self.column, ""))
+        if form is None or "%y" in form:
+            return form
+        return order_in(form)
+
+    def by_rows(self, decided: str) -> Note:
+        """That the rows showed how dates are written."""
+        what = f"the dates in column '{self.date or self.column}' are read as {decided}"
+        return what, "State time.format in the rig description where that is wrong"
+
+    def from_header(self) -> Note:
+        """That the times are counted from the start in the file's header."""
+        start = "" if self.places.header.start is None else np.datetime_as_string(self.places.header.start, "ms")
+        what = f"the times in column '{self.column}' are counted from the start in the file's header, {start}"
+        return what, "State time.start in the rig description where that is wrong"
+
+    def check_complete(self, column: Any) -> None:
+        """Refuse a column that lacks a time."""
+        if column.null_count:
+            import pyarrow.compute as pc
+
+            raise self.wrong(int(np.argmax(pc.is_null(column).to_numpy())), "")
+
+    def wrong(self, row: int, cell: object, remedy: str = "") -> LogError:
+        """The error of a cell that is no time."""
+        shown = "" if cell is None else shortened(cell)
+        example = f"{EXAMPLE}{self.places.in_line(row)}"
+        return LogError(
+            self.places.cell(self.column, row), f"'{shown}' is not a time", remedy or f"{example}, {_OTHER_FORMAT}"
+        )
