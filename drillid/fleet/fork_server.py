@@ -23,7 +23,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from drillid.fleet.children import end_with
-from drillid.fleet.job import SERVER, called, receive
+from drillid.fleet.job import SERVER, TAKEN, called, receive
 from drillid.fleet.provenance import closure, source_hash
 from drillid.fleet.stages import ALL_STAGES
 
@@ -54,29 +54,38 @@ def served(rules: Collection[str]) -> Iterator[None]:
     if not modules:
         yield
         return
-    with tempfile.TemporaryDirectory(prefix="drillid-") as folder, socket.socket(socket.AF_UNIX) as listening:
+    with tempfile.TemporaryDirectory(prefix="drillid-") as folder:
         place = str(Path(folder, "jobs"))
-        listening.bind(place)
-        listening.listen(socket.SOMAXCONN)
-        words = [sys.executable, "-P", "-m", __name__, str(listening.fileno()), *modules]
-        with subprocess.Popen(words, stdin=subprocess.PIPE, pass_fds=[listening.fileno()]) as server:
+        with _started(place, modules) as server:
             # behind a place that is bound already, jobs wait until the server has loaded all
             os.environ[SERVER] = os.pathsep.join([sys.prefix, place])
             try:
                 yield
             finally:
-                del os.environ[SERVER]
+                os.environ.pop(SERVER, None)
                 # it ends when its input does
                 if server.stdin is not None:
                     server.stdin.close()
                 server.wait()
 
 
+def _started(place: str, modules: Sequence[str]) -> subprocess.Popen[bytes]:
+    """The server, which alone listens at the place: where it dies, jobs are refused instead of kept waiting."""
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(place)
+        listening.listen(socket.SOMAXCONN)
+        words = [sys.executable, "-P", "-m", __name__, str(listening.fileno()), *modules]
+        return subprocess.Popen(words, stdin=subprocess.PIPE, pass_fds=[listening.fileno()])
+
+
 def main(descriptor: int, modules: Sequence[str]) -> None:
     """Load what jobs need, then start a child for each of them until the process that started this one ends."""
     # of a terminal, which sends it to the jobs as well
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _load(modules)
+    try:
+        _load(modules)
+    except Exception:  # each job meets it by itself, and its log tells of it
+        sys.exit(1)
     gc.collect()
     # pages that hold objects of the server stay shared with the children
     gc.freeze()
@@ -130,6 +139,7 @@ def _work(client: socket.socket, server: int) -> None:
         end_with(server)
         signal.signal(signal.SIGINT, signal.default_int_handler)
         order, streams = receive(client)
+        client.sendall(TAKEN)
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
             os.close(stream)

@@ -17,6 +17,8 @@ from typing import Any
 
 SERVER = "DRILLID_FORK_SERVER"
 """Environment variable with the environment of Python whose jobs the server takes, and the server's socket."""
+TAKEN = b"+"
+"""The server's answer to an order that a child of it works on."""
 _STREAMS = 3
 
 
@@ -34,20 +36,28 @@ def run_job(function: str, **arguments: Any) -> None:
         If the function fails in a child of the server, which has written its traceback to this process's streams.
     """
     server = _connected()
-    if server is None:
+    code = _of_server(server, function, arguments) if server is not None else None
+    if code is None:
         called(function)(**arguments)
-        return
+    elif code:
+        sys.exit(code)
+
+
+def _of_server(server: socket.socket, function: str, arguments: dict[str, Any]) -> int | None:
+    """Exit code of a job of the server; None where the server ended before it took the job."""
+    order = {"function": function, "arguments": arguments, "folder": str(Path.cwd()), "environment": dict(os.environ)}
     with server:
-        order = {
-            "function": function,
-            "arguments": arguments,
-            "folder": str(Path.cwd()),
-            "environment": dict(os.environ),
-        }
-        send(server, order)
+        try:
+            send(server, order)
+            taken = server.recv(1)
+        except OSError:
+            return None
+        if taken != TAKEN:
+            return None
         code = server.recv(1)
-    if code != b"\0":
-        sys.exit(code[0] if code else "The job's process was killed")
+    if not code:
+        print("The job's process was killed, probably out of memory", file=sys.stderr)
+    return code[0] if code else 1
 
 
 def run_stage_job(stage: str, snakemake: Any) -> None:
