@@ -100,7 +100,7 @@ def read_log(
     """
     described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
     with _reading(path) as (reader, file, notes):
-        header = _table_of(_headers(path, file, reader, dialect), columns)
+        header = _table_of(path, _headers(path, file, reader, dialect), columns)
         places = Places(path, header, _line_of)
         times, decided = _times(reader, file, described, places)
         wanted = [column_named(name, header, path) for name in columns]
@@ -135,7 +135,7 @@ def first_stamp(
     """
     described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
     with _reading(path) as (reader, file, _):
-        header = _table_of(_headers(path, file, reader, dialect), columns)
+        header = _table_of(path, _headers(path, file, reader, dialect), columns)
         times, _ = _times(reader, file, described, Places(path, header, _line_of))
         try:
             return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
@@ -164,7 +164,7 @@ def table_with(path: Path, columns: Sequence[str], dialect: Dialect = PLAIN) -> 
     LogError
         As `headers`.
     """
-    return _table_of(headers(path, dialect), columns)
+    return _table_of(path, headers(path, dialect), columns)
 
 
 def column_in(header: Header, name: str) -> str | None:
@@ -285,8 +285,14 @@ def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -
     return chosen
 
 
-def _table_of(found: list[Header], columns: Sequence[str]) -> Header:
-    """The table that holds all wanted columns, else the one that holds most of them."""
+def _table_of(path: Path, found: list[Header], columns: Sequence[str]) -> Header:
+    """The table that holds all wanted columns, else the one that holds most of them.
+
+    Raises
+    ------
+    LogError
+        If several hold all and nothing tells them apart.
+    """
     if len(found) == 1:
         return found[0]
 
@@ -295,12 +301,20 @@ def _table_of(found: list[Header], columns: Sequence[str]) -> Header:
         return sum(name in names or split_unit(name)[0].casefold() in names for name in columns)
 
     ranked = sorted(found, key=lambda header: (-held(header), -_likely_log(header)))
+    alike = [each.table for each in found if held(each) == len(columns) and _has_times(each) == _has_times(ranked[0])]
+    if len(alike) > 1 and columns:
+        what = f"its tables {_listed(alike)} all hold the columns {_listed(columns)}"
+        raise LogError(str(path), what, "State the one to read as file.table in the rig description")
     return ranked[0]
 
 
 def _likely_log(header: Header) -> int:
     """How much a table looks like a log: it has times, and many columns."""
-    return 1000 * (header.time is not None or time_among(header.columns) is not None) + len(header.columns)
+    return 1000 * _has_times(header) + len(header.columns)
+
+
+def _has_times(header: Header) -> bool:
+    return header.time is not None or time_among(header.columns) is not None
 
 
 def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places) -> tuple[StatedTimes, list[Note]]:

@@ -1,23 +1,21 @@
-"""Zarr stores in a folder, opened by xarray."""
+"""Zarr stores in a folder, opened by xarray; channels lie at the root or in groups."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from drillid.formats.description import Dialect, Header, Unusable
-from drillid.formats.readers.netcdf import columns_of, tables_of
+from drillid.formats.readers.netcdf import Groups, columns_of, opened_groups, tables_of
 
 SUFFIXES = (".zarr",)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _opened(path: Path) -> Iterator[Groups]:
     import warnings
-
-    import xarray as xr
 
     if not path.exists():
         raise FileNotFoundError(path)
@@ -27,8 +25,8 @@ def _opened(path: Path) -> Iterator[Any]:
         with warnings.catch_warnings():
             # stores need no consolidated metadata, and zarr's newer types are read all the same
             warnings.simplefilter("ignore")
-            with xr.open_zarr(path, decode_timedelta=False, chunks=None, create_default_indexes=False) as dataset:
-                yield dataset
+            with opened_groups(path, engine="zarr", chunks=None, create_default_indexes=False) as groups:
+                yield groups
     except FileNotFoundError as error:
         raise ValueError(f"it is no zarr store, or damaged: {error}") from error
     except (OSError, MemoryError, Unusable):
@@ -38,9 +36,9 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """A table for the variables along each dimension."""
-    with _opened(path) as dataset:
-        return tables_of(dataset, sum(file.stat().st_size for file in path.rglob("*") if file.is_file()))
+    """A table for the variables of each group along each dimension."""
+    with _opened(path) as groups:
+        return tables_of(groups, sum(file.stat().st_size for file in path.rglob("*") if file.is_file()))
 
 
 def read_columns(
@@ -53,17 +51,17 @@ def read_columns(
     ValueError
         If a chunk of them is missing, which zarr itself takes for empty.
     """
-    with _opened(path) as dataset:
-        _check_chunks(path, columns)
-        return columns_of(dataset, header, columns, text, rows)
+    with _opened(path) as groups:
+        _check_chunks(path, {name: f"{header.layout[name]}/{name}".lstrip("/") for name in columns})
+        return columns_of(groups, header, columns, text, rows)
 
 
-def _check_chunks(path: Path, columns: Sequence[str]) -> None:
+def _check_chunks(path: Path, columns: Mapping[str, str]) -> None:
     import zarr
 
     group = zarr.open_group(path, mode="r")
-    for name in columns:
-        array: Any = group[name]
+    for name, place in columns.items():
+        array: Any = group[place]
         if array.nchunks_initialized < array.nchunks:
             missing = array.nchunks - array.nchunks_initialized
             raise ValueError(f"{missing} of the {array.nchunks} chunks of '{name}' are missing")

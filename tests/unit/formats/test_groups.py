@@ -1,0 +1,87 @@
+"""Logs whose channels lie in groups of netCDF, HDF5 and zarr: chosen, found, or asked for by their names."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from drillid.errors import LogError
+from drillid.formats import headers, read_log
+from drillid.formats.description import Dialect
+
+STAMPS = pd.date_range("2025-03-03T06:00", periods=50, freq="20ms").as_unit("ns")
+SPEED = np.linspace(119, 121, 50)
+
+
+def dataset(**channels: np.ndarray) -> xr.Dataset:
+    return xr.Dataset({name: ("time", values) for name, values in channels.items()}, {"time": STAMPS})
+
+
+def write_netcdf(groups: dict[str, xr.Dataset], path: Path) -> None:
+    xr.DataTree.from_dict({f"/{group}": found for group, found in groups.items()}).to_netcdf(path, engine="h5netcdf")
+
+
+def write_zarr(groups: dict[str, xr.Dataset], path: Path) -> None:
+    xr.DataTree.from_dict({f"/{group}": found for group, found in groups.items()}).to_zarr(path, consolidated=False)
+
+
+def write_hdf5(groups: dict[str, xr.Dataset], path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        for group, found in groups.items():
+            for name, variable in found.variables.items():
+                values = variable.values
+                if values.dtype.kind == "M":
+                    values = values.astype("datetime64[ns]").astype(np.int64) / 1e9
+                file[f"{group}/{name}"] = values
+
+
+every_format = pytest.mark.parametrize(
+    ("suffix", "write"), [(".nc", write_netcdf), (".zarr", write_zarr), (".h5", write_hdf5)]
+)
+Writer = Callable[[dict[str, xr.Dataset], Path], None]
+
+
+@every_format
+def test_channels_in_the_only_group_that_holds_them_are_found(suffix: str, write: Writer, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    write({"well/rig": dataset(RPM=SPEED, TORQUE=SPEED / 7), "well/mud": dataset(FLOW=SPEED, SPP=SPEED)}, path)
+    found = read_log(path, None, ["RPM", "TORQUE"])
+    np.testing.assert_array_equal(found.pop("RPM"), SPEED)
+    np.testing.assert_array_equal(found.pop("TORQUE"), SPEED / 7)
+    assert (found.stamps == STAMPS.to_numpy()).all()
+    assert {header.table for header in headers(path)} == {"well/rig", "well/mud"}
+
+
+@every_format
+def test_of_several_groups_with_the_channels_one_must_be_stated(suffix: str, write: Writer, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    write({"fast": dataset(RPM=SPEED, TORQUE=SPEED), "slow": dataset(RPM=2 * SPEED, TORQUE=SPEED)}, path)
+    with pytest.raises(LogError, match=r"'fast', 'slow' all hold the columns") as raised:
+        read_log(path, None, ["RPM", "TORQUE"])
+    assert "file.table" in raised.value.remedy
+    for group, factor in (("fast", 1), ("slow", 2)):
+        found = read_log(path, None, ["RPM", "TORQUE"], dialect=Dialect(table=group))
+        np.testing.assert_array_equal(found.pop("RPM"), factor * SPEED)
+    with pytest.raises(LogError, match="has no table 'other'; its tables are 'fast', 'slow'"):
+        read_log(path, None, ["RPM"], dialect=Dialect(table="other"))
+
+
+@pytest.mark.parametrize(("suffix", "write"), [(".nc", write_netcdf), (".zarr", write_zarr)])
+def test_channels_share_the_times_of_the_group_above(suffix: str, write: Writer, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    write({"": dataset(), "rig": dataset(RPM=SPEED, TORQUE=SPEED).drop_vars("time")}, path)
+    found = read_log(path, None, ["RPM"])
+    np.testing.assert_array_equal(found.pop("RPM"), SPEED)
+    assert (found.stamps == STAMPS.to_numpy()).all()
+
+
+def test_a_missing_chunk_of_a_group_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "log.zarr"
+    write_zarr({"rig": dataset(RPM=SPEED, TORQUE=SPEED)}, path)
+    (path / "rig/RPM/c/0").unlink()
+    with pytest.raises(LogError, match="chunks of 'RPM' are missing"):
+        read_log(path, None, ["RPM"])
