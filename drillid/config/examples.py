@@ -1,7 +1,8 @@
 """Keys of rig descriptions for logs of many shapes, for their documentation; a test checks each against the models."""
 
 FORMATS = (
-    "Logs are read by their content: delimited text (CSV), LAS 1.2 to 3.0, WITSML 1.3.1.1 and 1.4.1.1, TDMS, HDF5, "
+    "Logs are read by their content: delimited text (CSV), LAS 1.2 to 3.0, WITSML 1.3.1.1 and 1.4.1.1, "
+    "WITS streams of level 0, TDMS, HDF5, "
     "MATLAB, netCDF, zarr, workbooks, Feather and Parquet, plain or packed by gzip, bzip2, xz, zstd or zip. Delimiter, "
     "encoding, header, units, decimals and the form of the times are found out from the file where they are "
     "unambiguous; what was decided is a row of problems.csv, and what is ambiguous is refused with the key that "
@@ -24,6 +25,13 @@ SHAPES = {
     "Names in the fifth line, units in the sixth": "file: {header_line: 5, units_line: 6}",
     "No header at all": "file: {columns: [Time, SWEEP, RPM, DMEA]}",
     "One sheet, group or log of several": "file: {table: Data}",
+    "A WITS stream, whose items have mnemonics and codes and no units; 0150 is an item of the user's": (
+        "channels:\n"
+        "  torque_sweep: {column: '0150', unit: kN m}\n"
+        "  speed: {column: RPMA, unit: rpm}\n"
+        "  hole_depth: {column: DMEA, unit: m}\n"
+        "time: {zone: Europe/Oslo}"
+    ),
     "A recorder's own number for missing values": "file: {null_values: [-32768]}",
     "A file whose units are wrong": "file: {ignore_units: true}",
     "Depth at 1 Hz in a file of its own, with a clock of its own": (

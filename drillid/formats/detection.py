@@ -33,6 +33,7 @@ _MAGIC: tuple[tuple[bytes, tuple[str, ...]], ...] = (
 _PLAIN_TEXT = (".csv",)
 _SAVED_AS_TEXT = (".xls",)
 """An ending of the readers whose files other programs save as text."""
+_WITS = re.compile(rb"^[ \t]*&&[ \t]*\r?\n[ \t]*\d{4}", re.MULTILINE)
 _XML = re.compile(rb"<(?:\w+:)?(?:logs|WITSML|log)\b", re.IGNORECASE)
 
 
@@ -132,4 +133,6 @@ def _of_text(content: bytes) -> tuple[str, ...]:
         return (".las",)
     if stripped.startswith(b"<"):
         return (".xml",) if _XML.search(stripped) else ()
+    if _WITS.search(stripped):
+        return (".wits",)
     return (".csv",)
