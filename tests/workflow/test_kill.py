@@ -80,7 +80,14 @@ def test_failed_wells_are_named_and_decide_the_exit_code(wells: Checkout) -> Non
     # a plain line a stage where there is no terminal, and no banner of any job
     assert "records: 1 of 1 job(s) done, 1 well(s) failed\n" in done.stderr
     assert "rule records" not in done.stderr
+    again = run(wells, *FIRST)
+    assert again.returncode == 3
+    assert "Nothing to be done" in again.stderr
+    assert "1 of 3 wells failed: W-2 (records: c.csv: is bad). See problems.csv for the remedies." in again.stderr
     assert run(wells, *FIRST, "--no-strict").returncode == 0
+    dry = run(wells, *FIRST, "--dry-run")
+    assert dry.returncode == 0
+    assert "wells failed" not in dry.stderr
     (wells.root / "raw/c.csv").write_text("samples")
     done = run(wells, *FIRST)
     assert done.returncode == 0

@@ -1,5 +1,6 @@
 """Settings, sheets and batches of wells, and what all rules take from them."""
 
+import atexit
 import contextlib
 import functools
 import json
@@ -42,6 +43,7 @@ if workflow.is_main_process:
     name_run()
     PLAN.drop_untrue_manifests()
     PLAN.age_incomplete_report()
+    atexit.register(lambda: tell_where_nothing_is_done())
 
 
 def one_of(names):
@@ -138,11 +140,22 @@ def begin():
 def end():
     """Tell what became of the wells, to `drillid run` or else on the terminal, and let other machines on the copy."""
     RELEASES.close()
+    tell(logger.info)
+
+
+def tell(say):
+    """What became of the wells, to `drillid run` or else as a line."""
     outcome = PLAN.outcome()
     if OUTCOME in os.environ:
         Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))
     else:
-        logger.info(outcome["line"])
+        say(outcome["line"])
+
+
+def tell_where_nothing_is_done():
+    """The same of a run without a job, which Snakemake ends before it calls `onsuccess`: wells may have failed earlier."""
+    if workflow.scheduler is not None and not workflow.dryrun and not len(workflow.dag):
+        tell(lambda line: print(line, file=sys.stderr))
 
 
 def forget_forced():
