@@ -98,7 +98,8 @@ def fit_start_up(
         ]
         write_fitted(well, after.friction, after.equipment.pipe_shear_modulus, output)
     if as_json:
-        print_json({"output": output, "errors": errors})
+        known = [{name: None if value != value else value for name, value in row.items()} for row in errors]
+        print_json({"output": output, "errors": known})
         return
     line = "{model:9} {from_s:5.1f} to {to_s:5.1f} s: torque {torque_knm:5.2f} kN m, bit {bit_rpm:5.1f} rpm rms"
     for row in errors:
