@@ -5,18 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from markupsafe import Markup
+
 import drillid
 from drillid.config.folders import folder_of
 from drillid.datasets.tables import read_table
-from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.fleet.manifest import write_whole
 from drillid.report.quantities import digits
 from drillid.report.rendering import render
+from drillid.report.verdicts import capitalised, headline, percent, signed_size
 
 COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
 
 
-def write_rig_pages(results: Path, pages: Path) -> list[dict[str, str]]:
+def write_rig_pages(results: Path, pages: Path) -> list[dict[str, Any]]:
     """Write a page for each group of wells; what the fleet's page tells of each: kind, name, file and text.
 
     Without the tables of common causes there is none.
@@ -36,6 +40,7 @@ def write_rig_pages(results: Path, pages: Path) -> list[dict[str, str]]:
             "rig.html.j2",
             group=named,
             text=common_text(named),
+            percent=percent(float(named["probability"])),
             p_values={name: digits(float(named[name]), 2) for name in ("p_value", "heterogeneity_p_value")},
             standings=own.to_dict("records"),
             version=drillid.__version__,
@@ -47,14 +52,15 @@ def write_rig_pages(results: Path, pages: Path) -> list[dict[str, str]]:
     return links
 
 
-def common_text(group: dict[str, Any]) -> str:
-    """What the wells of a group have in common, in one sentence."""
+def common_text(group: dict[str, Any]) -> Markup:
+    """What the wells of a group have in common, as a driller would say it, with size and doubt."""
     wells = f"{int(group['wells'])} wells of this {group['shared']}"
     if not isinstance(group["cause"], str):
-        return f"{wells} together show nothing that all of them have in common."
+        return Markup("{} together show nothing that all of them have in common.").format(wells)
     cause = CATALOGUE[group["cause"]]
-    unit = "" if group["unit"] == "1" else f" {group['unit']}"
-    size = f"{digits(group['size'])} ({digits(group['size_low'])} to {digits(group['size_high'])}){unit}"
-    others = [name for name in str(group["verdict"]).split("|") if name != group["cause"]]
-    more = f", or {' or '.join(others)}, which these data cannot tell apart" if others else ""
-    return f"{wells} have in common: {cause.meaning}; {cause.size.name} {size}{more}."
+    size, low, high = (signed_size(group[name], cause.size.unit) for name in ("size", "size_low", "size_high"))
+    others = [words_of(name) for name in str(group["verdict"]).split("|") if name != group["cause"]]
+    more = f" These data do not tell it from {' or '.join(others)}." if others else ""
+    told = Markup("{} have in common that {}. {}: {} (95 % interval {} to {}); the probability is {}.{}")
+    lead = headline({**group, "location_m": np.nan, "evidence": ""}, group["cause"])
+    return told.format(wells, lead, capitalised(cause.size.name), size, low, high, percent(group["probability"]), more)

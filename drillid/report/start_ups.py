@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from drillid.datasets.store import WellFolders
-from drillid.report.quantities import MISSING, digits
+from drillid.report.quantities import MISSING, QUANTITIES
 from drillid.start_ups.judging import DESCRIBED
-from drillid.units import RPM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,7 +25,12 @@ def start_up_rows(results: Path, listings: Mapping[str, Listing], problems: pd.D
     for folder, listing in listings.items():
         folders = WellFolders(results, folder)
         own = problems[(problems["well"] == listing.name) & (problems["stage"] == "start_ups")]
-        row = {"name": listing.name, "depth": f"{listing.stated['depth_m']:g}", "problems": len(own), "figure": ""}
+        row = {
+            "name": listing.name,
+            "depth": QUANTITIES["depth"].text(float(listing.stated["depth_m"])),
+            "problems": len(own),
+            "figure": "",
+        }
         if folders.has("start_ups", "start_ups"):
             row |= _judged(folders)
         else:
@@ -35,24 +40,25 @@ def start_up_rows(results: Path, listings: Mapping[str, Listing], problems: pd.D
     return rows
 
 
-def _judged(folders: WellFolders) -> dict[str, str]:
+def _judged(folders: WellFolders) -> dict[str, Markup | str]:
     dataset = folders.read("start_ups", "start_ups").load()
     held, kept = dataset.isel(span=-1), int(np.flatnonzero(dataset["kept"].values)[0])
     name, first, last = str(dataset["model"].values[kept]), held.isel(model=0), held.isel(model=kept)
     low, high = (float(dataset[end].values[kept]) for end in ("gain_low", "gain_high"))
-    best = f"the {name} model is kept: it saves {digits(low)} to {digits(high)} of the held-out squared error"
+    saved = f"{100 * low:.0f} to {100 * high:.0f} %"
+    best = f"the {name} model is kept: it saves {saved} of the squared error on the part that was held out"
     verdict = "the description is kept: nothing fitted predicts better" if name == DESCRIBED else best
     figure = folders.stage("start_ups") / "start_up.png"
     return {
         "verdict": verdict,
-        "torque": _both(float(first["torque_rms"]) / 1e3, float(last["torque_rms"]) / 1e3),
-        "bit": _both(float(first["bit_rms"]) / RPM, float(last["bit_rms"]) / RPM),
+        "torque": _both("torque", float(first["torque_rms"]), float(last["torque_rms"])),
+        "bit": _both("rotation", float(first["bit_rms"]), float(last["bit_rms"])),
         "figure": figure.relative_to(folders.results).as_posix() if figure.exists() else "",
     }
 
 
-def _both(before: float, after: float) -> str:
-    """Error of the description and of the model that is kept."""
+def _both(quantity: str, before: float, after: float) -> Markup | str:
+    """Error of the description and of the model that is kept, SI."""
     if not np.isfinite(before):
         return MISSING
-    return f"{digits(before)} → {digits(after)}"
+    return QUANTITIES[quantity].text(before, after, joint=" → ", more=1)

@@ -153,11 +153,11 @@ def verdict_texts(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) ->
 def _all_clear(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) -> VerdictText:
     """Text for several sets in which nothing is wrong, with the ranges of what they say."""
     texts = [verdict_text(row, sets) for row in rows]
-    least, most = (_percent(end(text.probability for text in texts)) for end in (min, max))
-    percent = least if least == most else f"{least.removesuffix(' %')} to {most}"
+    least, most = (percent(end(text.probability for text in texts)) for end in (min, max))
+    both_ends = least if least == most else f"{least.removesuffix(' %')} to {most}"
     ends = min(text.from_m for text in texts), max(text.to_m for text in texts)
     own = [each for each in sets if ends[0] <= each.from_m and each.to_m <= ends[1]]
-    doubt = f"The probability that nothing is wrong is {percent} in each of {len(rows)} sets of windows."
+    doubt = f"The probability that nothing is wrong is {both_ends} in each of {len(rows)} sets of windows."
     return replace(texts[0], from_m=ends[0], to_m=ends[1], lead=_none(rows[0], own), doubt=doubt, evidence=Markup(""))
 
 
@@ -316,9 +316,9 @@ def _size(row: Mapping[Any, Any]) -> Markup:
         )
         ends = Markup("")
         if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
-            low, high = (_signed(row[end], cause.size.unit) for end in ("size_low", "size_high"))
+            low, high = (signed_size(row[end], cause.size.unit) for end in ("size_low", "size_high"))
             ends = Markup(" (95 % interval {} to {})").format(low, high)
-        parts.append(Markup("{}: {}{}.").format(_capitalised(subject), _signed(row["size"], cause.size.unit), ends))
+        parts.append(Markup("{}: {}{}.").format(capitalised(subject), signed_size(row["size"], cause.size.unit), ends))
     members = [CATALOGUE[name] for name in str(row["class"]).split("|") if name in CATALOGUE]
     if _has_place(row):
         place = QUANTITIES["depth"].text(row["location_m"])
@@ -328,28 +328,31 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     return Markup(" ").join(parts)
 
 
-def _signed(value: float, unit: str) -> Markup:
+def signed_size(value: float, unit: str) -> Markup:
+    """The size of a cause with its sign, in units that one feels."""
     return Markup("\u2212") * (value < 0) + size_text(value, unit)
 
 
-def _capitalised(text: str) -> str:
+def capitalised(text: str) -> str:
+    """The text as a sentence begins."""
     return text[:1].upper() + text[1:]
 
 
 def _doubt(row: Mapping[Any, Any], kind: str) -> str:
-    percent = _percent(row["probability"])
+    chance = percent(row["probability"])
     if kind in ("none", "unproved"):
-        return f"The probability that nothing is wrong is {percent}."
+        return f"The probability that nothing is wrong is {chance}."
     if kind == "unknown":
         return (
-            f"That no known cause is behind it has a probability of {percent}. This gives a place and no cause: more "
+            f"That no known cause is behind it has a probability of {chance}. This gives a place and no cause: more "
             "windows, or the measurement advised below, may decide it."
         )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
-    return f"{word}: the probability is {percent}."
+    return f"{word}: the probability is {chance}."
 
 
-def _percent(probability: float) -> str:
+def percent(probability: float) -> str:
+    """A probability for readers."""
     return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
@@ -371,7 +374,7 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
 def _evidence(row: Mapping[Any, Any]) -> Markup:
     """What the engine saw, and the evidence apart from how common causes are."""
     words = words_of(str(row["evidence"]))
-    parts = [Markup("{}.").format(_capitalised(words))] if words else []
+    parts = [Markup("{}.").format(capitalised(words))] if words else []
     nats = float(row.get("evidence_nats", np.nan))
     if np.isfinite(nats):
         favoured = "in favour of" if nats >= 0 else "against"
