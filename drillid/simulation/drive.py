@@ -14,6 +14,8 @@ from drillid.simulation.parts import (
     INTEGRAL,
     MEAN_STRING,
     MEASURED,
+    SHAPED_CONTROL,
+    SHAPED_DRIVE,
     SMOOTH_ERROR,
     SMOOTH_STRING,
     SPEED,
@@ -34,6 +36,16 @@ def low_pass(before: float, now: float, state: float, time_constant: float, step
     if time_constant == 0.0:
         return now
     return ((2 * time_constant - step) * state + step * (before + now)) / (2 * time_constant + step)
+
+
+@compiled
+def shaped(coefficients: Floats, now: float, memory: Floats, first: int) -> float:
+    """A rational factor of order two at an input, with its states from `first` on (transposed direct form II)."""
+    b0, b1, b2, a1, a2 = coefficients
+    result = b0 * now + memory[first]
+    memory[first] = b1 * now - a1 * result + memory[first + 1]
+    memory[first + 1] = b2 * now - a2 * result
+    return float(result)
 
 
 @compiled
@@ -92,6 +104,7 @@ def control_torque(control: Control, step: float, speed_set: float, speed: float
     unfiltered = control.proportional * error + integral
     if control.compensated_inertia > 0.0:
         unfiltered -= control.compensated_inertia * error_slope(control, step, error, memory)
+    unfiltered = shaped(control.shaping, unfiltered, memory, SHAPED_CONTROL)
     torque = low_pass(memory[UNFILTERED], unfiltered, memory[TORQUE], control.torque_filter, step)
     memory[SPEED], memory[FILTERED], memory[ERROR] = speed, filtered, error
     memory[INTEGRAL], memory[UNFILTERED], memory[TORQUE] = integral, unfiltered, torque
@@ -118,7 +131,7 @@ def drive_torque(drive: Drive, step: float, command: Floats, newest: int, jitter
     """Torque in N m of the drive, half a step after the newest command."""
     # the torque acts half a step after the speeds that it changes
     age = max(drive.delay + jitter, 0.0) / step - 0.5
-    demand = drive.gain * delayed_command(command, newest, age)
+    demand = drive.gain * shaped(drive.shaping, delayed_command(command, newest, age), memory, SHAPED_DRIVE)
     limited = min(max(demand, -drive.limit), drive.limit)
     memory[EXCESS] = demand - limited
     change = drive.rate * step

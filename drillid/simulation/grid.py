@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.attachments import MountedInertia
-from drillid.physics.equipment import Controller, Section
+from drillid.physics.equipment import Controller, Section, Shaping
 from drillid.physics.nonlinear import NonlinearRig, Weakening
 from drillid.simulation.parts import (
     Control,
@@ -52,7 +53,8 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
     Raises
     ------
     SettingsError
-        If the time step is too long for gear, motor or the bit's law, or an interval is not a whole number of steps.
+        If the time step is too long for gear, motor or the bit's law, a factor has no realisation, or an interval is
+        not a whole number of steps.
     """
     if rig.system.bit.cutting:
         raise SettingsError(
@@ -60,7 +62,6 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
             "the bit has linear cutting laws",
             "Describe cutting in a NonlinearRig, or convert the system by NonlinearRig.from_linear",
         )
-    _check_shaping(rig)
     laws = [relaxations(section) for section in rig.system.string]
     grid = _with_ends(rig, _string(rig, laws, counts))
     _check_stable(rig, grid, time_step)
@@ -80,7 +81,7 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
         _rock(rig),
         _law(rig, grid, time_step),
         _control(rig, time_step),
-        _drive(rig),
+        _drive(rig, time_step),
     )
     return Machine(grid, gear, *parts, top_inertia)
 
@@ -146,15 +147,23 @@ def _mounts(rig: NonlinearRig, counts: tuple[int, ...], half_step: float) -> Mou
     return Mounts(np.array(nodes, dtype=np.int64), inertia, stiffness, damping, load)
 
 
-def _check_shaping(rig: NonlinearRig) -> None:
-    """A learnt factor of drive or control has no realisation in time here."""
-    top_drive = rig.system.top_drive
-    if top_drive.shaping is not None or top_drive.controller.shaping is not None:
+def _shaping(shaping: Shaping | None, step: float) -> Floats:
+    """Coefficients b₀, b₁, b₂, a₁, a₂ of a rational factor in discrete time by the bilinear transform, (5,)."""
+    if shaping is None:
+        return np.array([1.0, 0.0, 0.0, 0.0, 0.0])
+    zeros, poles = (shaping.zero_1, shaping.zero_2), (shaping.pole_1, shaping.pole_2)
+    is_proper = poles[1] > 0 or (zeros[1] == 0 and (poles[0] > 0 or zeros[0] == 0))
+    if type(shaping) is not Shaping or not is_proper or min(poles) < 0:
         raise SettingsError(
             "simulation",
-            "drive or control has a learnt factor, which the simulator cannot realise",
+            "drive or control has a learnt factor that is not a proper, stable rational one",
             "Predict with the frequency responses, or describe it by filters and lag",
         )
+    above, below = (
+        np.array([1 + first + second, 2 - 2 * second, 1 - first + second])
+        for first, second in ((float(one) * 2 / step, float(two) * 4 / step**2) for one, two in (zeros, poles))
+    )
+    return np.asarray(np.concatenate([above, below[1:]]) / below[0], dtype=float)
 
 
 def _with_ends(rig: NonlinearRig, string: SpatialGrid) -> SpatialGrid:
@@ -268,6 +277,7 @@ def _control(rig: NonlinearRig, time_step: float) -> Control:
         float(controller.compensated_inertia),
         float(controller.compensation_filter),
         *_matching(controller),
+        _shaping(controller.shaping, every * time_step),
     )
 
 
@@ -279,10 +289,15 @@ def _matching(controller: Controller) -> tuple[float, float, float, float]:
     return float(matching.impedance), float(matching.inertia), float(matching.low_pass), high_pass
 
 
-def _drive(rig: NonlinearRig) -> Drive:
+def _drive(rig: NonlinearRig, time_step: float) -> Drive:
     top_drive, limits = rig.system.top_drive, rig.limits
     return Drive(
-        float(top_drive.delay), float(top_drive.lag), float(top_drive.gain), float(limits.torque), float(limits.rate)
+        float(top_drive.delay),
+        float(top_drive.lag),
+        float(top_drive.gain),
+        float(limits.torque),
+        float(limits.rate),
+        _shaping(top_drive.shaping, time_step),
     )
 
 

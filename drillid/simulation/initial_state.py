@@ -18,6 +18,8 @@ from drillid.simulation.parts import (
     MEAN_STRING,
     MEASURED,
     MEMORY_SIZE,
+    SHAPED_CONTROL,
+    SHAPED_DRIVE,
     SMOOTH_ERROR,
     SMOOTH_STRING,
     SPEED,
@@ -62,6 +64,9 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     memory[[SPEED, FILTERED, MEASURED]] = scale * first
     memory[EARLIER_CUT] = earlier
     memory[[UNFILTERED, TORQUE]] = load
+    for place, shaping in ((SHAPED_CONTROL, machine.control.shaping), (SHAPED_DRIVE, machine.drive.shaping)):
+        _, b1, b2, a1, a2 = shaping
+        memory[[place, place + 1]] = load * (b1 - a1 + b2 - a2), load * (b2 - a2)
     memory[[DEMAND, DRIVE_TORQUE, DRIVE_BEFORE, STRING_TORQUE, SMOOTH_STRING]] = machine.drive.gain * load
     if machine.control.matching_high_pass < np.inf:
         memory[MEAN_STRING] = memory[SMOOTH_STRING]

@@ -146,6 +146,8 @@ class Control(NamedTuple):
     """s."""
     matching_high_pass: float
     """s; infinite passes the mean."""
+    shaping: Floats
+    """(5,) coefficients b₀, b₁, b₂, a₁, a₂ of its rational factor in discrete time."""
 
 
 class Drive(NamedTuple):
@@ -160,6 +162,8 @@ class Drive(NamedTuple):
     """N m."""
     rate: float
     """N m/s."""
+    shaping: Floats
+    """(5,) as that of the control, of the delayed command."""
 
 
 class Machine(NamedTuple):
@@ -238,4 +242,6 @@ TOP_ANGLE, TWIST = range(17, 19)
 """Angle of the top drive; twist of the gear."""
 BLADE, FURTHEST, EARLIER_CUT = range(19, 22)
 """Step during which the bit was one blade behind; largest angle it has reached; depth per angle before step 0."""
-MEMORY_SIZE = 22
+SHAPED_CONTROL, SHAPED_DRIVE = 22, 24
+"""First of two states each of the rational factors of control and drive."""
+MEMORY_SIZE = 26

@@ -16,8 +16,10 @@ from drillid.physics.equipment import (
     ImpedanceMatching,
     Motor,
     RegenerativeCutting,
+    Shaping,
     StribeckCutting,
 )
+from drillid.physics.gaussian_process import ProcessShaping
 from drillid.physics.nonlinear import (
     Cutting,
     Gear,
@@ -204,3 +206,20 @@ def test_a_motor_too_stiff_for_the_time_step_is_refused() -> None:
     system = replace(SYSTEM, motor=Motor(1e9, 0.0, 15.0), bit=Bit(5.0))
     with pytest.raises(SettingsError, match="too fast for a time step"):
         simulate(system, np.zeros(10), np.ones(10), np.zeros(10))
+
+
+LEARNT = (Shaping(zero_1=0.02, pole_1=0.05), Shaping(zero_1=0.05, zero_2=0.004, pole_1=0.08, pole_2=0.006))
+
+
+@pytest.mark.parametrize("factor", LEARNT)
+def test_learnt_factors_of_drive_and_control_act_as_in_the_linear_model(factor: Shaping) -> None:
+    for rig in (top(shaping=factor), top(controller=replace(CONTROLLER, shaping=factor))):
+        assert mobility_error(rig, rig) < LARGEST_ERROR
+        assert mobility_error(rig, SYSTEM) > 10 * LARGEST_ERROR
+
+
+@pytest.mark.parametrize("factor", [Shaping(zero_1=0.1), Shaping(zero_2=0.1, pole_1=0.1), ProcessShaping()])
+def test_factors_without_a_realisation_are_refused(factor: Shaping) -> None:
+    still = np.zeros(10)
+    with pytest.raises(SettingsError, match="not a proper, stable rational one"):
+        simulate(top(shaping=factor), still, still + SPEED, still)
