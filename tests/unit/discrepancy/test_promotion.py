@@ -15,12 +15,14 @@ from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.learning.promotion import module_source
 from drillid.errors import SettingsError
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
+from drillid.physics.gaussian_process import COUNT
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 
 S = laplace(np.geomspace(0.05, 4.0, 40))
 POINT = OperatingPoint(*(np.array([[value]]) for value in (10.0, 5e3, 2000.0)))
-LEARNT = {"mount_inertia": (0.5, 20.0), "mount_frequency": (0.0, 1.5), "mount_loss": (0.0, 0.3)}
+MOUNTED = {"mount_inertia": (0.5, 20.0), "mount_frequency": (0.0, 1.5), "mount_loss": (0.0, 0.3)}
+PROCESS = {f"drive_process_{number}": (40.0, 0.3 * (-1) ** number) for number in range(COUNT)}
 
 
 def model() -> WindowModel:
@@ -41,11 +43,14 @@ def loaded(path: Path) -> Cause:
     return found
 
 
-def test_the_generated_cause_is_what_was_learnt(tmp_path: Path) -> None:
-    names, values = list(LEARNT), list(LEARNT.values())
+@pytest.mark.parametrize(("learnt", "family"), [(MOUNTED, "string"), (PROCESS, "drive")])
+def test_the_generated_cause_is_what_was_learnt(
+    tmp_path: Path, learnt: dict[str, tuple[float, float]], family: str
+) -> None:
+    names, values = list(learnt), list(learnt.values())
     dataset = xr.Dataset(
         {
-            "extension_set": ("extension", np.zeros(3, dtype=int)),
+            "extension_set": ("extension", np.zeros(len(names), dtype=int)),
             "extension_cause": ("extension", np.array(names, dtype=object)),
             "extension_shape": ("extension", [shape for shape, _ in values]),
             "extension_size": ("extension", [size for _, size in values]),
@@ -56,11 +61,12 @@ def test_the_generated_cause_is_what_was_learnt(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["promote", str(tmp_path / "examination.zarr"), "shaker", "--output", str(path)])
     assert result.exit_code == 0, result.output
     cause, extended = loaded(path), model()
-    for name, (shape, size) in LEARNT.items():
+    for name, (shape, size) in learnt.items():
         extended = TERMS[name].extend(extended, size, shape, POINT)
     np.testing.assert_allclose(cause.extend(model(), 1.0, 0.0, POINT).mobility(S), extended.mobility(S))
     np.testing.assert_allclose(cause.extend(model(), 0.0, 0.0, POINT).mobility(S), model().mobility(S))
     assert cause.name == "shaker"
+    assert cause.family == family
     assert cause.is_linear
 
 
