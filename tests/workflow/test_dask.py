@@ -91,14 +91,18 @@ def scheduler(fleet: Checkout) -> Iterator[str]:
         yield address
 
 
+LIMIT_S = 300.0
+
+
 def awaited(look: Callable[[], Any]) -> Any:
     """What `look` gives once it gives something."""
-    for _ in range(300):
+    until = time.monotonic() + LIMIT_S
+    while time.monotonic() < until:
         with contextlib.suppress(FileNotFoundError, json.JSONDecodeError, IndexError):
             if (found := look()) is not None:
                 return found
         time.sleep(0.1)
-    raise AssertionError("nothing came in 30 s")
+    raise AssertionError(f"nothing came in {LIMIT_S:.0f} s")
 
 
 def assert_all_but_the_bad_are_done(fleet: Checkout, done: subprocess.CompletedProcess[str]) -> None:

@@ -12,6 +12,7 @@ import pytest
 from tests.workflow.test_dask import alive, awaited
 from tests.workflow.toys import Checkout
 
+LIMIT_S = 600
 RUN = """
 import json, sys
 from drillid.config.settings import Settings
@@ -29,11 +30,12 @@ if __name__ == "__main__":
 
 SBATCH = """#!/bin/sh
 grep -q -e '--qos=none' "$1" && { echo "sbatch: error: Invalid qos specification" >&2; exit 1; }
-cp "$1" submitted.sh
-setsid bash submitted.sh > worker.log 2>&1 &
-echo $! > job
+cp "$1" "submitted-$$.sh"
+setsid bash "submitted-$$.sh" > "worker-$$.log" 2>&1 &
+until kill -s 0 -- "-$!"; do kill -s 0 "$!" || break; sleep 0.01; done
 echo "Submitted batch job $!"
 """
+"""Jobs submitted at the same moment have files of their own; each leads its group when the command returns."""
 SCANCEL = """#!/bin/sh
 echo "$1" >> cancelled
 kill -- "-$1"
@@ -57,10 +59,13 @@ def run(fleet: Checkout, slurm: Mapping[str, Any]) -> subprocess.CompletedProces
     environment = os.environ | {
         "PYTHONPATH": str(fleet.root),
         "PATH": f"{fleet.root / 'bin'}:{os.environ['PATH']}",
+        # a machine with other work on it starts Python slowly
+        "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": f"{LIMIT_S}s",
+        "DASK_JOBQUEUE__SLURM__DEATH_TIMEOUT": str(LIMIT_S),
     }
     command = [sys.executable, "run.py", json.dumps({"scheduler": {"slurm": slurm}}), "Good,Fine,Bad"]
     return subprocess.run(
-        command, cwd=fleet.root, env=environment, capture_output=True, text=True, check=False, timeout=120
+        command, cwd=fleet.root, env=environment, capture_output=True, text=True, check=False, timeout=LIMIT_S
     )
 
 
@@ -68,10 +73,12 @@ def test_wells_go_over_workers_that_are_jobs_of_slurm_and_end_with_it(fleet: Che
     done = run(fleet, {"jobs": 5, "processes": 2, "memory_mb": 2000})
     assert done.returncode == 0, done.stderr
     assert sorted(done.stdout.splitlines()) == ["Bad failed", "Fine done", "Good done"]
-    script = (fleet.root / "submitted.sh").read_text()
-    assert "#SBATCH --cpus-per-task=2" in script
-    assert f"export PYTHONPATH='{fleet.root}'" in script
     # two jobs for three wells; both are taken back
+    scripts = [path.read_text() for path in fleet.root.glob("submitted-*.sh")]
+    assert len(scripts) == 2
+    for script in scripts:
+        assert "#SBATCH --cpus-per-task=2" in script
+        assert f"export PYTHONPATH='{fleet.root}'" in script
     jobs = (fleet.root / "cancelled").read_text().split()
     assert len(jobs) == 2
     assert awaited(lambda: not any(alive(int(job)) for job in jobs) or None)
