@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
 
+from drillid.config.folders import folder_of
 from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES
 from drillid.report.attention import URGENCY, interval_explanation, interval_gain, interval_lead, interval_text
@@ -63,6 +65,8 @@ def _environment() -> Environment:
         "interval_explanation": interval_explanation,
         "words_of": words_of,
         "address": quote,
+        "folder_of": folder_of,
+        "bar_length": bar_length,
     }
     environment.globals |= {"parameters": DISPLAYED_PARAMETERS, "figures": FIGURES, "urgency": URGENCY}
     return environment
@@ -81,6 +85,12 @@ def depths(place: Any) -> Markup | str:
 def quantity_text(value: float, name: str, more: int = 0) -> Markup:
     """An SI value of a quantity in both units."""
     return QUANTITIES[name].text(value, more=more)
+
+
+def bar_length(evidence: float) -> float:
+    """Length of a bar of evidence, rem: linear to 10, beyond that by its logarithm."""
+    size = abs(evidence)
+    return round(max(0.1, min(size, 10) * 0.2 + 2 * math.log10(max(size / 10, 1))), 1)
 
 
 def quantity_number(value: float, name: str) -> Markup:

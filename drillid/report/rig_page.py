@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
 
 
 def write_rig_pages(results: Path, pages: Path) -> list[dict[str, Any]]:
-    """Write a page for each group of wells; what the fleet's page tells of each: kind, name, file and text.
+    """Write a page for each group of wells; what the fleet's page tells of each: heading, file and text.
 
     Without the tables of common causes there is none.
     """
@@ -40,16 +41,20 @@ def write_rig_pages(results: Path, pages: Path) -> list[dict[str, Any]]:
             "rig.html.j2",
             group=named,
             text=common_text(named),
-            percent=percent(float(named["probability"])),
+            heading=heading(named),
             p_values={name: digits(float(named[name]), 2) for name in ("p_value", "heterogeneity_p_value")},
             standings=own.to_dict("records"),
             version=drillid.__version__,
         )
         write_whole(pages / file, page)
-        links.append(
-            {"kind": str(named["shared"]), "name": str(named["name"]), "file": file, "text": common_text(named)}
-        )
+        links.append({"heading": heading(named), "file": file, "text": common_text(named)})
     return links
+
+
+def heading(group: Mapping[str, Any]) -> str:
+    """Kind and name of a group, the kind once: 'Rig 7', 'Tool motor 5'."""
+    kind, name = str(group["shared"]), str(group["name"])
+    return name if name.lower().startswith(kind.lower()) else f"{kind.capitalize()} {name}"
 
 
 def common_text(group: dict[str, Any]) -> Markup:

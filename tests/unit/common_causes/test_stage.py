@@ -24,7 +24,7 @@ from drillid.config.settings import CommonCausesSettings, Settings
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import write_table
 from drillid.discrepancy.inference.shared_likelihood import HELD, RIG, candidate_labels
-from drillid.report.rig_page import common_text, write_rig_pages
+from drillid.report.rig_page import common_text, heading, write_rig_pages
 from tests.simulated import Processed
 from tests.truth.common_causes.wells import LAG, fleet
 
@@ -110,6 +110,7 @@ def test_what_wells_share_is_told_as_a_driller_would() -> None:
     assert said.startswith("5 wells of this rig have in common that the drive answers 50 ms late: have its torque loop")
     assert "Time constant: 50 ms (95 % interval 48 ms to 52 ms); the probability is 93 %." in said
     assert "do not tell it from clock offset" in said
+    assert (heading({**group, "name": "Rig 7"}), heading({**group, "name": "Alfa"})) == ("Rig 7", "Rig Alfa")
 
 
 def test_a_set_that_nothing_explains_is_left_out_with_its_reason(healthy: Processed, tmp_path: Path) -> None:

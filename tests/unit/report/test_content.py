@@ -28,6 +28,7 @@ from drillid.report.content import (
     without_windows,
 )
 from drillid.report.quantities import QUANTITIES, number, share, size_text
+from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, estimate_text
 
 
@@ -56,6 +57,12 @@ def test_numbers_of_an_axis_neither_touch_nor_leave_it(start: float, end: float,
     assert ends == sorted(ends)
     assert ends[0] > -5
     assert ends[-1] < width
+
+
+def test_bars_of_evidence_differ_beyond_thirty() -> None:
+    lengths = [bar_length(value) for value in (0.0, 5.0, 10.0, 30.0, 87.0, 1545.0)]
+    assert lengths == sorted(set(lengths))
+    assert lengths[-1] < 8
 
 
 def test_an_interval_has_its_level_and_the_usual_one(found: Identified) -> None:
