@@ -11,6 +11,7 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LawWindow, learnt_law
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.errors import SettingsError
 from drillid.physics.equipment import of_window
 from drillid.spectra.periodic import sweep_period
 
@@ -29,7 +30,11 @@ def with_law(examination: Examination, channels: Callable[[int], tuple[Floats, F
     if examination.extensions or not any(verdict.verdict == UNKNOWN for verdict in examination.verdicts):
         return examination
     windows = law_windows(examination.model, examination.base, channels, rate)
-    law = learnt_law(windows) if windows else None
+    try:
+        law = learnt_law(windows) if windows else None
+    except SettingsError:
+        # a rig that the simulator cannot divide into elements, such as one with a very short section, has no law
+        return examination
     if law is None or not law.offered:
         return examination
     verdicts = tuple(

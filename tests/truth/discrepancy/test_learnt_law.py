@@ -14,6 +14,7 @@ from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_base
+from drillid.discrepancy.learning import law
 from drillid.discrepancy.learning.examined_law import law_windows, with_law
 from drillid.discrepancy.learning.law import LearntLaw, learnt_law
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, simulated_rigs
@@ -74,14 +75,14 @@ def growing() -> tuple[Examination, list[Series]]:
 
 
 def test_drag_that_grows_with_the_square_is_learnt_with_its_size(growing: tuple[Examination, list[Series]]) -> None:
-    law = learnt(*growing)
-    assert law.offered
-    own = law.curvature
-    speed, torque, error = law.drawn()
+    found = learnt(*growing)
+    assert found.offered
+    own = found.curvature
+    speed, torque, error = found.drawn()
     inner = (speed > own.low) & (speed < own.high)
-    mean = law.mean_speed
+    mean = found.mean_speed
     truth = DRAG * (speed - mean) ** 2
-    bend = torque - law.damping * (speed - mean)
+    bend = torque - found.damping * (speed - mean)
     assert np.abs(bend - truth)[inner].max() < 0.35 * truth[inner].max()
     assert np.mean(np.abs(bend - truth)[inner] < 3 * error[inner] + 0.05 * truth[inner].max()) > 0.9
 
@@ -114,6 +115,15 @@ def test_the_stored_law_is_simulated_as_it_was_learnt(growing: tuple[Examination
     still = np.zeros(400)
     result = simulate(rig, still, still + windows[1].speed.mean(), still)
     np.testing.assert_allclose(result.bit_speed, windows[1].speed.mean(), rtol=1e-3)
+
+
+def test_a_rig_that_cannot_be_simulated_keeps_its_verdict(
+    growing: tuple[Examination, list[Series]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    examination, windows = growing
+    # a wave passes the collars within such a step
+    monkeypatch.setattr(law, "_TIME_STEP", 0.02)
+    assert with_law(examination, lambda row: (windows[row].sweep, windows[row].speed), RATE) is examination
 
 
 def test_no_law_is_offered_of_a_damper() -> None:
