@@ -13,6 +13,7 @@ import xarray as xr
 from drillid.arrays import Floats, Integers
 from drillid.config.sheets import read_sheets
 from drillid.datasets.codes import Gate
+from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.sets import read_verdicts
@@ -57,7 +58,13 @@ class WellResults:
 
     @staticmethod
     def load(well: Well, folders: WellFolders, error_rate: float) -> WellResults:
-        """Read everything; the spectrograms stay lazy because one window of them is drawn."""
+        """Read everything; the spectrograms stay lazy because one window of them is drawn.
+
+        Raises
+        ------
+        SettingsError
+            If an earlier version has made the results, without variables that there are now.
+        """
         read = {
             name: folders.read(stage, name).load()
             for stage, name in (
@@ -72,6 +79,12 @@ class WellResults:
                 ("depth", "depth"),
             )
         }
+        lacking = {
+            name for held, dataset in read.items() for name in DATASETS[held].variables.keys() - dataset.variables
+        }
+        if lacking:
+            what = f"has results of an earlier version, which lack {', '.join(sorted(lacking))}"
+            raise SettingsError(f"well {well.name}", what, "Run the workflow, which redoes what an update changes")
         intervals = folders.read_table("discrepancy", "intervals")
         verdicts = read_verdicts(folders)
         spectra = folders.read("spectra", "spectra")

@@ -8,6 +8,9 @@ import yaml
 from typer.testing import CliRunner
 
 from drillid.commands import app
+from drillid.datasets.store import WellFolders
+from drillid.errors import SettingsError
+from drillid.figures.data import stored_results
 from tests.unit.report.conftest import WELLS, Fleet
 
 
@@ -16,6 +19,13 @@ def configuration(fleet: Fleet, tmp_path_factory: pytest.TempPathFactory) -> str
     path = tmp_path_factory.mktemp("configuration") / "config.yaml"
     path.write_text(yaml.safe_dump(fleet.settings.model_dump(mode="json", exclude_none=True)))
     return str(path)
+
+
+def test_results_of_an_earlier_version_are_refused(fleet: Fleet, monkeypatch: pytest.MonkeyPatch) -> None:
+    read = WellFolders.read
+    monkeypatch.setattr(WellFolders, "read", lambda *which: read(*which).drop_vars("advice", errors="ignore"))
+    with pytest.raises(SettingsError, match=r"earlier version, which lack advice\. Run the workflow"):
+        stored_results(fleet.settings, "W1")
 
 
 def test_the_report_is_written_again_from_results(fleet: Fleet, configuration: str) -> None:
