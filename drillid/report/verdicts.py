@@ -77,7 +77,7 @@ class Prediction:
         )
         if self.extended < _FALLS * self.base:
             return Markup(
-                "{}In a held-out window the error of that speed falls from {} to {} rpm; its noise is {} rpm."
+                "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; its noise is {} rpm."
             ).format(moved, base, extended, noise)
         return Markup(
             "{}A single held-out window does not show it: its error stays at {} rpm, its noise is {} rpm."

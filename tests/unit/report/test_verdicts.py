@@ -84,7 +84,7 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     assert words.size == "Time constant: 49.4 ms (95 % interval 48.9 ms to 49.9 ms)."
     assert words.doubt.startswith("Clear: the probability is above 99 %.")
     assert "changes the predicted speed of the top drive by 0.15 rpm." in words.gain
-    assert "the error of that speed falls from 0.21 to 0.12 rpm; its noise is 0.10 rpm." in words.gain
+    assert "the error of the predicted speed falls from 0.21 to 0.12 rpm; its noise is 0.10 rpm." in words.gain
     assert "12 windows that it was not fitted to: 339 (90 % interval 310 to 368) a window" in words.gain
 
 
