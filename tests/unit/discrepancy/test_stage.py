@@ -73,7 +73,8 @@ def test_a_sound_well_shows_nothing(healthy: Processed) -> None:
     assert not found["flagged"].any()
     assert np.isnan(found["damping_pull"]).all()  # four windows have no level to stand out of
     header = (healthy.folders.stage("discrepancy") / "intervals.csv").read_text().splitlines()
-    assert header == ["from_m,to_m,windows,damping_pull,inertia_pull,evidence"]
+    errors = "error_by_usual,error_by_interval,speed_noise"
+    assert header == [f"from_m,to_m,windows,damping_pull,inertia_pull,evidence,{errors}"]
     used = (healthy.dataset("mobility", "mobility")["gate"] == Gate.USED).values
     residual = found["whitened_residual"].values
     assert np.isfinite(residual[used]).all()
