@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -13,6 +12,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from drillid.discrepancy.catalogue import CATALOGUE, words_of
+from drillid.discrepancy.catalogue.time import risen
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, UNPROVED
@@ -194,15 +194,10 @@ def _kind(row: Mapping[Any, Any]) -> str:
 
 
 def _title(row: Mapping[Any, Any]) -> str:
-    risen = _risen(row)
-    if risen:
-        return "rise of " + " and ".join(risen)
+    names = risen(str(row["evidence"]))
+    if names:
+        return "rise of " + " and ".join(names)
     return words_of(str(row["verdict"]))
-
-
-def _risen(row: Mapping[Any, Any]) -> list[str]:
-    """Parameters that rose, where the verdict is on an interval that stands out of its run."""
-    return [name.strip() for name in re.findall(r"([\w ]+?) up by ", str(row["evidence"]))]
 
 
 def _set_text(examined: xr.Dataset) -> SetText:
@@ -363,7 +358,7 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
         return Markup("")
     felt = Markup("")
     # a rise between windows is not among what the set's model is extended by
-    if own is not None and own.prediction is not None and not _risen(row):
+    if own is not None and own.prediction is not None and not risen(str(row["evidence"])):
         felt = own.prediction.text + " "
     windows = int(row["held_out_windows"])
     data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"

@@ -159,11 +159,12 @@ def _shaping(shaping: Shaping | None, step: float) -> Floats:
             "drive or control has a learnt factor that is not a proper, stable rational one",
             "Predict with the frequency responses, or describe it by filters and lag",
         )
-    above, below = (
-        np.array([1 + first + second, 2 - 2 * second, 1 - first + second])
-        for first, second in ((float(one) * 2 / step, float(two) * 4 / step**2) for one, two in (zeros, poles))
-    )
-    return np.asarray(np.concatenate([above, below[1:]]) / below[0], dtype=float)
+    from scipy.signal import bilinear
+
+    powers = (np.array([second, first, 1.0], dtype=float) for first, second in (zeros, poles))
+    # a factor of lower order has fewer coefficients
+    forward, backward = (np.pad(each, (0, 3 - each.size)) for each in bilinear(*powers, fs=1 / step))
+    return np.asarray(np.concatenate([forward, backward[1:]]), dtype=float)
 
 
 def _with_ends(rig: NonlinearRig, string: SpatialGrid) -> SpatialGrid:

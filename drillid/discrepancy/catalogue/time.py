@@ -1,5 +1,6 @@
 """Causes that make the response change within a window."""
 
+import re
 from typing import Any
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
@@ -69,9 +70,19 @@ class RegimeChange(Cause):
 
     def described(self, evidence: str) -> str:
         """The rise, for an interval change of fitted parameters; else the meaning."""
-        if " up by " in evidence:
+        if risen(evidence):
             return f"the assembly moves in another way than in the rest of the run: {evidence}"
         return self.meaning
+
+
+def rise(name: str, deviations: float) -> str:
+    """Evidence that a fitted parameter rose in an interval."""
+    return f"{name} up by {deviations:.1f} standard deviations"
+
+
+def risen(evidence: str) -> list[str]:
+    """Names of the parameters that rose, in evidence made of `rise`."""
+    return [name.strip() for name in re.findall(r"([\w ]+?) up by ", evidence)]
 
 
 CAUSES = (LengthGrowth, ParameterDrift, RegimeChange)

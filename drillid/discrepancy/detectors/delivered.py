@@ -77,14 +77,12 @@ class _Delivery:
         """Lines (line,) of the speed with which the fitted model follows the torque that a limit lets pass."""
         return self._lines(self.delivered(limit)) * self.residual.top_mobility
 
-    def scatter(self, limit: float) -> Floats:
-        """Sums of squares (block,) of the harmonics about the response."""
-        torque = self.torque(limit)
+    def scatter(self, torque: Complex) -> Floats:
+        """Sums of squares (block,) of the harmonics about the response to a torque."""
         return np.array([block.left(self.speed, torque, block.harmonics).sum() for block in self.blocks])
 
-    def noise(self, limit: float) -> Floats:
+    def noise(self, torque: Complex) -> Floats:
         """Noise power (block,) between the harmonics; single tones do not raise it."""
-        torque = self.torque(limit)
         left = [block.left(self.speed, torque, block.between) for block in self.blocks]
         return np.array([float(np.median(power) / np.log(2)) for power in left])
 
@@ -108,12 +106,13 @@ def limit_by_delivery(
     if not delivery.blocks:
         return None
     places = np.linspace(np.log(limits.min()), np.log(limits.max()), _TRIED)
-    weight = 2 / np.min([delivery.noise(np.exp(place)) for place in places], axis=0)
+    torques = [delivery.torque(np.exp(place)) for place in places]
+    weight = 2 / np.min([delivery.noise(torque) for torque in torques], axis=0)
 
     def misfit(place: float) -> float:
-        return float(delivery.scatter(np.exp(place)) @ weight)
+        return float(delivery.scatter(delivery.torque(np.exp(place))) @ weight)
 
-    best = int(np.argmin([misfit(place) for place in places]))
+    best = int(np.argmin([delivery.scatter(torque) @ weight for torque in torques]))
     near = places[max(best - 1, 0)], places[min(best + 1, _TRIED - 1)]
     least = minimize_scalar(misfit, bounds=near, method="bounded", options={"xatol": _EXACT})
     scale = max(1.0, least.fun / sum(block.freedom for block in delivery.blocks))

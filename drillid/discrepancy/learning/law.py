@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.catalogue import WindowModel
@@ -105,7 +107,7 @@ class LawWindow:
         """Standard deviation of real and imaginary part, (lines,)."""
         return np.sqrt(self.variance / 2)
 
-    @property
+    @cached_property
     def residual(self) -> Complex:
         """Whitened speed that the base model does not predict, (lines,)."""
         predicted = self.window_model.mobility(self.s) * self.sweep
@@ -120,7 +122,16 @@ class LawWindow:
         spectrum[first : first + lines.size] = lines
         return float(np.abs(np.fft.irfft(spectrum * self.period.size, self.period.size)).max())
 
-    def simulated(self, law: SpeedLaw | None) -> Complex:
+    def added(self, law: SpeedLaw) -> Complex:
+        """Whitened change of the harmonics by a law, (lines,)."""
+        return np.asarray((self._simulated(law) - self._still) / self.error, dtype=complex)
+
+    @cached_property
+    def _still(self) -> Complex:
+        """Harmonics without a law."""
+        return self._simulated(None)
+
+    def _simulated(self, law: SpeedLaw | None) -> Complex:
         """Harmonics of the top drive's speed, (lines,), in the second of two simulated periods."""
         system: DrillingSystem = self.window_model.system
         steps = round(1 / _RATE / _TIME_STEP)
@@ -170,9 +181,8 @@ class Curvature:
         """Speeds (POINTS,) and torques of the law less its tangent at a speed, N m."""
         grid = np.linspace(self.low, self.high, POINTS)
         second = np.interp(grid, self.knots, self.values)
-        step = grid[1] - grid[0]
-        slope = np.concatenate([[0.0], np.cumsum((second[1:] + second[:-1]) / 2 * step)])
-        torque = np.concatenate([[0.0], np.cumsum((slope[1:] + slope[:-1]) / 2 * step)])
+        slope = cumulative_trapezoid(second, grid, initial=0)
+        torque = cumulative_trapezoid(slope, grid, initial=0)
         tangent = np.interp(speed, grid, torque) + np.interp(speed, grid, slope) * (grid - speed)
         return grid, torque - tangent
 
@@ -236,7 +246,7 @@ class _Fit:
         speeds = [window.mean_speed for window in windows]
         self.low = min(speed - swing for speed, swing in zip(speeds, swings, strict=True))
         self.high = max(speed + swing for speed, swing in zip(speeds, swings, strict=True))
-        self.windows, self.still = windows, [window.simulated(None) for window in windows]
+        self.windows = windows
         # one knot is a constant curvature
         self.knots = np.linspace(self.low, self.high, knots)
         pipes = (window.window_model.system.string[0] for window in windows)
@@ -252,8 +262,7 @@ class _Fit:
         own = self.windows[window]
         if not coefficients.any():
             return np.zeros(own.s.size, dtype=complex)
-        law = self.curvature(coefficients).law_at(own.mean_speed)
-        return (own.simulated(law) - self.still[window]) / own.error
+        return own.added(self.curvature(coefficients).law_at(own.mean_speed))
 
     def expanded(self, window: int, coefficients: Floats) -> tuple[Complex, Complex]:
         """The change (lines,) and its derivatives (K, lines)."""
@@ -354,8 +363,7 @@ def _gain(windows: Sequence[LawWindow], held: Sequence[Booleans], curvature: Cur
     for window, lines in zip(windows, held, strict=True):
         if not lines.any():
             continue
-        law = curvature.law_at(window.mean_speed)
-        added = ((window.simulated(law) - window.simulated(None)) / window.error)[lines]
+        added = window.added(curvature.law_at(window.mean_speed))[lines]
         before = window.residual[lines]
         total += 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(before - added) ** 2))
         power += float(np.sum(np.abs(added) ** 2))

@@ -11,6 +11,7 @@ from scipy.special import expit, ndtr, stdtrit
 
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.catalogue.time import rise
 from drillid.discrepancy.detectors.pooling import evidence_of_p_value
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
@@ -176,9 +177,7 @@ def intervals(windows: xr.Dataset, discrepancy: xr.Dataset, run: Integers) -> pd
             last += 1
         members = slice(first, last + 1)
         strongest = {name: float(np.nanmax(discrepancy[name].values[members])) for name in EVIDENCE}
-        evidence = [
-            f"{EVIDENCE[name]} up by {pull:.1f} standard deviations" for name, pull in strongest.items() if pull > 2
-        ]
+        evidence = [rise(EVIDENCE[name], pull) for name, pull in strongest.items() if pull > 2]
         depth_from, depth_to = float(windows["depth_from"][first]), float(windows["depth_to"][last])
         rows.append((depth_from, depth_to, last - first + 1, *strongest.values(), "; ".join(evidence)))
     return pd.DataFrame(rows, columns=["from_m", "to_m", "windows", *EVIDENCE, "evidence"])
