@@ -2,7 +2,7 @@
 
 numba recompiles a function when its own file changes, but not when it calls into another file that has changed,
 nor when a constant from there has. So the functions of some folders are cached in a directory that is named by a hash
-of all their files.
+of all their files, and below it by module, so that every checkout with the same files finds them.
 
 A compiled function holds copies of those that it calls, optimised together with it. numba leaves all copies of one
 function visible under one name, and a process uses the one that it met first, so that the last bits of a result would
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core.caching import UserProvidedCacheLocator
 from numba.core.codegen import CPUCodeLibrary
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -25,6 +26,7 @@ _PACKAGE = Path(__file__).parent
 _DISPATCHERS: list[Any] = []
 
 
+_LOCATOR: Any = UserProvidedCacheLocator
 _LIBRARY: Any = CPUCodeLibrary
 _optimise: Callable[[Any], None] = _LIBRARY._optimize_final_module
 
@@ -38,6 +40,18 @@ def _optimise_with_own_copies(library: Any) -> None:
 
 
 _LIBRARY._optimize_final_module = _optimise_with_own_copies
+
+
+class LocatorByModule(_LOCATOR):  # type: ignore[misc]
+    """Where a function is cached below `numba.config.CACHE_DIR`: by its module, where numba takes its file's path."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        self._folder = str(Path(_CONFIG.CACHE_DIR, function.__module__))
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return self._folder
 
 
 def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[Function], Function]:
@@ -57,12 +71,12 @@ def compiler(*folders: str, root: Path = _PACKAGE, **options: Any) -> Callable[[
     cache = str(_cache(folders, root))
 
     def compiled_function(function: Function) -> Function:
-        previous = _CONFIG.CACHE_DIR
-        _CONFIG.CACHE_DIR = cache
+        previous = _CONFIG.CACHE_DIR, _CONFIG.CACHE_LOCATOR_CLASSES
+        _CONFIG.CACHE_DIR, _CONFIG.CACHE_LOCATOR_CLASSES = cache, f"{__name__}.{LocatorByModule.__name__}"
         try:
             result: Any = numba.njit(cache=True, **options)(function)
         finally:
-            _CONFIG.CACHE_DIR = previous
+            _CONFIG.CACHE_DIR, _CONFIG.CACHE_LOCATOR_CLASSES = previous
         _DISPATCHERS.append(result)
         typed: Function = result
         return typed

@@ -1,5 +1,6 @@
 """Compiled functions are kept on disk, and compiled again whenever a source that they may use changes."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -40,12 +41,12 @@ def kernels(tmp_path: Path) -> Path:
     return folder
 
 
-def called(folder: Path) -> int:
+def called(folder: Path, cache: str = "kept") -> int:
     """What the outer function gives in a process of its own, with the compiled code that is on disk."""
     code = "from kernels.outer import outer; print(outer())"
     root, library = folder.parent, str(Path(__file__).parents[2])
     # bytecode is told by size and whole second of its source, which a test changes sooner
-    environment = {"PYTHONPATH": f"{root}:{library}", "NUMBA_CACHE_DIR": str(root / "kept"), "PATH": ""}
+    environment = {"PYTHONPATH": f"{root}:{library}", "NUMBA_CACHE_DIR": str(root / cache), "PATH": ""}
     environment["PYTHONDONTWRITEBYTECODE"] = "1"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     return int(done.stdout)
@@ -56,9 +57,24 @@ def kept(folder: Path) -> set[str]:
     return {path.name for path in (folder.parent / "kept").iterdir()}
 
 
+def files(folder: Path) -> dict[Path, int]:
+    """Files of compiled code with the times at which they were written."""
+    found = (path for path in (folder.parent / "kept").rglob("*") if path.is_file())
+    return {path: path.stat().st_mtime_ns for path in found}
+
+
 def test_code_that_did_not_change_is_compiled_once(kernels: Path) -> None:
     assert (called(kernels), called(kernels)) == (1, 1)
     assert len(kept(kernels)) == 1
+
+
+def test_another_checkout_of_the_same_code_finds_what_is_compiled(kernels: Path) -> None:
+    called(kernels)
+    copy = kernels.parent / "elsewhere" / "kernels"
+    shutil.copytree(kernels, copy)
+    before = files(kernels)
+    assert called(copy, "../kept") == 1
+    assert files(kernels) == before
 
 
 def test_a_changed_kernel_is_not_called_as_it_was(kernels: Path) -> None:
