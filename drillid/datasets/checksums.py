@@ -7,6 +7,7 @@ lie beside the store, in `<dataset>.sums`.
 from __future__ import annotations
 
 import json
+import os
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,8 +25,10 @@ def checksum(content: bytes) -> str:
 
 def stamps(store: Path) -> dict[str, tuple[int, int]]:
     """Size and time of every file of a store, by its path in there."""
-    files = {str(path.relative_to(store)): path.stat() for path in sorted(store.rglob("*")) if path.is_file()}
-    return {name: (status.st_size, status.st_mtime_ns) for name, status in files.items()}
+    # paths as text, as a long series has some thousand files
+    files = sorted(os.path.join(folder, name) for folder, _, names in os.walk(store) for name in names)
+    states = {file[len(str(store)) + 1 :]: os.stat(file) for file in files}
+    return {name: (status.st_size, status.st_mtime_ns) for name, status in states.items()}
 
 
 def compare(file: Path, content: bytes | None, expected: str | None, stage: str) -> None:
@@ -53,8 +56,12 @@ def write_checksums(store: Path, path: Path, earlier: Path | None = None, untouc
     untouched : `stamps` of that store; its files that are still as they were keep their checksums
     """
     known = _stored(earlier) if earlier is not None and earlier.exists() else {}
-    same = {name for name, stamp in stamps(store).items() if name in known and (untouched or {}).get(name) == stamp}
-    files = {name: known[name] if name in same else checksum((store / name).read_bytes()) for name in stamps(store)}
+    files = {
+        name: known[name]
+        if name in known and (untouched or {}).get(name) == stamp
+        else checksum((store / name).read_bytes())
+        for name, stamp in stamps(store).items()
+    }
     path.write_text(json.dumps(files, indent=0) + "\n")
 
 

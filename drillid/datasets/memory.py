@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,11 +35,11 @@ class WellInMemory(WellFolders):
     def earlier(self, stage: str, name: str) -> None:
         """Nothing: no run was before."""
 
-    def earlier_memo(self, stage: str) -> dict[str, Any]:
+    def earlier_memo(self, stage: str) -> dict[str, str]:
         """Nothing: no run was before."""
         return {}
 
-    def write_memo(self, stage: str, content: dict[str, Any]) -> None:
+    def write_memo(self, stage: str, content: Mapping[str, str]) -> None:
         """Nothing: no run will be after."""
 
     def has(self, stage: str, name: str) -> bool:

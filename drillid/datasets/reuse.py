@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,31 @@ def _merged(kept: xr.Dataset, made: xr.Dataset, dimension: str, order: Any) -> x
     return xr.Dataset(variables).set_coords([name for name in made.coords if name in variables])
 
 
+class Entries(MutableMapping[str, Any]):
+    """Values by key, each held as its JSON, so that only those that are looked up are parsed."""
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        self.texts = dict(texts)
+
+    def __getitem__(self, key: str) -> Any:
+        return json.loads(self.texts[key])
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self.texts[key] = json.dumps(value, sort_keys=True)
+
+    def __delitem__(self, key: str) -> None:
+        del self.texts[key]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.texts
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.texts)
+
+    def __len__(self) -> int:
+        return len(self.texts)
+
+
 class Memo:
     """What a stage found out about parts of a well that is no row of a dataset, by keys as those of rows.
 
@@ -93,8 +118,8 @@ class Memo:
 
     def __init__(self, folders: WellFolders, stage: str) -> None:
         self._folders, self._stage = folders, stage
-        self.earlier: Mapping[str, Any] = folders.earlier_memo(stage)
-        self.found: dict[str, Any] = {}
+        self.earlier = Entries(folders.earlier_memo(stage))
+        self.found = Entries({})
 
     def key(self, *content: Any) -> str:
         """Key of what comes from this content, beside code, settings and rig description."""
@@ -102,14 +127,21 @@ class Memo:
 
     def result(self, key: str, make: Callable[[], Any]) -> Any:
         """What has this key: taken over where an earlier run found it, else made."""
-        if key not in self.found:
-            # what is made goes through JSON as well, so that it is the same the next time
-            self.found[key] = self.earlier[key] if key in self.earlier else json.loads(json.dumps(make()))
+        if key not in self.found and not self.take_over(key):
+            self.found[key] = make()
+        # what is made goes through JSON as well, so that it is the same the next time
         return self.found[key]
+
+    def take_over(self, key: str) -> bool:
+        """Whether an earlier run found what has this key, which is then kept without being looked at."""
+        if key not in self.earlier:
+            return False
+        self.found.texts[key] = self.earlier.texts[key]
+        return True
 
     def save(self) -> None:
         """Write what was found into the stage's folder of the well."""
-        self._folders.write_memo(self._stage, self.found)
+        self._folders.write_memo(self._stage, self.found.texts)
 
 
 class EarlierPieces:

@@ -1,7 +1,6 @@
 """Datasets on disk: one zarr store each, written whole under a temporary name, then renamed."""
 
 import contextlib
-import json
 import os
 import shutil
 import warnings
@@ -14,11 +13,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from drillid.datasets.checksums import SUFFIX, Stamps, stamps, write_checksums
+from drillid.datasets.checksums import SUFFIX, Stamps, checksum, stamps, write_checksums
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 
-_MEMO = "memo.json"
+_MEMO = "memo.txt"
 _SERIES_CHUNK = 60_000
 """Samples in a chunk of a long series; ten minutes at 100 Hz."""
 
@@ -84,19 +83,25 @@ class WellFolders:
         there = (self.aside(stage) / f"{name}.zarr").exists()
         return _opened(self.aside(stage), stage, name) if there else None
 
-    def earlier_memo(self, stage: str) -> dict[str, Any]:
-        """The memo of what the stage made before, see `drillid.datasets.reuse.Memo`; empty where there is none."""
-        try:
-            content = json.loads((self.aside(stage) / _MEMO).read_bytes())
-        except (OSError, ValueError, RecursionError):
-            return {}
-        return content if isinstance(content, dict) else {}
+    def earlier_memo(self, stage: str) -> dict[str, str]:
+        """The memo of what the stage made before, see `drillid.datasets.reuse.Memo`: JSON by its keys.
 
-    def write_memo(self, stage: str, content: dict[str, Any]) -> None:
-        """Write the stage's memo for the runs to come."""
+        It is empty where there is none, and where the file is damaged.
+        """
+        try:
+            expected, _, content = (self.aside(stage) / _MEMO).read_bytes().partition(b"\n")
+            if checksum(content).encode() != expected:
+                return {}
+            return dict(line.split(" ", 1) for line in content.decode().splitlines())
+        except (OSError, ValueError):
+            return {}
+
+    def write_memo(self, stage: str, content: Mapping[str, str]) -> None:
+        """Write the stage's memo for the runs to come: a checksum, then a line with key and JSON for each entry."""
         path = self.stage(stage) / _MEMO
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(content, sort_keys=True))
+        lines = "".join(f"{key} {content[key]}\n" for key in sorted(content)).encode()
+        path.write_bytes(checksum(lines).encode() + b"\n" + lines)
 
     def has(self, stage: str, name: str) -> bool:
         """Whether the stage wrote the dataset; it did not where the well failed before."""

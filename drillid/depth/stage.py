@@ -16,7 +16,7 @@ from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.depth.responses import RESPONSES, identified_models, identified_responses
 from drillid.depth.speed_control import VARIABLES, speed_control, tuned_rows
 from drillid.discrepancy.products.extended_model import identified_window_models
-from drillid.fits.datasheet import stored_controller
+from drillid.fits.datasheet import stored_controllers
 from drillid.physics.parameters import PARAMETERS
 from drillid.windows.channels import sample_rate
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from drillid.config.sheets import Well
 
 
+_BLOCK = 1_000_000
+"""Samples of the states that are in memory at once."""
 _JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
 """Endings of the variables from the joint fit, and the variables of its dataset."""
 
@@ -63,10 +65,13 @@ def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
 
 def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
     """Time in each state of the rig from the previous window's end to each window's end, s, shape (window, state)."""
-    ends = (windows["first_sample"] + windows["samples"]).values
-    begins = np.concatenate([[0], ends[:-1]])
-    pieces = [states["rig_state"][begin:end].values for begin, end in zip(begins, ends, strict=True)]
-    return np.stack([np.bincount(piece, minlength=len(RigState)) for piece in pieces]) / sample_rate(states)
+    ends, total = (windows["first_sample"] + windows["samples"]).values, len(RigState)
+    counted = np.zeros(ends.size * total, dtype=int)
+    for begin in range(0, int(ends[-1]) if ends.size else 0, _BLOCK):
+        part = states["rig_state"][begin : min(begin + _BLOCK, int(ends[-1]))].values
+        window = np.searchsorted(ends, np.arange(begin, begin + part.size), side="right")
+        counted += np.bincount(total * window + part, minlength=counted.size)
+    return counted.reshape(-1, total) / sample_rate(states)
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
@@ -76,27 +81,27 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     discrepancy = folders.read("discrepancy", "discrepancy").load()
     examination, frequency = folders.read("discrepancy", "examination").load(), mobility["frequency"].values
     extended = identified_window_models(examination)
-    models = identified_models(
-        well.rig,
-        [stored_controller(fits.isel(window=row)) for row in range(fits.sizes["window"])],
-        fits["value"].values,
-        windows["bit_depth"].values,
-        extended,
-    )
-
+    controllers, bit_depth = stored_controllers(fits), windows["bit_depth"].values
     accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
     tuned, weight = tuned_rows(depths, accepted, settings.depth.tuning_interval_m), windows["weight_on_bit"].values
 
     def make(rows: list[int]) -> xr.Dataset:
-        responses = identified_responses([models[row] for row in rows], frequency, settings.depth)
-        drilled_by = [models[row] if accepted[row] else None for row in rows]
+        models = identified_models(
+            well.rig,
+            [controllers[row] for row in rows],
+            fits["value"].values[rows],
+            bit_depth[rows],
+            {place: extended[row] for place, row in enumerate(rows) if row in extended},
+        )
+        responses = identified_responses(models, frequency, settings.depth)
+        drilled_by = [model if accepted[row] else None for row, model in zip(rows, models, strict=True)]
         controlled = speed_control(drilled_by, weight[rows], tuned[rows], settings.depth)
         return responses.assign({name: ("depth", values) for name, values in controlled.items()})
 
     # the models of windows in which a cause is named are those of their sets
     of_sets = examination["key"].values
     sets = [str(of_sets[number]) for number in examination["window_set"].values.tolist()] if of_sets.size else []
-    own = (fits["key"].values, windows["bit_depth"].values, weight, tuned)
+    own = (fits["key"].values, bit_depth, weight, tuned)
     contents = [
         (*content, sets[row] if row in extended else "")
         for row, content in enumerate(zip(*(values.tolist() for values in own), strict=True))

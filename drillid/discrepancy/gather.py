@@ -24,7 +24,7 @@ from drillid.fits.datasheet import (
     DataSheet,
     data_sheet,
     stated_controller,
-    stored_controller,
+    stored_controllers,
     with_held_control,
     with_logged_gains,
 )
@@ -85,7 +85,7 @@ def gather_well(
     shown = np.flatnonzero(np.isfinite(fitted).all(axis=1))[:_SHOWING]
     channels = (window_channels(records, windows, int(row)) for row in shown)
     sheet = with_held_control(sheet, [released(read, rate).interval for read in channels])
-    known = [replace(sheet.equipment, controller=stored_controller(fits.isel(window=row))) for row in range(depth.size)]
+    known = [replace(sheet.equipment, controller=controller) for controller in stored_controllers(fits)]
     memo = memo or Memo(WellInMemory(), "discrepancy")
     contents = [windows["key"].values.tolist(), fitted.tolist(), periods, map(repr, known)]
     found = [

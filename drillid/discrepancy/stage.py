@@ -19,7 +19,7 @@ from drillid.discrepancy.products.kept_sets import examine_well, joined
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import bridged, change_verdict, flag, intervals, run_pulls, runs
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict
-from drillid.fits.datasheet import data_sheet, stored_controller
+from drillid.fits.datasheet import data_sheet, stored_controllers
 from drillid.fits.window_fit import Measured, measured_rows
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.responses import command_mobility, laplace
@@ -85,10 +85,9 @@ def _residual_tests(data: WellData) -> xr.Dataset:
     fits, mobility = data.fits, data.mobility
     residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
     p_values = np.full((2, residual.shape[0]), np.nan)
-    for row, measured in enumerate(measured_rows(mobility)):
+    for row, (measured, controller) in enumerate(zip(measured_rows(mobility), stored_controllers(fits), strict=True)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
-            controller = stored_controller(fits.isel(window=row))
             known = data_sheet(data.rig, controller, float(data.windows["bit_depth"][row])).equipment
             white = whitened_residuals(measured, parameters, known)
             residual[row, mobility["gate"].values[row] == Gate.USED] = white

@@ -152,10 +152,18 @@ def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
 
 def stored_controller(fit: xr.Dataset) -> Controller:
     """The controller of one window's fit, with the gains found there; `fit` is that row of the fits."""
+    return stored_controllers(fit[["gain_value"]].expand_dims("window"))[0]
+
+
+def stored_controllers(fits: xr.Dataset) -> list[Controller]:
+    """The same of every window."""
     prefix = "controller_"
-    known = {str(name)[len(prefix) :]: value for name, value in fit.attrs.items() if str(name).startswith(prefix)}
-    proportional, integral = fit["gain_value"].values.tolist()
-    return replace(Controller(**known), proportional=proportional, integral=integral)
+    known = {str(name)[len(prefix) :]: value for name, value in fits.attrs.items() if str(name).startswith(prefix)}
+    controller = Controller(**known)
+    return [
+        replace(controller, proportional=proportional, integral=integral)
+        for proportional, integral in fits["gain_value"].values.tolist()
+    ]
 
 
 def logged_gains(spectra: xr.Dataset, filters: Controller) -> tuple[Floats, Floats] | None:

@@ -347,17 +347,11 @@ def with_fitted_gains(known: KnownEquipment, factors: Floats) -> KnownEquipment:
 
 def measured_rows(mobility: xr.Dataset) -> list[Measured]:
     """The used frequencies of every row (window or stack) of a mobility dataset."""
-    rows = []
-    for row in range(mobility["command_mobility"].shape[0]):
-        used = mobility["gate"].values[row] == Gate.USED
-        freedom = mobility["degrees_of_freedom"].values[row, used]
-        rows.append(
-            Measured(
-                mobility["frequency"].values[used],
-                mobility["command_mobility"].values[row, used],
-                mobility["command_mobility_variance"].values[row, used],
-                freedom,
-                sharing(freedom, mobility["averages"].values[row, used]),
-            )
-        )
-    return rows
+    frequency, freedom = mobility["frequency"].values, mobility["degrees_of_freedom"].values
+    names = ("command_mobility", "command_mobility_variance")
+    columns = (*(mobility[name].values for name in names), freedom, sharing(freedom, mobility["averages"].values))
+    used = mobility["gate"].values == Gate.USED
+    return [
+        Measured(frequency[chosen], *(values[chosen] for values in row))
+        for chosen, *row in zip(used, *columns, strict=True)
+    ]

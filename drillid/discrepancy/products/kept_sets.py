@@ -69,7 +69,8 @@ def examine_well(
         is_known = earlier is not None and key in numbers and key in memo.earlier
         if earlier is not None and is_known and _decides_alike(memo.earlier[key], share):
             content, examination = memo.earlier[key], _of_set(earlier, numbers[key])
-            memo.found |= {name: memo.earlier[name] for name in content["detections"] if name in memo.earlier}
+            for name in content["detections"]:
+                memo.take_over(name)
         else:
             known = set(memo.found)
             examined = examine_set(data, rows, share, base_rates, memo)

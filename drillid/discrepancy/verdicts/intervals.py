@@ -15,7 +15,7 @@ from drillid.discrepancy.catalogue.time import rise
 from drillid.discrepancy.detectors.pooling import evidence_of_p_value
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
-from drillid.statistics import ONE_SIDED, TWO_SIDED
+from drillid.statistics import ONE_SIDED, TWO_SIDED, pairwise_distance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -101,10 +101,8 @@ def _standard_deviation(value: Floats) -> float:
     """
     size = value.size
     half = size // 2 + 1
-    first, second = np.triu_indices(size, 1)
-    place = half * (half - 1) // 2 - 1
-    distance = np.partition(np.abs(value[first] - value[second]), place)[place]
-    return float(_QN * _QN_SMALL.get(size, size / (size + (1.4 if size % 2 else 3.8))) * distance)
+    distance = pairwise_distance(np.sort(value), half * (half - 1) // 2)
+    return _QN * _QN_SMALL.get(size, size / (size + (1.4 if size % 2 else 3.8))) * distance
 
 
 def flag(p_values: list[Floats], error_rate: float) -> Booleans:

@@ -1,12 +1,16 @@
 """Rows that an earlier dataset holds are taken from there, the others made, and the order is that of the keys."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from drillid.datasets.reuse import checksum, completed, digest, row_keys
+from drillid.datasets.reuse import Memo, checksum, completed, digest, row_keys
+from drillid.datasets.store import WellFolders
+from drillid.fleet.aside import set_aside
+from drillid.fleet.manifest import KEY
 
 
 def made(*rows: int) -> xr.Dataset:
@@ -75,3 +79,42 @@ def test_a_checksum_is_of_the_bytes_alone(tmp_path: Path) -> None:
     assert checksum(first) == checksum(second)
     second.write_bytes(b"sample.")
     assert checksum(first) != checksum(second)
+
+
+def saved(tmp_path: Path) -> WellFolders:
+    """A stage's folder, set aside, whose memo holds two entries."""
+    folders = WellFolders(tmp_path, "W1", "basis")
+    memo = Memo(folders, "windows")
+    for name, value in (("a", {"x": [0.1, float("nan")], "b": "å\n"}), ("c", 3)):
+        memo.found[memo.key(name)] = value
+    memo.save()
+    (folders.stage("windows") / KEY).write_text('{"key": "1", "status": "done", "basis": "basis"}')
+    set_aside(folders, "windows")
+    return folders
+
+
+def test_a_memo_makes_only_what_no_earlier_run_found(tmp_path: Path) -> None:
+    folders, made = saved(tmp_path), list[str]()
+    memo = Memo(folders, "windows")
+    found = [memo.result(memo.key(name), lambda name=name: made.append(name) or name) for name in "acd"]
+    assert (found[0]["b"], found[1:], made) == ("å\n", [3, "d"], ["d"])
+    assert found[0]["x"][0] == 0.1
+    assert np.isnan(found[0]["x"][1])
+
+
+def test_what_is_taken_over_is_written_as_it_was(tmp_path: Path) -> None:
+    folders = saved(tmp_path)
+    before = (folders.aside("windows") / "memo.txt").read_bytes()
+    memo = Memo(folders, "windows")
+    assert [memo.take_over(memo.key(name)) for name in "acd"] == [True, True, False]
+    memo.save()
+    assert (folders.stage("windows") / "memo.txt").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda content: content[:-5], lambda content: content.replace(b" 3", b" 4"), lambda content: b""]
+)
+def test_a_damaged_memo_counts_as_none(damage: Callable[[bytes], bytes], tmp_path: Path) -> None:
+    path = saved(tmp_path).aside("windows") / "memo.txt"
+    path.write_bytes(damage(path.read_bytes()))
+    assert not Memo(WellFolders(tmp_path, "W1", "basis"), "windows").earlier

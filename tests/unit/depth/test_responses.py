@@ -6,6 +6,7 @@ import xarray as xr
 
 from drillid.config.settings import DepthSettings
 from drillid.datasets.codes import RigState
+from drillid.depth import stage
 from drillid.depth.responses import identified_models, identified_responses
 from drillid.depth.stage import time_in_states
 from drillid.physics.responses import bit_mobility, command_mobility, laplace
@@ -26,7 +27,11 @@ def test_responses_are_those_of_the_system_stiff_and_controlled() -> None:
     assert not np.allclose(found["bit_step_stiff"], found["bit_step_controlled"])
 
 
-def test_time_in_states_runs_from_the_window_before_to_the_end_of_each() -> None:
+@pytest.mark.parametrize("block", [7, 1_000_000])
+def test_time_in_states_runs_from_the_window_before_to_the_end_of_each(
+    block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stage, "_BLOCK", block)
     state = np.repeat(
         [RigState.CONNECTION, RigState.DRILLING, RigState.SWEEP_OFF, RigState.DRILLING], [50, 100, 30, 70]
     )

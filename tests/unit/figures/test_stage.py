@@ -67,7 +67,7 @@ def panel(figure: Figure, name: str) -> Axes:
 def test_every_declared_figure_is_written(wells: tuple[Path, dict[str, Well]], name: str) -> None:
     results, made = wells
     assert figures.process(made[name], WellFolders(results, name), SETTINGS) == []
-    written = {path.name for path in (results / "figures" / name).iterdir()} - {"memo.json"}
+    written = {path.name for path in (results / "figures" / name).iterdir()} - {"memo.txt"}
     assert written == {f"{figure}.png" for figure in FIGURES}
 
 
