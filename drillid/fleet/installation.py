@@ -26,7 +26,22 @@ def workflow_folder() -> Path:
     SettingsError
         If neither holds a workflow.
     """
-    for folder in _PLACES:
+    return _first_with_workflow(_PLACES)
+
+
+def workflow_of_library() -> Path:
+    """Folder with the Snakefile and scripts that belong to the library, whatever the current folder holds.
+
+    Raises
+    ------
+    SettingsError
+        If there is none.
+    """
+    return _first_with_workflow(_PLACES[1:])
+
+
+def _first_with_workflow(places: Iterable[Path]) -> Path:
+    for folder in places:
         if (folder / SNAKEFILE).is_file():
             return folder
     remedy = "Start drillid in the folder with the Snakefile, or install the package by pip"

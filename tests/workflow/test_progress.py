@@ -1,12 +1,17 @@
 """What a run shows on a terminal: one line for each stage."""
 
+import logging
 import os
 import pty
 import re
 import subprocess
+from importlib import import_module
+from types import SimpleNamespace
+
+import pytest
 
 from tests.workflow.killed import command, write_wells
-from tests.workflow.toys import Checkout
+from tests.workflow.toys import ROOT, Checkout
 
 
 def shown(checkout: Checkout, *words: str) -> tuple[int, str]:
@@ -42,3 +47,20 @@ def test_a_terminal_shows_a_line_for_each_stage_and_no_banners(checkout: Checkou
     assert "records: W1" not in text
     code, text = shown(checkout, "--until", "windows")
     assert "Nothing to be done" in text
+
+
+def test_warnings_are_shown_but_for_those_of_folders_that_another_rule_made(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "workflow/plugins/progress")
+    options = ("nocolor", "quiet", "show_failed_logs", "debug_dag", "verbose", "dryrun", "printshellcmds")
+    common = SimpleNamespace(**dict.fromkeys(options, False) | {"quiet": set()})
+    handler = import_module("snakemake_logger_plugin_drillid").LogHandler(common, None)
+    for rule in ("figures_of_well", "fits"):
+        text = (
+            f"Warning: the following output files of rule {rule} were not present when the DAG was created:\n{{'W1'}}"
+        )
+        handler.emit(logging.LogRecord("snakemake", logging.WARNING, __file__, 1, text, None, None))
+    shown = capsys.readouterr().err
+    assert "rule fits were not present" in shown
+    assert "figures_of_well" not in shown

@@ -12,17 +12,20 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 
-# the library at the root is used as checked out
-sys.path.insert(0, workflow.basedir)
+# the library beside these rules is used as checked out; where they are fetched from a server, the installed one
+CHECKOUT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True)).parents[1]
+if CHECKOUT.is_dir():
+    sys.path.insert(0, str(CHECKOUT))
 
 from drillid.fleet.command import OUTCOME
 from drillid.fleet.fork_server import served
+from drillid.fleet.installation import workflow_of_library
 from drillid.fleet.lock import hold_results, name_run
 from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
 from drillid.fleet.stages import START_UPS, STAGES
 
-prepare_environment(workflow.basedir)
+prepare_environment(CHECKOUT if CHECKOUT.is_dir() else workflow_of_library())
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()

@@ -15,6 +15,8 @@ from drillid.fleet.progress import SHOWN, RunProgress
 
 _WITHOUT_WORK = {"all", "well", "figures_of_well"}
 """Rules that run nothing."""
+_EXPECTED = tuple(f"output files of rule {rule} were not present" for rule in _WITHOUT_WORK)
+"""Warnings of Snakemake that these cause: another rule made their outputs."""
 
 
 class LogHandler(LogHandlerBase):
@@ -46,7 +48,8 @@ class LogHandler(LogHandlerBase):
             else:
                 self._say("Nothing to be done.")
         elif record.levelno >= logging.WARNING:
-            self._say(self.plain.format(record))
+            if not any(warning in record.getMessage() for warning in _EXPECTED):
+                self._say(self.plain.format(record))
         elif self.progress is None:
             self.held.append(record)
         else:
