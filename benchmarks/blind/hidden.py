@@ -3,12 +3,21 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from drillid.arrays import Floats
 
+Part = TypeVar("Part")
 _CHANNELS = ("sweep", "speed", "command", "standing")
+
+
+def altered(part: Part, **parameters: Any) -> Part:
+    """A part with other parameters: `dataclasses.replace` without its checks, as rigs are altered very often."""
+    other = object.__new__(type(part))
+    other.__dict__.update(part.__dict__, **parameters)
+    return other
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,10 @@
 """Causes at the lower end and in time, as the simulator knows them."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
+from benchmarks.blind.hidden import altered
 from drillid.physics.equipment import Motor
 from drillid.physics.nonlinear import Cutting, NonlinearRig, RegenerativeBit, Weakening
 
@@ -20,15 +19,15 @@ _SWING_THRESHOLD = 3.0
 
 def _distributed_bha(world: World, size: float, context: Context) -> World:
     pipe, *middle, collars = world.rig.system.string
-    longer = replace(collars, length=collars.length + size)
-    return world.with_system(string=(replace(pipe, length=pipe.length - size), *middle, longer))
+    longer = altered(collars, length=collars.length + size)
+    return world.with_system(string=(altered(pipe, length=pipe.length - size), *middle, longer))
 
 
 def _motor_compliance(world: World, size: float, context: Context) -> World:
     bit = world.rig.system.bit
     stiffness, half = 1 / size, float(bit.inertia) / 2
     motor = Motor(stiffness, _MOTOR_LOSS * float(np.sqrt(stiffness * half)), half)
-    return world.with_system(bit=replace(bit, inertia=half), motor=motor)
+    return world.with_system(bit=altered(bit, inertia=half), motor=motor)
 
 
 def blades(shape: float) -> int:
@@ -41,7 +40,7 @@ def _regenerative_cutting(world: World, size: float, context: Context) -> World:
     rate = 0.005
     depth = rate * 2 * np.pi / world.speed
     cutting = RegenerativeBit(blades(context.shape), size / depth, rate, 4 * depth / world.weight_on_bit)
-    return replace(world, rig=replace(world.rig, regenerative=cutting), bit_torque=max(world.bit_torque - size, 0.0))
+    return altered(world, rig=altered(world.rig, regenerative=cutting), bit_torque=max(world.bit_torque - size, 0.0))
 
 
 def _regenerative_range(world: World, context: Context) -> tuple[float, float]:
@@ -57,7 +56,7 @@ def _stribeck_cutting(world: World, size: float, context: Context) -> World:
     dynamic = 0.3 * world.bit_torque / weight
     cutting = Cutting(dynamic + fall / weight, dynamic, Weakening(threshold))
     taken = cutting.torque(weight, world.speed)
-    return replace(world, rig=replace(world.rig, cutting=cutting), bit_torque=max(world.bit_torque - taken, 0.0))
+    return altered(world, rig=altered(world.rig, cutting=cutting), bit_torque=max(world.bit_torque - taken, 0.0))
 
 
 def _stribeck_range(world: World, context: Context) -> tuple[float, float]:
@@ -74,30 +73,30 @@ def _stuck_slip_regimes(world: World, size: float, context: Context) -> World:
     weight = world.weight_on_bit
     dynamic = 0.5 * world.bit_torque / weight
     cutting = Cutting(dynamic + fall / weight, dynamic, Weakening(_SWING_THRESHOLD))
-    return replace(world, rig=replace(world.rig, cutting=cutting), bit_torque=0.0, speed=speed)
+    return altered(world, rig=altered(world.rig, cutting=cutting), bit_torque=0.0, speed=speed)
 
 
 def _length_growth(world: World, size: float, context: Context) -> World:
     def grown(rig: NonlinearRig, share: float) -> NonlinearRig:
         pipe, *below = rig.system.string
-        longer = replace(pipe, length=pipe.length + size * (share - 0.5))
-        return replace(rig, system=replace(rig.system, string=(longer, *below)))
+        longer = altered(pipe, length=pipe.length + size * (share - 0.5))
+        return altered(rig, system=altered(rig.system, string=(longer, *below)))
 
-    return replace(world, change=grown)
+    return altered(world, change=grown)
 
 
 def _with_damping(rig: NonlinearRig, added: float) -> NonlinearRig:
-    bit = replace(rig.system.bit, damping=rig.system.bit.damping + added)
-    return replace(rig, system=replace(rig.system, bit=bit))
+    bit = altered(rig.system.bit, damping=rig.system.bit.damping + added)
+    return altered(rig, system=altered(rig.system, bit=bit))
 
 
 def _parameter_drift(world: World, size: float, context: Context) -> World:
-    return replace(world, change=lambda rig, share: _with_damping(rig, size * share))
+    return altered(world, change=lambda rig, share: _with_damping(rig, size * share))
 
 
 def _regime_change(world: World, size: float, context: Context) -> World:
     begin = 0.3 + 0.4 * context.shape
-    return replace(world, change=lambda rig, share: _with_damping(rig, size * (share >= begin)))
+    return altered(world, change=lambda rig, share: _with_damping(rig, size * (share >= begin)))
 
 
 EFFECTS = (

@@ -1,11 +1,10 @@
 """Causes along the string, as the simulator knows them."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
+from benchmarks.blind.hidden import altered
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 from drillid.physics.nonlinear import WallContact, Weakening
 
@@ -26,8 +25,8 @@ def heavier(shape: float) -> float:
 
 def _extra_section(world: World, size: float, context: Context) -> World:
     pipe, *below = world.rig.system.string
-    extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * heavier(context.shape))
-    return world.with_system(string=(replace(pipe, length=pipe.length - size), extra, *below))
+    extra = altered(pipe, length=size, polar_moment=pipe.polar_moment * heavier(context.shape))
+    return world.with_system(string=(altered(pipe, length=pipe.length - size), extra, *below))
 
 
 def upper_share(shape: float) -> float:
@@ -39,8 +38,8 @@ def _tapered_string(world: World, size: float, context: Context) -> World:
     """The lower pipe goes down with the bit: what is added while drilling is upper pipe."""
     pipe, *below = world.rig.system.string
     length = context.first.pipe_length * (1 - upper_share(context.shape))
-    lower = replace(pipe, length=length, polar_moment=pipe.polar_moment * (1 + size))
-    return world.with_system(string=(replace(pipe, length=pipe.length - length), lower, *below))
+    lower = altered(pipe, length=length, polar_moment=pipe.polar_moment * (1 + size))
+    return world.with_system(string=(altered(pipe, length=pipe.length - length), lower, *below))
 
 
 def zone_middle(context: Context) -> float:
@@ -54,12 +53,12 @@ def _local_damping_zone(world: World, size: float, context: Context) -> World:
     above = zone_middle(context) - width / 2
     kappa = pipe.kappa + size / (width * pipe.polar_moment)
     rest = pipe.length - above - width
-    parts = (replace(pipe, length=above), replace(pipe, length=width, kappa=kappa), replace(pipe, length=rest))
+    parts = (altered(pipe, length=above), altered(pipe, length=width, kappa=kappa), altered(pipe, length=rest))
     return world.with_system(string=(*parts, *below))
 
 
 def _with_law(world: World, law: DampingLaw) -> World:
-    return world.with_system(string=tuple(replace(part, laws=(*part.laws, law)) for part in world.rig.system.string))
+    return world.with_system(string=tuple(altered(part, laws=(*part.laws, law)) for part in world.rig.system.string))
 
 
 def _mud_drag(world: World, size: float, context: Context) -> World:
@@ -84,7 +83,7 @@ def _coulomb_contact(world: World, size: float, context: Context) -> World:
     static = dynamic + slope * threshold * np.exp(world.speed / threshold)
     contact = WallContact(np.array([0.0, length]), np.array([static]), np.array([dynamic]), Weakening(threshold))
     rock = world.bit_torque * (1 - _DRY_SHARE)
-    return replace(world, rig=replace(world.rig, contact=contact), bit_torque=rock)
+    return altered(world, rig=altered(world.rig, contact=contact), bit_torque=rock)
 
 
 def _kappa_range(world: World, context: Context) -> tuple[float, float]:
@@ -96,7 +95,7 @@ def _wave_speed(world: World, size: float, context: Context) -> World:
     """Slower waves in the pipe with the same characteristic admittance."""
     pipe, *below = world.rig.system.string
     slow = 1 + size
-    other = replace(pipe, density=pipe.density * slow, shear_modulus=pipe.shear_modulus / slow)
+    other = altered(pipe, density=pipe.density * slow, shear_modulus=pipe.shear_modulus / slow)
     return world.with_system(string=(other, *below))
 
 

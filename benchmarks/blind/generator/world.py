@@ -1,12 +1,13 @@
 """Input of the simulator for one window, and its linearisation about steady drilling for the ideal test."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchmarks.blind.generator.rigs import DrillingSegment, Equipment
+from benchmarks.blind.hidden import altered
 from drillid.arrays import Floats
 from drillid.physics.equipment import Bit, DrillingSystem, Section
 from drillid.physics.nonlinear import NonlinearRig
@@ -35,20 +36,20 @@ class World:
 
     def with_system(self, **parts: Any) -> "World":
         """The same with other parts of the drilling system."""
-        return replace(self, rig=replace(self.rig, system=replace(self.rig.system, **parts)))
+        return altered(self, rig=altered(self.rig, system=altered(self.rig.system, **parts)))
 
     def with_top_drive(self, **parameters: Any) -> "World":
         """The same with other parameters of the top drive."""
-        return self.with_system(top_drive=replace(self.rig.system.top_drive, **parameters))
+        return self.with_system(top_drive=altered(self.rig.system.top_drive, **parameters))
 
     def with_controller(self, **parameters: Any) -> "World":
         """The same with other parameters of the speed control."""
-        controller = replace(self.rig.system.top_drive.controller, **parameters)
+        controller = altered(self.rig.system.top_drive.controller, **parameters)
         return self.with_top_drive(controller=controller)
 
     def with_recorder(self, **parameters: Any) -> "World":
         """The same with other parameters of the recorder."""
-        return replace(self, recorder=replace(self.recorder, **parameters))
+        return altered(self, recorder=altered(self.recorder, **parameters))
 
     @property
     def pipe(self) -> Section:
@@ -66,18 +67,22 @@ class World:
             float(np.average(level, weights=widths)) for level in (rig.contact.static, rig.contact.dynamic)
         )
         slope = rig.contact.weakening.slope(static, dynamic, self.speed)
-        string = tuple(replace(part, kappa=part.kappa + slope / part.polar_moment) for part in system.string)
-        return replace(system, string=string)
+        string = tuple(altered(part, kappa=part.kappa + slope / part.polar_moment) for part in system.string)
+        return altered(system, string=string)
 
     def recording(self, share: float, seconds: float) -> Recording:
         """Recording of the speed, at an elapsed share of a window of a length in seconds."""
-        recorder = self.recorder
-        offset = recorder.clock_offset + recorder.clock_drift * seconds * (share - 0.5)
-        # rows that hold a sample are late by a uniformly distributed time
-        offset, variance = offset + recorder.held / 2, recorder.held**2 / 12
-        return Recording(
-            recorder.scale, offset, 0.0, recorder.filter_frequency, recorder.filter_order, hold_variance=variance
-        )
+        return recording(self.recorder, share, seconds)
+
+
+def recording(recorder: Recorder, share: float, seconds: float) -> Recording:
+    """Recording of the speed by a recorder, at an elapsed share of a window of a length in seconds."""
+    offset = recorder.clock_offset + recorder.clock_drift * seconds * (share - 0.5)
+    # rows that hold a sample are late by a uniformly distributed time
+    offset, variance = offset + recorder.held / 2, recorder.held**2 / 12
+    return Recording(
+        recorder.scale, offset, 0.0, recorder.filter_frequency, recorder.filter_order, hold_variance=variance
+    )
 
 
 def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats | None = None) -> World:
@@ -89,7 +94,7 @@ def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats
     kappa, delta = segment.kappa + 100.0 * offset[0], segment.delta * np.exp(offset[1])
     moment = equipment.pipe.polar_moment * (1 + offset[3])
     slow = 1 + equipment.slowness
-    pipe = replace(
+    pipe = altered(
         equipment.pipe,
         length=segment.pipe_length * (1 + offset[2]),
         polar_moment=moment,
@@ -98,14 +103,14 @@ def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats
         density=equipment.pipe.density * slow,
         shear_modulus=equipment.pipe.shear_modulus / slow,
     )
-    collars = replace(equipment.collars, kappa=kappa, delta=delta)
+    collars = altered(equipment.collars, kappa=kappa, delta=delta)
     true = equipment.top_drive
-    controller = replace(
+    controller = altered(
         true.controller,
         proportional=true.controller.proportional * (1 + offset[8]),
         integral=true.controller.integral * (1 + offset[9]),
     )
-    top_drive = replace(
+    top_drive = altered(
         true, inertia=true.inertia * (1 + offset[5]), delay=true.delay + 0.01 * offset[4], controller=controller
     )
     bit = Bit(equipment.bit.inertia + 50.0 * offset[7], segment.damping_bha + 50.0 * offset[6])

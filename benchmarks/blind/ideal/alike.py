@@ -29,6 +29,12 @@ approximation."""
 _REJECTED, _CLOSE, _TRIES = 1.5, 3.0, 8
 """Distances, relative to that of indistinguishable causes, up to which the fit of a rival is continued: in general, and
 where its shape is continuous; and evaluations of the search over that shape."""
+_AGREEING, _AGREE = 2, 0.02
+"""Number of fits of one shape from different starts that must reach the least squared distance alike, to within a
+share, for it to be taken as the least there is."""
+_HOPELESS = 2.0
+"""Squared distance at a part of a cause's size, relative to that of indistinguishable causes, from which the whole
+cause is farther still."""
 _RIDGE = 1e-6
 """Relative regularisation of pairs of collinear causes."""
 
@@ -47,12 +53,8 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     else:
         starts = _Linearised.of(ideal, hidden, beside).nearest()
     names = {hidden.name}
-    alone = ideal.noncentrality((hidden,), beside)
     for rival in starts:
-        if (
-            rival.name not in names
-            and _least(ideal, hidden, (ideal.bounded(rival),), alone, DISTINCT, beside) < DISTINCT
-        ):
+        if rival.name not in names and _comes_near(ideal, hidden, (ideal.bounded(rival),), DISTINCT, beside):
             names.add(rival.name)
     if hidden.name == "speed_scale" and _is_unit(ideal, hidden):
         names.add("sign_or_unit")
@@ -80,16 +82,46 @@ def stands_in(ideal: Ideal, hidden: Hidden, name: str, near: float, beside: tupl
     if not ideal.effects[hidden.name].linear or not ideal.effects[name].linear or "sign_or_unit" in (name, hidden.name):
         return False
     beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
-    whole: tuple[Hidden, ...] = (hidden, *beside)
-    best: tuple[float, tuple[Hidden, ...]] = (np.inf, ())
-    for small in ideal.small(name in IN_TIME):
-        for rival in _sizes(small) if small.name == name else []:
-            for grown in (True, False):
-                fitted = ideal.closest(whole, (ideal.bounded(rival), *beside), grown=grown)
-                best = min(best, fitted, key=lambda entry: entry[0])
-                if best[0] < near**2:
-                    return True
-    return name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < near
+    starts = [rival for small in ideal.small(name in IN_TIME) if small.name == name for rival in _sizes(small)]
+    for part in (*ideal.parts, ideal):
+        found = _first_near(part, (hidden, *beside), starts, near)
+        if found is None:
+            return False
+        # what was near on fewer windows is tried first on more
+        starts.insert(0, starts.pop(found))
+    return True
+
+
+def _first_near(ideal: Ideal, whole: tuple[Hidden, ...], starts: list[Hidden], near: float) -> int | None:
+    """Number of the first start from which a rival comes nearer than some standard deviations; None without one.
+
+    Parameters
+    ----------
+    whole : a hidden cause, and those beside it, which may take any size
+    """
+    best: tuple[float, tuple[Hidden, ...], int] = (np.inf, (), 0)
+    reached: dict[float, list[float]] = {}
+    for number, grown in _spread(len(starts)):
+        rival = starts[number]
+        least = sorted(reached.setdefault(rival.shape, []))[:_AGREEING]
+        if len(least) == _AGREEING and least[-1] < (1 + _AGREE) * least[0]:
+            continue
+        squared, fitted = ideal.closest(
+            whole, (ideal.bounded(rival), *whole[1:]), grown=grown, hopeless=_HOPELESS * near**2
+        )
+        reached[rival.shape].append(squared)
+        best = min(best, (squared, fitted, number), key=lambda entry: entry[0])
+        if best[0] < near**2:
+            return number
+    refined = starts[0].name in CONTINUOUS and _at_best_shape(ideal, whole, best[1], np.inf) < near
+    return best[2] if refined else None
+
+
+def _spread(count: int) -> list[tuple[int, bool]]:
+    """Numbers of starts, each with and without continuation in size; those that follow each other differ in both."""
+    order = [*range(0, count, 2), *range(1, count, 2)]
+    turns = [(number, bool(place % 2)) for place, number in enumerate(order)]
+    return [*turns, *((number, not grown) for number, grown in turns)]
 
 
 def imitated(ideal: Ideal, hidden: Hidden) -> bool:
@@ -97,10 +129,8 @@ def imitated(ideal: Ideal, hidden: Hidden) -> bool:
     if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
         return False
     linearised = _Linearised.of(ideal, hidden, ())
-    alone = ideal.noncentrality((hidden,))
     return any(
-        _least(ideal, hidden, tuple(ideal.bounded(rival) for rival in rivals), alone, INDISTINGUISHABLE)
-        < INDISTINGUISHABLE
+        _comes_near(ideal, hidden, tuple(ideal.bounded(rival) for rival in rivals), INDISTINGUISHABLE)
         for rivals in (*((rival,) for rival in linearised.nearest()), *linearised.pairs())
     )
 
@@ -111,21 +141,22 @@ def _is_unit(ideal: Ideal, scale: Hidden) -> bool:
     return ideal.least_distance((rest,)) < DISTINCT**2
 
 
-def _least(
-    ideal: Ideal,
-    hidden: Hidden,
-    rivals: tuple[Hidden, ...],
-    alone: float,
-    near: float,
-    beside: tuple[Hidden, ...] = (),
-) -> float:
+def _comes_near(
+    ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], near: float, beside: tuple[Hidden, ...] = ()
+) -> bool:
+    """Whether rivals come nearer than some standard deviations; where they do not on few windows, they never do."""
+    return all(_least(part, hidden, rivals, near, beside) < near for part in (*ideal.parts, ideal))
+
+
+def _least(ideal: Ideal, hidden: Hidden, rivals: tuple[Hidden, ...], near: float, beside: tuple[Hidden, ...]) -> float:
     """Least distance of rivals, fitted from their starts and by continuation in the size of the cause.
 
     Parameters
     ----------
-    alone : squared distance of the cause from any rig without it and without rivals
     near : distance at which the fit may stop
     """
+    # from any rig without the cause and without rivals
+    alone = ideal.noncentrality((hidden,), beside)
     continuous = len(rivals) == 1 and rivals[0].name in CONTINUOUS
     # for a large cause the linear approximation fails: during the fit a rival may be as far off as none at all
     whole = (hidden, *beside)

@@ -1,7 +1,8 @@
 """The ideal test: a likelihood ratio that knows the cause, its shape and all but the nuisance parameters."""
 
+from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.special import chdtri, chndtr, chndtrinc, ndtr, ndtri
@@ -17,6 +18,8 @@ IN_TIME = ("length_growth", "parameter_drift", "regime_change", "clock_drift")
 ADDITIVE = ("aliased_tone", "once_per_revolution")
 """Causes that add a tone to the record."""
 _PARTS = 5
+_FEW = (1, 2, 6)
+"""Numbers of windows from which a distance is bounded before it is computed from all."""
 _ROUNDS = 20
 _SIZE_STEP = 1e-4
 _LEAST = 1e-6
@@ -44,25 +47,37 @@ CONTINUOUS = ("tapered_string", "local_damping_zone", "regime_change")
 
 
 class Ideal:
-    """The ideal test of a case's windows."""
+    """The ideal test of a case's windows, or of some of them."""
 
     def __init__(self, case: Sealed, responses: Responses) -> None:
         self.case, self.responses = case, responses
         self.effects, self.priors = responses.effects, responses.priors
+        self.windows = tuple(range(responses.windows))
+        self._theories: dict[int, Theory] = {}
+        self._noncentrality = lru_cache(maxsize=None)(self._least_noncentrality)
 
     @cached_property
-    def steady(self) -> Theory:
-        """Theory of whole windows."""
-        return Theory(self.case, self.responses)
+    def parts(self) -> list["Ideal"]:
+        """The test of fewer windows, and of more, whose distances are lower bounds of those of all windows.
 
-    @cached_property
-    def in_time(self) -> Theory:
-        """Theory of windows divided into parts."""
-        return Theory(self.case, self.responses, _PARTS)
+        The squared distance is a sum over windows, none of which is negative, and the priors of a window that is left
+        out cost nothing.
+        """
+        count, parts = len(self.windows), []
+        for few in _FEW:
+            if 2 * few <= count:
+                part = copy(self)
+                part.windows = tuple(np.linspace(0, count - 1, few).round().astype(int).tolist())
+                part._noncentrality = lru_cache(maxsize=None)(part._least_noncentrality)
+                parts.append(part)
+        return parts
 
     def theory(self, names: frozenset[str]) -> Theory:
-        """The theory that shows causes of these names."""
-        return self.in_time if names & set(IN_TIME) else self.steady
+        """The theory that shows causes of these names: of whole windows, or of windows divided into parts."""
+        parts = _PARTS if names & set(IN_TIME) else 1
+        if parts not in self._theories:
+            self._theories[parts] = Theory(self.case, self.responses, parts)
+        return self._theories[parts]
 
     def noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
         """λ of causes: least squared distance, in units of noise and tolerances, to any rig without them.
@@ -73,6 +88,9 @@ class Ideal:
         ----------
         beside : other hidden causes; linear ones are present in the rig without the cause as well, at any size
         """
+        return self._noncentrality(hidden, beside)
+
+    def _least_noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
         if any(not self.effects[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
             return float("nan")
         tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)
@@ -87,7 +105,7 @@ class Ideal:
     def _tone(self, hidden: Hidden) -> float:
         """λ of a tone of known frequency in noise of known density, A²T/S over all windows."""
         total = 0.0
-        for number in range(self.responses.windows):
+        for number in self.windows:
             frequency, amplitude = self.responses.tone(number, hidden)
             s = np.array([2j * np.pi * frequency])
             density = float(self.responses.noise_density(number, (), s)[0])
@@ -105,6 +123,7 @@ class Ideal:
         *,
         grown: bool = True,
         rejected: float = np.inf,
+        hopeless: float = np.inf,
     ) -> tuple[float, tuple[Hidden, ...]]:
         """Squared distance at the best nuisances and the best sizes of rival causes, by Gauss–Newton.
 
@@ -113,6 +132,7 @@ class Ideal:
         grown : whether they are fitted by continuation in the size of the cause, as a start at its full size may be too
             far off
         rejected : squared distance above which the fit stops
+        hopeless : the same at parts of the cause's size; the distance of the whole cause is then told as infinite
 
         Returns
         -------
@@ -120,21 +140,23 @@ class Ideal:
         rivals : at those sizes
         """
         theory = self.theory(frozenset(cause.name for cause in hidden))
-        point = _Point(np.zeros(len(NUISANCES)), np.zeros((theory.windows, len(LOCAL))), rivals)
+        point = _Point(np.zeros(len(NUISANCES)), np.zeros((len(self.windows), len(LOCAL))), rivals)
         least, before = np.inf, 1.0
         whole = not grown or any(cause.name == "sign_or_unit" for cause in hidden)
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(cause, size=share * cause.size) for cause in hidden)
-            target = [theory.response(number, wanted) for number in range(theory.windows)]
+            target = {number: theory.response(number, wanted) for number in self.windows}
             least, point = self._settled(theory, target, self._within(point.scaled(share / before)), rejected)
             before = share
             if least > rejected:
                 break
+            if share < 1 and least > hopeless:
+                return np.inf, point.rivals
         return least, point.rivals
 
     @np.errstate(all="ignore")  # outside the domain of the theory costs are infinite
     def _settled(
-        self, theory: Theory, target: list[Floats], point: "_Point", rejected: float
+        self, theory: Theory, target: dict[int, Floats], point: "_Point", rejected: float
     ) -> tuple[float, "_Point"]:
         """Least squared distance from a target, and the point at which it is reached."""
         least = self._cost(theory, target, point)
@@ -166,19 +188,23 @@ class Ideal:
         low = limits.low if limits.low < 0 or limits.fixed else _LEAST * limits.high
         return replace(rival, size=float(np.clip(rival.size, low, limits.high)))
 
-    def _cost(self, theory: Theory, target: list[Floats], point: "_Point") -> float:
+    def _cost(self, theory: Theory, target: dict[int, Floats], point: "_Point") -> float:
         pulls = np.sum((point.shared / self.priors.shared) ** 2) + np.sum((point.local / self.priors.local) ** 2)
-        misfits = [np.sum((window - point.response(theory, number)) ** 2) for number, window in enumerate(target)]
+        nuisances = point.nuisances
+        misfits = [
+            np.sum((window - theory.response(number, point.rivals, own)) ** 2)
+            for (number, window), own in zip(target.items(), nuisances, strict=True)
+        ]
         total = float(np.sum(misfits) + pulls)
         return total if np.isfinite(total) else np.inf
 
-    def _step(self, theory: Theory, target: list[Floats], point: "_Point") -> tuple[Floats, float]:
+    def _step(self, theory: Theory, target: dict[int, Floats], point: "_Point") -> tuple[Floats, float]:
         """Gauss–Newton step, and the squared distance that it predicts."""
         factors = []
-        for number, window in enumerate(target):
-            here = point.response(theory, number)
-            slopes = theory.slopes(number, point.nuisances[number], point.rivals)
-            factors.append(compressed([slopes, *point.slopes(theory, number, here), window - here]))
+        for (number, window), own in zip(target.items(), point.nuisances, strict=True):
+            here = theory.response(number, point.rivals, own)
+            slopes = theory.slopes(number, own, point.rivals)
+            factors.append(compressed([slopes, *point.slopes(theory, number, own, here), window - here]))
         design, rest = self._design(factors)
         pulls = -np.concatenate([point.shared / self.priors.shared, (point.local / self.priors.local).ravel()])
         target_rows = np.concatenate([rest[:, -1], pulls])
@@ -239,7 +265,7 @@ class Ideal:
     def beyond(self, theory: Theory, sets: list[tuple[Hidden, ...]]) -> Floats:
         """Effect of sets of causes on the whitened responses, orthogonal to the nuisances, (rows, sets)."""
         factors = []
-        for number in range(theory.windows):
+        for number in self.windows:
             plain = theory.response(number)
             moved = [theory.response(number, hidden) - plain for hidden in sets]
             factors.append(compressed([theory.slopes(number, np.zeros(len(NUISANCES))), *moved]))
@@ -254,7 +280,7 @@ class Ideal:
         Li and Ji 2005, Heredity 95, 221–227: of the eigenvalues of the correlation between tests, whole parts count
         as one and fractions as they are.
         """
-        added = self.beyond(self.steady, [(cause,) for cause in self.small(in_time=False)])
+        added = self.beyond(self.theory(frozenset()), [(cause,) for cause in self.small(in_time=False)])
         size = np.linalg.norm(added, axis=0)
         unit = added[:, size > 0] / size[size > 0]
         values = np.abs(np.linalg.eigvalsh(unit.T @ unit))
@@ -325,17 +351,13 @@ class _Point:
         nuisances[:, list(LOCAL)] += self.local
         return nuisances
 
-    def response(self, theory: Theory, window: int) -> Floats:
-        """Whitened responses of a window."""
-        return theory.response(window, self.rivals, self.nuisances[window])
-
-    def slopes(self, theory: Theory, window: int, here: Floats) -> list[Floats]:
-        """Derivatives of the responses to the rivals' sizes."""
+    def slopes(self, theory: Theory, window: int, nuisances: Floats, here: Floats) -> list[Floats]:
+        """Derivatives of a window's responses to the rivals' sizes."""
         slopes = []
         for place, rival in enumerate(self.rivals):
             step = _SIZE_STEP * rival.size or _SIZE_STEP
             moved = (*self.rivals[:place], replace(rival, size=rival.size + step), *self.rivals[place + 1 :])
-            slopes.append((theory.response(window, moved, self.nuisances[window]) - here) / step)
+            slopes.append((theory.response(window, moved, nuisances) - here) / step)
         return slopes
 
     def scaled(self, factor: float) -> "_Point":

@@ -1,16 +1,28 @@
 """Responses of the second world in closed form."""
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
-from benchmarks.blind.hidden import Hidden
-from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Kind, Priors
+from benchmarks.blind.hidden import Hidden, altered
+from benchmarks.blind.ideal.line import COLUMNS
+from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
-from benchmarks.blind.other_world.rig import Window
+from benchmarks.blind.other_world.rig import Drive, Recording, Window
 from benchmarks.blind.other_world.rigs import LOCAL_SPREAD
-from benchmarks.blind.other_world.theory import command_mobility, control_response, laplace, noise_response, recorded
+from benchmarks.blind.other_world.theory import (
+    command_mobility,
+    control_response,
+    drive_response,
+    images,
+    laplace,
+    linear_string,
+    noise_response,
+    recorded,
+)
 from benchmarks.blind.vocabulary import tone_frequency
 from drillid.arrays import Complex, Floats
 
@@ -19,11 +31,15 @@ class OtherResponses:
     """A case of the second world for the ideal test."""
 
     effects: Mapping[str, Kind] = EFFECTS
+    causal = False
+    # a cause may hold the damping of a length of pipe, so that κ depends on the moment
+    mixed = (2, 3)
 
     def __init__(self, case: Case) -> None:
         self.case = case
         self.windows, self.sweep = len(case.segments), case.rig.sweep
         self.priors = _priors(case)
+        self._kept = Kept()
 
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
@@ -34,20 +50,52 @@ class OtherResponses:
     ) -> list[tuple[Complex, Complex]]:
         """Recorded command mobility and response of the control at elapsed shares of a window, with causes."""
         rig = self.case.window(window, hidden, nuisances)
-        control = control_response(rig, s)
+        control = control_response(rig.control, s)
         found = []
         for share in shares:
-            through = recorded(rig, s, share, WINDOW_S)
+            through = recorded(rig.recording, s, share, WINDOW_S)
             found.append((command_mobility(rig, s, share) * through, control / through))
         return found
+
+    def lines(
+        self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, shares: Sequence[float]
+    ) -> list[Line]:
+        """The same in numbers."""
+        rig = self.case.window(window, hidden, nuisances)
+        blades = (0.0, 0.0)
+        if rig.blades is not None:
+            blades = (rig.blades.torque / rig.speed, 2 * np.pi / rig.speed / rig.blades.count)
+        changes = bool(rig.growth) or bool(rig.damping_course)
+        strings = [_numbers(rig, share) for share in (shares if changes else (0.5,))]
+        control, drive, recording = rig.control, rig.drive, rig.recording
+        numbers = (drive.delay, drive.inertia, control.proportional, control.integral, recording.offset)
+        tops = [
+            Top(*numbers, rig.string[0].admittance, (control, drive, recording, share if recording.drift else 0.5))
+            for share in shares
+        ]
+        return [Line(strings[number if changes else 0], blades, top) for number, top in enumerate(tops)]
+
+    def ends(self, top: Top, s: Complex) -> Ends:
+        """Responses of an upper end."""
+        rest: Any = top.rest
+        control, drive, recording, share = rest
+        control = altered(control, proportional=top.proportional, integral=top.integral)
+        drive = altered(drive, delay=top.delay, inertia=top.inertia)
+        recording = altered(recording, offset=top.offset)
+        return Ends(
+            *self._kept(s, (drive, control.interval, top.admittance), _driven),
+            top.inertia * s,
+            self._kept(s, (control,), control_response),
+            self._kept(s, (recording, share), _recorded),
+        )
 
     def noise_density(self, window: int, hidden: tuple[Hidden, ...], s: Complex, share: float = 0.5) -> Floats:
         """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""
         rig = self.case.window(window, hidden)
-        through = noise_response(rig, s, share) * recorded(rig, s, share, WINDOW_S)
+        through = noise_response(rig, s, share) * recorded(rig.recording, s, share, WINDOW_S)
         rock = rock_density(rig.rock, np.abs(s) / (2 * np.pi))
         # the control answers to the sensor's noise, which its readings fold into the band
-        loop = np.abs(1 - command_mobility(rig, s, share) * control_response(rig, s)) ** 2
+        loop = np.abs(1 - command_mobility(rig, s, share) * control_response(rig.control, s)) ** 2
         return np.asarray(np.abs(through) ** 2 * rock + loop * _sensor_density(rig), dtype=float)
 
     def sensor_density(self, window: int, hidden: tuple[Hidden, ...]) -> float:
@@ -61,8 +109,25 @@ class OtherResponses:
             return tone_frequency(hidden.shape) - RATE, hidden.size
         rig = self.case.window(window, ())
         s = laplace(np.array([rig.speed / (2 * np.pi)]))
-        sensitivity = 1 - command_mobility(rig, s) * control_response(rig, s)
+        sensitivity = 1 - command_mobility(rig, s) * control_response(rig.control, s)
         return rig.speed / (2 * np.pi), hidden.size * rig.speed * float(np.abs(sensitivity[0]))
+
+
+def _driven(drive: Drive, interval: float, admittance: float, s: Complex) -> tuple[Complex, Complex]:
+    """Torque per command that is held for an interval, and what readings fold of it."""
+    return drive_response(drive, interval, s), images(drive, interval, admittance, s)
+
+
+def _recorded(recording: Recording, share: float, s: Complex) -> Complex:
+    return recorded(recording, s, share, WINDOW_S)
+
+
+_row = attrgetter(*COLUMNS)
+
+
+def _numbers(rig: Window, share: float) -> Floats:
+    """(pieces, columns) of the string at an elapsed share of a window."""
+    return np.array([_row(piece) for piece in linear_string(rig, share)])
 
 
 def _sensor_density(rig: Window) -> float:

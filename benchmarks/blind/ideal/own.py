@@ -1,30 +1,44 @@
 """Responses of the first world by linear theory of the simulated rig."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from benchmarks.blind.generator.cases import EFFECTS, Case
 from benchmarks.blind.generator.rigs import LOCAL_STEPS
-from benchmarks.blind.generator.world import World
-from benchmarks.blind.hidden import Hidden
-from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Kind, Priors
+from benchmarks.blind.generator.world import World, recording
+from benchmarks.blind.hidden import Hidden, altered
+from benchmarks.blind.ideal.line import COLUMNS
+from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top
 from benchmarks.blind.vocabulary import tone_frequency
 from drillid.arrays import Complex, Floats
 from drillid.excitation.torques import coloured_noise_density
+from drillid.physics.bottom_end import cutting_admittance
+from drillid.physics.damping import ConstantLossFactor, RootDrag
+from drillid.physics.equipment import DrillingSystem, RegenerativeCutting
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace, string_admittance
-from drillid.physics.top_drive import control, top_admittance
+from drillid.physics.top_drive import control, drive, top_admittance
+from drillid.simulation.recorder import Recorder
+
+_SPRING = {"length": 1.0, "moment": 1e-5, "density": 1e-3}
+"""A motor's spring as a piece without inertia to speak of."""
 
 
 class OwnResponses:
     """A case of the first world for the ideal test."""
 
     effects: Mapping[str, Kind] = EFFECTS
+    causal = True
+    # a cause may hold the damping of a length of pipe, so that κ depends on the moment; and a motor's damping depends
+    # on the inertia of the bit
+    mixed = (2, 3, 7)
 
     def __init__(self, case: Case) -> None:
         self.case = case
         self.windows, self.sweep = len(case.segments), case.equipment.sweep_amplitude
         self.priors = _priors(case)
+        self._kept = Kept()
 
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
@@ -40,6 +54,38 @@ class OwnResponses:
             system, recorded = world.linear(share), world.recording(share, WINDOW_S).transfer(s)
             found.append((command_mobility(system, s) * recorded, control(system.top_drive.controller, s) / recorded))
         return found
+
+    def lines(
+        self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, shares: Sequence[float]
+    ) -> list[Line]:
+        """The same in numbers."""
+        world = self.case.world(window, nuisances, hidden)
+        systems = [world.linear(share) for share in (shares if world.change else (0.5,))]
+        found, recorder = [], world.recorder
+        for number, share in enumerate(shares):
+            system = systems[number if world.change else 0]
+            top, gains = system.top_drive, system.top_drive.controller
+            numbers = (top.delay, top.inertia, gains.proportional, gains.integral, recorder.clock_offset)
+            admittance = float(system.string[0].characteristic_admittance)
+            rest = (top, recorder, share if recorder.clock_drift else 0.5)
+            upper = Top(*(float(value) for value in numbers), admittance, rest)
+            found.append(Line(*_numbers(system), upper))
+        return found
+
+    def ends(self, top: Top, s: Complex) -> Ends:
+        """Responses of an upper end."""
+        rest: Any = top.rest
+        top_drive, recorder, share = rest
+        gains = altered(top_drive.controller, proportional=top.proportional, integral=top.integral)
+        # inertia and controller do not matter to what follows the command
+        driven = altered(top_drive, delay=top.delay, inertia=0.0, controller=None)
+        return Ends(
+            self._kept(s, (driven,), drive),
+            np.zeros_like(s),
+            top.inertia * s,
+            self._kept(s, (gains,), control),
+            self._kept(s, (altered(recorder, clock_offset=top.offset), share), _recorded),
+        )
 
     def noise_density(self, window: int, hidden: tuple[Hidden, ...], s: Complex, share: float = 0.5) -> Floats:
         """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""
@@ -67,6 +113,44 @@ class OwnResponses:
         system = self.case.world(window, hidden=()).linear(0.5)
         sensitivity = 1 - command_mobility(system, s) * control(system.top_drive.controller, s)
         return speed / (2 * np.pi), hidden.size * speed * float(np.abs(sensitivity[0]))
+
+
+def _recorded(recorder: Recorder, share: float, s: Complex) -> Complex:
+    return recording(recorder, share, WINDOW_S).transfer(s)
+
+
+def _numbers(system: DrillingSystem) -> tuple[Floats, tuple[float, float]]:
+    """String (pieces, columns), and the blades, of a system."""
+    pieces = []
+    for section in system.string:
+        piece = {
+            "length": section.length,
+            "moment": section.polar_moment,
+            "density": section.density,
+            "shear_modulus": section.shear_modulus,
+            "wall_damping": section.kappa,
+            "steel_damping": section.delta,
+        }
+        for law in section.laws:
+            if isinstance(law, RootDrag):
+                piece["root_drag"] = law.coefficient
+            elif isinstance(law, ConstantLossFactor):
+                piece["loss_factor"] = law.loss_factor
+            else:
+                raise TypeError(f"the ideal test knows no law {law}")
+        pieces.append(piece)
+    if system.motor is not None:
+        pieces[-1]["inertia_below"] = system.motor.inertia
+        of_spring = {"shear_modulus": system.motor.stiffness, "steel_damping": system.motor.damping}
+        pieces.append({**_SPRING, **{name: value / _SPRING["moment"] for name, value in of_spring.items()}})
+    blades, damping = (0.0, 0.0), system.bit.damping
+    for cutting in system.bit.cutting:
+        if isinstance(cutting, RegenerativeCutting):
+            blades = (float(cutting.torque / cutting.speed), float(2 * np.pi / cutting.speed / cutting.blades))
+        else:
+            damping = damping + cutting_admittance(cutting, np.zeros(1, dtype=complex))
+    pieces[-1] |= {"inertia_below": system.bit.inertia, "damping_below": damping}
+    return np.array([[float(piece.get(name, 0.0)) for name in COLUMNS] for piece in pieces]), blades
 
 
 def _sensor_density(world: World) -> float:

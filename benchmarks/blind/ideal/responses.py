@@ -1,8 +1,8 @@
 """What the ideal test asks of a world: expected responses of a case's windows, their noise, and what is not known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 from benchmarks.blind.hidden import Hidden
 from drillid.arrays import Complex, Floats
@@ -26,6 +26,70 @@ NUISANCES = {
 """Nuisance parameters, unknown to every test, and the unit of the offset of each."""
 LOCAL = (0, 1, 6)
 """Indices of the nuisances that differ from window to window."""
+
+_MOST_KEPT = 200
+
+
+class Top(NamedTuple):
+    """The upper end: numbers that nuisances change, and all else."""
+
+    delay: float
+    """s."""
+    inertia: float
+    """kg m²."""
+    proportional: float
+    """N m s/rad."""
+    integral: float
+    """N m/rad."""
+    offset: float
+    """s, of the recorded speed's clock."""
+    admittance: float
+    """Characteristic admittance of the uppermost piece, N m s/rad."""
+    rest: Hashable
+    """Of control, drive and recording, as a world needs it for their responses."""
+
+
+class Ends(NamedTuple):
+    """Responses of the upper end, each (F,) or with further dimensions in front; or their derivatives."""
+
+    drive: Complex
+    """Torque per command."""
+    images: Complex
+    """Speed per command that readings fold into the band, rad/(N m s)."""
+    inertia: Complex
+    """Torque per speed of the top drive's inertia, N m s/rad."""
+    control: Complex
+    """Torque per speed, N m s/rad."""
+    recorded: Complex
+    """Recorded speed per speed."""
+
+
+class Kept:
+    """The last responses of parts of an upper end, as few of these parts differ between one upper end and another."""
+
+    def __init__(self) -> None:
+        self._found: dict[Hashable, Any] = {}
+        self._frequencies: Complex | None = None
+
+    def __call__(self, s: Complex, parts: tuple[Hashable, ...], response: Callable[..., Any]) -> Any:
+        """What `response` gives of parts at frequencies, computed or kept."""
+        if s is not self._frequencies or len(self._found) > _MOST_KEPT:
+            self._found, self._frequencies = {}, s
+        key = (response, *parts)
+        if key not in self._found:
+            self._found[key] = response(*parts, s)
+        return self._found[key]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A window of a rig in numbers, linear for small vibrations, at an elapsed share of the window."""
+
+    string: Floats
+    """(pieces, columns), from top to bottom, as in `benchmarks.blind.ideal.line`."""
+    blades: tuple[float, float]
+    """Of blades that cut what the blade ahead left: torque per speed (N m s/rad), and time from one to the next (s)."""
+    top: Top
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +141,10 @@ class Responses(Protocol):
     sweep: float
     """N m, amplitude of each sweep."""
     priors: Priors
+    causal: bool
+    """Whether a loss factor of the steel is that of a causal law."""
+    mixed: tuple[int, ...]
+    """Indices of the nuisances that may change the same numbers of a string as others do."""
 
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
@@ -85,6 +153,14 @@ class Responses(Protocol):
         self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]
     ) -> list[tuple[Complex, Complex]]:
         """Recorded command mobility and response of the control at elapsed shares of a window, with causes."""
+
+    def lines(
+        self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, shares: Sequence[float]
+    ) -> list[Line]:
+        """The same in numbers, whose responses can be computed with their derivatives."""
+
+    def ends(self, top: Top, s: Complex) -> Ends:
+        """Responses of an upper end."""
 
     def noise_density(self, window: int, hidden: tuple[Hidden, ...], s: Complex, share: float = 0.5) -> Floats:
         """One-sided power density of the recorded speed's noise, (rad/s)²/Hz."""

@@ -1,8 +1,8 @@
 """Changes of a string between two depths."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
+from benchmarks.blind.hidden import altered
 from benchmarks.blind.other_world.rig import Piece
 
 Change = Callable[[Piece], Piece]
@@ -17,8 +17,8 @@ def cut(string: tuple[Piece, ...], depth: float) -> tuple[tuple[Piece, ...], tup
         if depth <= _NEGLIGIBLE:
             return tuple(above), string[number:]
         if depth < piece.length - _NEGLIGIBLE:
-            upper = replace(piece, length=depth, inertia_below=0.0, damping_below=0.0)
-            return (*above, upper), (replace(piece, length=piece.length - depth), *string[number + 1 :])
+            upper = altered(piece, length=depth, inertia_below=0.0, damping_below=0.0)
+            return (*above, upper), (altered(piece, length=piece.length - depth), *string[number + 1 :])
         above.append(piece)
         depth -= piece.length
     return tuple(above), ()

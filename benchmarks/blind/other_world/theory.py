@@ -1,10 +1,9 @@
 """Closed-form responses of a window of the second world: a chain of transmission lines under its speed control."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from benchmarks.blind.other_world.rig import Piece, Window
+from benchmarks.blind.hidden import altered
+from benchmarks.blind.other_world.rig import Control, Drive, Piece, Recording, Window
 from drillid.arrays import Complex, Floats
 
 _EXACT_SWITCH = 1e-9
@@ -30,7 +29,9 @@ def string_response(string: tuple[Piece, ...], s: Complex, load: Complex | float
         shunt = piece.moment * (piece.density * s + piece.wall_damping + piece.root_drag * np.sqrt(s))
         lossy = 1 + 1j * np.sign(s.imag) * piece.loss_factor
         series = piece.moment * (piece.shear_modulus * lossy / s + piece.steel_damping)
-        own, through = np.sqrt(shunt * series), np.sqrt(shunt / series) * piece.length
+        # from the same root, so that both change sign together where a line amplifies its waves
+        gamma = np.sqrt(shunt / series)
+        own, through = series * gamma, gamma * piece.length
         # with the decaying wave exp(−γL) there is no overflow
         decay = np.exp(-through)
         tanh = (1 - decay**2) / (1 + decay**2)
@@ -46,12 +47,11 @@ def held(s: Complex, interval: float) -> Complex:
     return np.asarray((1 - np.exp(-s * interval)) / (s * interval), dtype=complex)
 
 
-def control_response(window: Window, s: Complex) -> Complex:
+def control_response(control: Control, s: Complex) -> Complex:
     """Torque of the speed control per speed that it opposes, before the hold, N m s/rad.
 
     The integral is a sum of the errors up to now, which leads that of continuous control by half an interval.
     """
-    control = window.control
     step = 1 - np.exp(-s * control.interval)
     response = control.proportional + control.integral * control.interval / step
     response = response / (1 + s * control.speed_filter) * _trapezoidal(s, control.interval, control.torque_filter)
@@ -85,21 +85,22 @@ RESONANCE_DAMPING = 0.25
 """Damping ratio of a resonant torque loop."""
 
 
-def drive_response(window: Window, s: Complex) -> Complex:
-    """Mean torque of the drive per command, the command's hold included."""
-    drive = window.drive
-    response = drive.gain * held(s, window.control.interval) * np.exp(-s * drive.delay) / (1 + s * drive.lag)
-    # the delay of each command differs: the mean of its phase factor
-    response = response * np.exp((s * drive.jitter) ** 2 / 2)
+def drive_response(drive: Drive, interval: float, s: Complex) -> Complex:
+    """Mean torque of the drive per command, with the hold of the command for an interval (s)."""
+    response = drive.gain * held(s, interval) * np.exp(-s * drive.delay)
+    if drive.lag > 0:
+        response = response / (1 + s * drive.lag)
+    if drive.jitter > 0:
+        # the delay of each command differs: the mean of its phase factor
+        response = response * np.exp((s * drive.jitter) ** 2 / 2)
     if drive.resonance > 0:
         centre = 2 * np.pi * drive.resonance
         response = response * centre**2 / (s**2 + 2 * RESONANCE_DAMPING * centre * s + centre**2)
     return np.asarray(response, dtype=complex)
 
 
-def recorded(window: Window, s: Complex, share: float = 0.5, seconds: float = 600.0) -> Complex:
+def recorded(recording: Recording, s: Complex, share: float = 0.5, seconds: float = 600.0) -> Complex:
     """Recorded speed per speed, relative to how the other channels are recorded."""
-    recording = window.recording
     offset = recording.offset + recording.drift * seconds * (share - 0.5)
     response = recording.scale * np.exp(-s * offset)
     if recording.filter_order == 1:
@@ -120,39 +121,47 @@ def linear_string(window: Window, share: float = 0.5) -> tuple[Piece, ...]:
         added -= window.bit_friction.steepness(window.speed)
     slope = sum(contact.friction.steepness(window.speed) for contact in window.contacts)
     slope /= sum(piece.moment * piece.length for piece in string)
-    weaker = [replace(piece, wall_damping=piece.wall_damping - slope) for piece in string]
+    weaker = [altered(piece, wall_damping=piece.wall_damping - slope) for piece in string] if slope else string
     *above, last = weaker
-    return (*above, replace(last, damping_below=last.damping_below + added))
+    return (*above, altered(last, damping_below=last.damping_below + added))
+
+
+def blade_response(window: Window, s: Complex) -> Complex:
+    """Torque per speed at the bit of the blades, (F,) N m s/rad; zero without blades."""
+    if window.blades is None:
+        return np.zeros_like(s)
+    # the depth of cut is the rate of penetration times the time since the blade ahead was here
+    between = 2 * np.pi / window.speed / window.blades.count
+    return np.asarray(-window.blades.torque / window.speed * held(s, between), dtype=complex)
 
 
 def loads(window: Window, s: Complex, share: float = 0.5) -> tuple[Complex, Complex]:
     """Admittance of the string at its top, and speed at the bit per speed at the top."""
-    cut: Complex | float = 0.0
-    if window.blades is not None:
-        # the depth of cut is the rate of penetration times the time since the blade ahead was here
-        between = 2 * np.pi / window.speed / window.blades.count
-        cut = -window.blades.torque / window.speed * held(s, between)
-    return string_response(linear_string(window, share), s, cut)
+    return string_response(linear_string(window, share), s, blade_response(window, s))
+
+
+def images(drive: Drive, interval: float, admittance: float, s: Complex) -> Complex:
+    """What the readings fold of the steps that the held command adds at multiples of its rate, rad/(N m s).
+
+    There the top drive and the pipe's characteristic admittance (N m s/rad) are the load.
+    """
+    orders = np.arange(1, _IMAGES + 1)
+    around = 2j * np.pi / max(interval, _EXACT_SWITCH) * np.concatenate([orders, -orders])
+    folded = s + around[:, None]
+    response = drive_response(drive, interval, folded) / (drive.inertia * folded + admittance)
+    return np.asarray(response.sum(axis=0), dtype=complex)
 
 
 def command_mobility(window: Window, s: Complex, share: float = 0.5) -> Complex:
-    """Speed per torque added to the command, both at the control's readings, rad/(N m s).
-
-    The readings fold what the steps of the held command add at multiples of their rate; there the top drive and the
-    pipe's characteristic admittance are the load.
-    """
-    torque = drive_response(window, s)
-    plant = torque / (window.drive.inertia * s + loads(window, s, share)[0])
-    around = 2j * np.pi / max(window.control.interval, _EXACT_SWITCH)
-    for image in (order * sign for order in range(1, _IMAGES + 1) for sign in (1, -1)):
-        folded = s + image * around
-        load = window.drive.inertia * folded + window.string[0].admittance
-        plant = plant + drive_response(window, folded) / load
-    return np.asarray(plant / (1 + plant * control_response(window, s)), dtype=complex)
+    """Speed per torque added to the command, both at the control's readings, rad/(N m s)."""
+    drive, interval = window.drive, window.control.interval
+    plant = drive_response(drive, interval, s) / (drive.inertia * s + loads(window, s, share)[0])
+    plant = plant + images(drive, interval, window.string[0].admittance, s)
+    return np.asarray(plant / (1 + plant * control_response(window.control, s)), dtype=complex)
 
 
 def noise_response(window: Window, s: Complex, share: float = 0.5) -> Complex:
     """Speed of the top drive per torque at the bit, which by reciprocity is that at the bit per torque at the top."""
     load, ratio = loads(window, s, share)
-    load = window.drive.inertia * s + load
-    return np.asarray(ratio / (load + drive_response(window, s) * control_response(window, s)), dtype=complex)
+    feedback = drive_response(window.drive, window.control.interval, s) * control_response(window.control, s)
+    return np.asarray(ratio / (window.drive.inertia * s + load + feedback), dtype=complex)

@@ -55,10 +55,10 @@ def test_response_and_noise_are_those_of_the_simulator(
     loaded = replace(case, hidden=(Hidden(name, float(np.sqrt(low * high)), 0.5),), segments=case.segments[:1])
     evidence = evidence_of(loaded)
     window, used, s = loaded.window(0), evidence.used[0], laplace(evidence.frequency)
-    expected = command_mobility(window, s) * recorded(window, s)
+    expected = command_mobility(window, s) * recorded(window.recording, s)
     square = np.abs(evidence.mobility[0] - expected)[used] ** 2 / evidence.variance[0, used]
     assert 0.85 < square.mean() < 1.25
-    theory = ideal_of(loaded).steady
+    theory = ideal_of(loaded).theory(frozenset())
     frequency = np.abs(theory.s) / (2 * np.pi)
     ratio = np.interp(frequency, evidence.frequency, evidence.variance[0]) / (4 / theory.weights[0][0] ** 2)
     assert 0.85 < np.median(ratio) < 1.15
