@@ -62,6 +62,11 @@ def write_checksums(store: Path, path: Path, earlier: Path | None = None, untouc
         else checksum((store / name).read_bytes())
         for name, stamp in stamps(store).items()
     }
+    write_listing(files, path)
+
+
+def write_listing(files: Mapping[str, str], path: Path) -> None:
+    """Write checksums by the files' paths in their store."""
     path.write_text(json.dumps(files, indent=0) + "\n")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from drillid.datasets.checksums import SUFFIX, Stamps, checksum, stamps, write_checksums
+from drillid.datasets.checksums import SUFFIX, checksum, stamps, write_checksums, write_listing
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
 
@@ -112,7 +112,7 @@ class WellFolders:
         path = self.stage(stage) / f"{name}.zarr"
         path.parent.mkdir(parents=True, exist_ok=True)
         conformed = DATASETS[name].conform(dataset, well=self.name or self.well, **self.provenance, **attributes)
-        _finish(_written(conformed, path), path, path.with_suffix(SUFFIX))
+        _write_whole(conformed, path, path.with_suffix(SUFFIX))
 
     @contextlib.contextmanager
     def appending(
@@ -147,7 +147,9 @@ class WellFolders:
 
         yield append
         if temporary.exists():
-            _finish(temporary, path, path.with_suffix(SUFFIX), earlier, untouched)
+            _consolidate(str(temporary))
+            write_checksums(temporary, path.with_suffix(SUFFIX), earlier, untouched)
+            _rename(temporary, path)
         else:
             shutil.rmtree(path, ignore_errors=True)
 
@@ -168,39 +170,44 @@ class WellFolders:
 
 def write_store(dataset: xr.Dataset, path: Path) -> None:
     """Write one zarr store whole, replacing an older one."""
-    _finish(_written(dataset, path), path)
+    _write_whole(dataset, path)
 
 
-def _written(dataset: xr.Dataset, path: Path) -> Path:
-    """The store under its temporary name."""
+def _write_whole(dataset: xr.Dataset, path: Path, sums: Path | None = None) -> None:
+    """The same, with a file for the checksums of the store.
+
+    It is put together in memory, as zarr hands every file of a store on disk to a thread, which takes twice the time.
+    """
+    from zarr.storage import MemoryStore
+
+    held: dict[str, Any] = {}
+    store = MemoryStore(held)
+    dataset.to_zarr(store, mode="w", consolidated=False)
+    _consolidate(store)
+    files = {name: held[name].to_bytes() for name in sorted(held)}
     temporary = path.with_suffix(".part")
     shutil.rmtree(temporary, ignore_errors=True)
-    dataset.to_zarr(temporary, mode="w", consolidated=False)
-    return temporary
+    for folder in {os.path.dirname(os.path.join(temporary, name)) for name in files}:
+        os.makedirs(folder, exist_ok=True)
+    for name, content in files.items():
+        (temporary / name).write_bytes(content)
+    if sums is not None:
+        write_listing({name: checksum(content) for name, content in files.items()}, sums)
+    _rename(temporary, path)
 
 
-def _finish(
-    temporary: Path,
-    path: Path,
-    sums: Path | None = None,
-    earlier: Path | None = None,
-    untouched: Stamps | None = None,
-) -> None:
-    """Consolidate the metadata, so that `xarray.open_zarr(path)` needs no options, and rename the store.
-
-    Parameters
-    ----------
-    sums : file for the checksums of the store
-    earlier, untouched : see `write_checksums`
-    """
+def _consolidate(store: Any) -> None:
+    """Consolidate the metadata, so that `xarray.open_zarr(path)` needs no options."""
     import zarr
 
     with warnings.catch_warnings():
         # zarr warns that other programs may not read consolidated metadata; they find all of it in place as well
         warnings.simplefilter("ignore", zarr.errors.ZarrUserWarning)
-        zarr.consolidate_metadata(str(temporary))
-    if sums is not None:
-        write_checksums(temporary, sums, earlier, untouched)
+        zarr.consolidate_metadata(store)
+
+
+def _rename(temporary: Path, path: Path) -> None:
+    """Give a store that is complete its name, in the place of an older one."""
     shutil.rmtree(path, ignore_errors=True)
     os.replace(temporary, path)
 

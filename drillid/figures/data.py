@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,7 +93,12 @@ class WellResults:
             well.name, well.rig, spectra=spectra, verdicts=verdicts, intervals=intervals, error_rate=error_rate, **read
         )
 
-    @property
+    @functools.cached_property
+    def cells(self) -> DepthCells:
+        """The windows in order of depth."""
+        return DepthCells.of(self.windows)
+
+    @functools.cached_property
     def band(self) -> tuple[float, float]:
         """Lowest and highest frequency that a sweep reached in any window, Hz."""
         reached = (self.mobility["gate"] != Gate.OUTSIDE_SWEEP).any("window").values

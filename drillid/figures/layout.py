@@ -19,7 +19,6 @@ from matplotlib.figure import Figure
 
 from drillid.errors import SettingsError
 from drillid.figures.captions import FIGURES
-from drillid.figures.data import DepthCells
 from drillid.figures.style import MUTED, STYLE, well_marks
 
 if TYPE_CHECKING:
@@ -46,8 +45,8 @@ _THIRD, _NUMBERS = 2.6, 0.6
 _SHARE = 0.92
 """Length of a colour bar, as a share of its panels'."""
 _THICKNESS = 0.15
-_COMPRESSION = 6
-"""Level of zlib from which on files hardly become smaller."""
+_COMPRESSION = 3
+"""Level of zlib; higher ones take twice the time for files that are a tenth smaller."""
 FORMATS = ("png", "svg", "pdf")
 """Suffixes of the files that figures are written to."""
 _UNDATED: dict[str, dict[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None, "Producer": None}}
@@ -144,7 +143,7 @@ def room_for(texts: Sequence[str]) -> float:
 
 def room_for_marks(results: WellResults) -> float:
     """Inches that the labels of a well's hole sections, runs and intervals take beside a depth axis."""
-    edges = DepthCells.of(results.windows).edges
+    edges = results.cells.edges
     return room_for([mark.text for mark in well_marks(results, edges[0], edges[-1])])
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.transforms import blended_transform_factory
 
-from drillid.arrays import Floats
-from drillid.figures.data import DepthCells, WellResults, cell_edges
+from drillid.arrays import Floats, Integers
+from drillid.figures.data import WellResults, cell_edges
 from drillid.units import to_si_factor
 
 if TYPE_CHECKING:
@@ -58,6 +58,8 @@ AMPLITUDE, PHASE, SIGNED = "viridis", "plasma", "RdBu_r"
 ROOM = 0.012
 """Margin above and below the markers, as a share of the depths, so that the outermost are whole."""
 
+_COLUMNS = 400
+"""Of an image; about as many as it has pixels in a row."""
 _LABEL_SPACING = 0.034
 """Least distance of labels beside an axis, as a share of its height."""
 
@@ -80,27 +82,52 @@ def depth_axis(
     room : margin above and below, as a share of the depths
     shaded, line : flagged intervals as shades rather than bars; colour of boundaries
     """
-    cells = DepthCells.of(results.windows)
+    cells = results.cells
     margin = room * float(cells.edges[-1] - cells.edges[0])
     axis.set_ylim(cells.edges[-1] + margin, cells.edges[0] - margin)
     if label:
         axis.set_ylabel("Measured depth [m]")
     beside = blended_transform_factory(axis.transAxes, axis.transData)
     start, end = cells.measured.T
-    axis.vlines(np.full(start.size, -0.008), start, end, INK, linewidth=2.5, transform=beside, clip_on=False)
+    measured: dict[str, Any] = {"linewidth": 2.5, "transform": beside, "clip_on": False}
+    axis.plot(np.full(3 * start.size, -0.008), apart(start, end), INK, solid_capstyle="butt", **measured)
     marks = well_marks(results, cells.edges[0], cells.edges[-1])
     _draw_marks(axis, marks, shaded=shaded, line=line)
     if labels:
         _label_marks(axis, marks)
 
 
+def apart(begin: Floats, end: Floats) -> Floats:
+    """Ends of lines behind each other with gaps between them: a single path is drawn faster than a line each."""
+    return np.stack([begin, end, np.full_like(begin, np.nan)], axis=-1).ravel()
+
+
+def horizontal(axis: Axes, height: Floats, begin: Floats, end: Floats, colour: str, alpha: float) -> None:
+    """A thin horizontal line at each height."""
+    look: dict[str, Any] = {"linewidth": 0.9, "alpha": alpha, "solid_capstyle": "butt"}
+    axis.plot(apart(begin, end), np.repeat(height, 3), colour, **look)
+
+
 def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, **colours: Any) -> QuadMesh:
-    """Rows (window, point) as an image over the points and the depths of the windows; grey where there are no data."""
-    cells = DepthCells.of(results.windows)
+    """Rows (window, point) as an image over the points and the depths of the windows; grey where there are no data.
+
+    Of points that are closer than can be seen, some are left out.
+    """
+    cells, seen = results.cells, _seen(points)
+    points, rows = points[seen], rows[:, seen]
     axis.set_facecolor(NO_DATA)
     mesh = axis.pcolormesh(cell_edges(points), cells.edges, cells.image(rows), rasterized=True, **colours)
     axis.grid(False)
     return mesh
+
+
+def _seen(points: Floats) -> Integers:
+    """Places of the points; of many, those nearest to an even grid on the logarithmic axis, or that of times from 0."""
+    if points.size <= _COLUMNS:
+        return np.arange(points.size)
+    first, last = float(points[0]), float(points[-1])
+    even = np.linspace(first, last, _COLUMNS) if first <= 0 else np.geomspace(first, last, _COLUMNS)
+    return np.unique(np.searchsorted((points[1:] + points[:-1]) / 2, even))
 
 
 @dataclass(frozen=True)

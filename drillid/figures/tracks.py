@@ -10,7 +10,7 @@ from drillid.arrays import Booleans, Floats
 from drillid.figures.captions import DISPLAYED_PARAMETERS, LENGTH_LESS_DEPTH
 from drillid.figures.data import DepthCells, WellResults, drilled_length
 from drillid.figures.layout import Margins, new_figure, panels, room_for_marks
-from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis
+from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis, horizontal
 from drillid.physics.parameters import BOUNDS, PARAMETERS
 from drillid.statistics import TWO_SIDED
 
@@ -32,7 +32,7 @@ def parameters(results: WellResults) -> Figure:
     figure = new_figure(results, "parameters", 11, 9.2)
     margins = Margins(right=room_for_marks(results), bottom=0.62, across=0.27, down=0.67)
     axes = panels(figure, margins, 2, 4, sharey=True)
-    cells = DepthCells.of(results.windows)
+    cells = results.cells
     for axis, name in zip(axes.flat, _ORDER, strict=True):
         _track(axis, results, cells, name)
         left, right = axis in axes[:, 0], axis in axes[:, -1]
@@ -58,7 +58,7 @@ def _track(axis: Axes, results: WellResults, cells: DepthCells, name: str) -> No
     order = cells.order[cells.order >= 0]
     _draw_data_sheet(axis, cells, data_sheet[order], (TWO_SIDED * quantity.factor * fits["prior_error"].values)[order])
     for member, colour in ((accepted, INK), (~accepted, REJECTED)):
-        axis.hlines(depth[member], low[member], high[member], colour, linewidth=0.9, alpha=0.4)
+        horizontal(axis, depth[member], low[member], high[member], colour, 0.4)
     kinds = (("o", ~at_low & ~at_high), ("<", at_low), (">", at_high))
     for marker, member in kinds:
         _points(axis, value, depth, member & accepted, marker, INK, filled=marker == "o")
@@ -145,7 +145,7 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Booleans, limi
     axis.axvline(0, color=MUTED, linewidth=0.9)
     if np.isfinite(limit):
         axis.axvline(limit, color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
-    axis.hlines(depth, 0, pull, INK, linewidth=0.9, alpha=0.6)
+    horizontal(axis, depth, np.zeros_like(pull), pull, INK, 0.6)
     axis.plot(pull[~flagged], depth[~flagged], "o", color=INK, markersize=3.8)
     axis.plot(pull[flagged], depth[flagged], "o", color=FLAGGED, markeredgecolor="#a85a0c", markersize=6)
     if not np.isfinite(pull).any():

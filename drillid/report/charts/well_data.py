@@ -9,7 +9,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
-from drillid.figures.data import DepthCells, WellResults
+from drillid.figures.data import WellResults
 from drillid.figures.windows import degrees
 from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
@@ -53,13 +53,13 @@ def metric(values: Any, quantity: str) -> Floats:
 
 def in_order(results: WellResults) -> Integers:
     """Rows of the windows in order of depth."""
-    cells = DepthCells.of(results.windows)
+    cells = results.cells
     return cells.order[cells.order >= 0]
 
 
 def cell_columns(results: WellResults) -> dict[str, Any]:
     """Depths of the windows, of their cells in maps, and their times; rows in order of depth."""
-    cells, rows = DepthCells.of(results.windows), in_order(results)
+    cells, rows = results.cells, in_order(results)
     own = np.flatnonzero(cells.order >= 0)
     windows = results.windows.isel(window=rows)
     return {

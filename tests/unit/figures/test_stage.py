@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from PIL import Image
 
+from drillid.arrays import Floats
 from drillid.config.settings import FiguresSettings, Settings
 from drillid.config.sheets import Well
 from drillid.datasets.codes import Gate
@@ -25,7 +26,7 @@ from drillid.figures import stage as figures
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, RPM_PER_KILONEWTON_METRE
 from drillid.figures.data import STAND_M, DepthCells, WellResults, drilled_length, successive_windows
 from drillid.figures.layout import FORMATS, save
-from drillid.figures.style import FLAGGED, STYLE, well_marks
+from drillid.figures.style import FLAGGED, STYLE, depth_image, well_marks
 from drillid.figures.tracks import parameters
 from drillid.figures.verdicts import set_title
 from drillid.figures.windows import degrees
@@ -51,6 +52,16 @@ def test_every_figure_has_its_words_in_the_order_of_the_report() -> None:
 
 def image(axis: Axes) -> QuadMesh:
     return next(child for child in axis.collections if isinstance(child, QuadMesh))
+
+
+def bars(axis: Axes) -> list[Floats]:
+    """Ends of the lines of each path with gaps, (line, end, x and y)."""
+    paths = [np.asarray(line.get_xydata()) for line in axis.lines]
+    return [
+        path.reshape(-1, 3, 2)[:, :2]
+        for path in paths
+        if len(path) and len(path) % 3 == 0 and np.isnan(path[2::3]).any(axis=1).all()
+    ]
 
 
 def panels(figure: Figure) -> list[Axes]:
@@ -253,9 +264,8 @@ def test_parameters_are_drawn_at_their_values_in_units_that_people_say(many: Wel
 def test_bars_are_two_standard_errors_to_either_side(many: WellResults) -> None:
     track = panel(parameters(many), "inertia_td")
     fit = many.fits.sel(parameter="inertia_td")
-    drawn = [np.array(bars.get_segments()) for bars in track.collections if isinstance(bars, LineCollection)]
     # the marks of the measured intervals are lines too, at the axis' edge
-    segments = next(bars for bars in drawn if len(bars) == COUNTS["many"] and bars[0, 0, 0] > 1000)
+    segments = next(drawn for drawn in bars(track) if len(drawn) == COUNTS["many"] and drawn[0, 0, 0] > 1000)
     half = 1.96 * fit["standard_error"].values
     np.testing.assert_allclose(segments[:, 0, 0], fit["value"].values - half)
     np.testing.assert_allclose(segments[:, 1, 0], fit["value"].values + half)
@@ -271,8 +281,12 @@ def test_a_value_at_its_bound_is_one_sided_and_a_rejected_fit_hollow(many: WellR
     assert markers["<"].get_xdata() == pytest.approx([0.0])
     hollow = [line for line in track.lines if line.get_marker() == "o" and line.get_markerfacecolor() == "white"]
     assert [float(x) for line in hollow for x in line.get_xdata()] == [float(fits["value"][1, index])]
-    starts = [start for bar in track.collections if isinstance(bar, LineCollection) for start in bar.get_segments()]
-    at_bound = [start for start in starts if start[0, 1] == float(many.windows["hole_depth"][0]) and start[1, 0] > 0]
+    at_bound = [
+        start
+        for drawn in bars(track)
+        for start in drawn
+        if start[0, 1] == float(many.windows["hole_depth"][0]) and start[1, 0] > 0
+    ]
     assert any(segment[0, 0] == 0.0 for segment in at_bound)
 
 
@@ -355,3 +369,16 @@ def test_no_label_leaves_the_sheet_or_covers_another_panel(many: WellResults, na
         label = axis.yaxis.get_tightbbox(renderer)
         others = [other.get_window_extent(renderer) for other in figure.axes if other is not axis]
         assert label is None or not any(label.padded(-1).overlaps(other) for other in others)
+
+
+def test_of_many_points_an_image_shows_those_that_can_be_seen(many: WellResults) -> None:
+    axis, points = Figure().subplots(), np.linspace(0.05, 4.0, 2000)
+    rows = np.broadcast_to(points, (many.windows.sizes["window"], points.size))
+    mesh = depth_image(axis, many, points, rows)
+    shown = np.asarray(mesh.get_array())[0]
+    assert shown.size <= 400
+    assert (shown[0], shown[-1]) == (points[0], points[-1])
+    # each is in its place, and neighbours are a grid's step apart or neighbours before
+    edges = mesh.get_coordinates()[0, :, 0]
+    assert np.all((edges[:-1] < shown) & (shown < edges[1:]))
+    assert np.max(np.diff(np.log(shown)) - np.log1p((points[1] - points[0]) / shown[:-1])) < 2 * np.log(80) / 399
