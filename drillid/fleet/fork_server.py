@@ -6,9 +6,11 @@ once a run and machine instead of once a job. The server itself works on no well
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import gc
 import importlib
+import importlib.util
 import os
 import select
 import signal
@@ -24,18 +26,10 @@ from pathlib import Path
 
 from drillid.fleet.children import end_with
 from drillid.fleet.job import SERVER, TAKEN, called, receive
-from drillid.fleet.provenance import closure, source_hash
+from drillid.fleet.provenance import PACKAGE, closure, source_hash
 from drillid.fleet.stages import ALL_STAGES
 
 RUN_STAGE = "drillid.fleet.run:run_configured"
-_OF_SCRIPTS = {
-    "simulate": ("drillid.demo.wells",),
-    "common_causes": ("drillid.common_causes.stage",),
-    "fleet": ("drillid.depth.fleet", "drillid.depth.changes", "drillid.discrepancy.learning.fleet"),
-    "report": ("drillid.report.page", "drillid.depth.changes", "drillid.fleet.crate"),
-    "mirror": ("drillid.fleet.mirror",),
-}
-"""Modules that the function of a script uses, by the rule."""
 _LIBRARIES = ("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg")
 """Loaded within functions only, so that the modules of the library do not load them."""
 _REAP_EVERY_S, _PATIENCE_S = 5.0, 1.0
@@ -50,7 +44,7 @@ def served(rules: Collection[str]) -> Iterator[None]:
     rules : of the jobs; others have no use of it
     """
     modules = [stage.module for name, stage in ALL_STAGES.items() if name in rules]
-    modules += [module for rule, own in _OF_SCRIPTS.items() if rule in rules for module in own]
+    modules += [module for rule in sorted(rules) for module in modules_of_script(rule)]
     if not modules:
         yield
         return
@@ -67,6 +61,22 @@ def served(rules: Collection[str]) -> Iterator[None]:
                 if server.stdin is not None:
                     server.stdin.close()
                 server.wait()
+
+
+def modules_of_script(rule: str) -> list[str]:
+    """Modules of the library that the functions of a rule's script import; none where it has no script or no function.
+
+    A script imports within functions only, so that one that hands its job over loads nothing by itself.
+    """
+    try:
+        script = importlib.util.find_spec(f"scripts.{rule}")
+    except ModuleNotFoundError:
+        return []
+    if script is None or script.origin is None:
+        return []
+    functions = [each for each in ast.parse(Path(script.origin).read_bytes()).body if isinstance(each, ast.FunctionDef)]
+    imports = [each for function in functions for each in ast.walk(function) if isinstance(each, ast.ImportFrom)]
+    return [each.module for each in imports if each.module is not None and each.module.startswith(f"{PACKAGE.name}.")]
 
 
 def _started(place: str, modules: Sequence[str]) -> subprocess.Popen[bytes]:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from drillid.fleet.fork_server import served
+from drillid.fleet.fork_server import modules_of_script, served
+from drillid.fleet.stages import ALL_STAGES
 
 ROOT = Path(__file__).parents[3]
 LIMIT_S = 60.0
@@ -133,3 +135,18 @@ def test_rules_without_python_start_no_server() -> None:
     before = psutil.Process().children()
     with served(["all", "well"]):
         assert psutil.Process().children() == before
+
+
+def test_all_that_a_script_imports_is_loaded_ahead() -> None:
+    handed_over = [script.stem for script in (ROOT / "scripts").glob("*.py") if "run_job(" in script.read_text()]
+    assert {"report", "fleet", "simulate"} <= set(handed_over)
+    for rule in handed_over:
+        source = (ROOT / "scripts" / f"{rule}.py").read_text()
+        used = set(re.findall(r"^ +from (drillid\.[\w.]+) import", source, re.MULTILINE))
+        assert used
+        assert used == set(modules_of_script(rule))
+
+
+def test_a_stage_has_its_module_and_no_more() -> None:
+    assert [modules_of_script(stage) for stage in ALL_STAGES] == [[]] * len(ALL_STAGES)
+    assert modules_of_script("well") == []
