@@ -141,7 +141,7 @@ class DepthSettings(Strict):
     """Length of the step responses, in s."""
     step_interval_s: float = Field(default=0.05, gt=0, le=10)
     """Spacing of the step responses' lags, in s."""
-    tuning_interval_m: float = Field(default=25.0, gt=0, le=1000)
+    tuning_interval_m: float = Field(default=50.0, gt=0, le=1000)
     """Settings of the speed control are sought once in every interval of depth, in m."""
     bit_torque_slow_m: float = Field(default=0.06, gt=0, le=1)
     """Torque of the bit per weight on it at standstill, in m, from which the lowest stable speed is estimated."""

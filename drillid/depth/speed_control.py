@@ -27,34 +27,33 @@ VARIABLES = (
 
 
 def speed_control(
-    models: Sequence[WindowModel | None], weight: Floats, tuned: Booleans, settings: DepthSettings
+    models: Sequence[WindowModel | None], joint: Sequence[WindowModel | None], weight: Floats, settings: DepthSettings
 ) -> dict[str, Floats]:
     """The VARIABLES of the depth dataset, each (depth,); NaN where they are not sought, and without a model.
 
     Parameters
     ----------
     models : of each depth; None without an accepted fit
+    joint : models of all windows together, which differ less from depth to depth than the noise of single windows, for
+        the settings; None where none are sought; see `tuned_rows`
     weight : shape (depth,), N on the bit; NaN where it is not logged
-    tuned : where settings are sought, shape (depth,); see `tuned_rows`
     """
     rock = Cutting(settings.bit_torque_slow_m, settings.bit_torque_fast_m, Weakening(settings.bit_torque_rpm * RPM))
     values = {name: np.full(weight.size, np.nan) for name in VARIABLES}
-    for row, window_model in enumerate(models):
-        if window_model is None:
-            continue
-        system = first_sample(window_model.system)
-        found = _stability(system, rock, float(weight[row])) | (_settings(system) if tuned[row] else {})
-        for name, value in found.items():
+    for row, (own, shared) in enumerate(zip(models, joint, strict=True)):
+        stability = {} if own is None else _stability(first_sample(own.system), rock, float(weight[row]))
+        tuned = {} if shared is None else _settings(first_sample(shared.system))
+        for name, value in (stability | tuned).items():
             values[name][row] = value
     return values
 
 
 def tuned_rows(depth: Floats, accepted: Booleans, interval_m: float) -> Booleans:
-    """The first accepted window of every interval of depth, shape (depth,), as settings change slowly with depth."""
-    rows = np.flatnonzero(accepted)
-    first = np.zeros(depth.size, dtype=bool)
-    first[rows[np.unique(np.floor(depth[rows] / interval_m), return_index=True)[1]]] = True
-    return first
+    """The last accepted window of every interval of depth, shape (depth,), as settings change slowly with depth."""
+    rows = np.flatnonzero(accepted)[::-1]
+    last = np.zeros(depth.size, dtype=bool)
+    last[rows[np.unique(np.floor(depth[rows] / interval_m), return_index=True)[1]]] = True
+    return last
 
 
 def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:

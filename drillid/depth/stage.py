@@ -23,6 +23,7 @@ from drillid.windows.channels import sample_rate
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
     from drillid.config.sheets import Well
+    from drillid.discrepancy.catalogue import WindowModel
 
 
 _BLOCK = 1_000_000
@@ -63,6 +64,15 @@ def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
     }
 
 
+def parameters_for_settings(fits: xr.Dataset, joint: xr.Dataset) -> Floats:
+    """Parameters from all windows together, (window, 8), or from the window alone where they determine not all.
+
+    Settings that are tuned to them change with depth as the string does, and not with the noise of single windows.
+    """
+    together = joint["value"].values
+    return np.asarray(np.where(np.isnan(together).any(axis=1, keepdims=True), fits["value"].values, together))
+
+
 def time_in_states(states: xr.Dataset, windows: xr.Dataset) -> Floats:
     """Time in each state of the rig from the previous window's end to each window's end, s, shape (window, state)."""
     ends, total = (windows["first_sample"] + windows["samples"]).values, len(RigState)
@@ -84,24 +94,25 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     controllers, bit_depth = stored_controllers(fits), windows["bit_depth"].values
     accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
     tuned, weight = tuned_rows(depths, accepted, settings.depth.tuning_interval_m), windows["weight_on_bit"].values
+    joint = folders.read("fits", "joint").load()
+    steady = parameters_for_settings(fits, joint)
+
+    def models(rows: list[int], parameters: Floats) -> list[WindowModel | None]:
+        named = {place: extended[row] for place, row in enumerate(rows) if row in extended}
+        return identified_models(well.rig, [controllers[row] for row in rows], parameters[rows], bit_depth[rows], named)
 
     def make(rows: list[int]) -> xr.Dataset:
-        models = identified_models(
-            well.rig,
-            [controllers[row] for row in rows],
-            fits["value"].values[rows],
-            bit_depth[rows],
-            {place: extended[row] for place, row in enumerate(rows) if row in extended},
-        )
-        responses = identified_responses(models, frequency, settings.depth)
-        drilled_by = [model if accepted[row] else None for row, model in zip(rows, models, strict=True)]
-        controlled = speed_control(drilled_by, weight[rows], tuned[rows], settings.depth)
+        own = models(rows, fits["value"].values)
+        responses = identified_responses(own, frequency, settings.depth)
+        drilled_by = [model if accepted[row] else None for row, model in zip(rows, own, strict=True)]
+        sought = [model if tuned[row] else None for row, model in zip(rows, models(rows, steady), strict=True)]
+        controlled = speed_control(drilled_by, sought, weight[rows], settings.depth)
         return responses.assign({name: ("depth", values) for name, values in controlled.items()})
 
     # the models of windows in which a cause is named are those of their sets
     of_sets = examination["key"].values
     sets = [str(of_sets[number]) for number in examination["window_set"].values.tolist()] if of_sets.size else []
-    own = (fits["key"].values, bit_depth, weight, tuned)
+    own = (fits["key"].values, bit_depth, weight, tuned, np.where(tuned[:, None], steady, np.nan))
     contents = [
         (*content, sets[row] if row in extended else "")
         for row, content in enumerate(zip(*(values.tolist() for values in own), strict=True))
@@ -117,7 +128,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     dataset = responses.assign(
         {name: (("depth", *variable.dims[1:]), variable.values) for name, variable in copied.items()}
         | parameter_variables(fits)
-        | joint_variables(folders.read("fits", "joint").load())
+        | joint_variables(joint)
         | {"state_time": (("depth", "state"), time_in_states(folders.read("windows", "states"), windows))}
     ).assign_coords(
         {name: ("depth", fits[name].values) for name in ("window", "start", "end")}

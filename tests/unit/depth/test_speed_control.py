@@ -1,10 +1,13 @@
 """Stability and settings of the speed control, of models that are given."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drillid.config.settings import DepthSettings
 from drillid.control.stick_slip import critical_slope
+from drillid.control.tuning import tune
 from drillid.depth.speed_control import VARIABLES, speed_control, tuned_rows
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.errors import SettingsError
@@ -20,23 +23,34 @@ def found(settings: DepthSettings, weight: float = 1e5) -> dict[str, np.ndarray]
     accepted = np.array([False, False, True, True, True])
     models = [MODEL if each else None for each in accepted]
     tuned = tuned_rows(DEPTHS, accepted, settings.tuning_interval_m)
-    return speed_control(models, np.full(5, weight), tuned, settings)
+    sought = [MODEL if each else None for each in tuned]
+    return speed_control(models, sought, np.full(5, weight), settings)
 
 
 def test_settings_are_sought_once_in_an_interval_and_stability_everywhere() -> None:
     values = found(DepthSettings(tuning_interval_m=20.0))
     assert tuple(values) == VARIABLES
     assert np.isfinite(values["critical_slope"]).tolist() == [False, False, True, True, True]
-    assert np.isfinite(values["tuned_proportional"]).tolist() == [False, False, True, False, True]
+    assert np.isfinite(values["tuned_proportional"]).tolist() == [False, False, False, True, True]
     slope, frequency = critical_slope(SHALLOW.system)
     assert values["critical_slope"][2] == pytest.approx(slope)
     assert values["critical_frequency"][2] == pytest.approx(frequency)
 
 
+def test_settings_are_those_of_the_model_of_all_windows_and_stability_of_the_window() -> None:
+    pipe, collars = SHALLOW.pipe, SHALLOW.collars
+    other = replace(SHALLOW.system, string=(replace(pipe, kappa=5 * pipe.kappa), collars))
+    sought = [WindowModel(other, Recording())]
+    values = speed_control([MODEL], sought, np.array([1e5]), DepthSettings())
+    assert values["critical_slope"][0] == pytest.approx(critical_slope(SHALLOW.system)[0])
+    assert values["tuned_proportional"][0] == pytest.approx(tune(other).controller.proportional)
+    assert values["tuned_proportional"][0] != pytest.approx(tune(SHALLOW.system).controller.proportional)
+
+
 def test_tuned_gains_vibrate_less() -> None:
     values = found(DepthSettings(tuning_interval_m=1000.0))
-    assert 0 < values["tuned_vibration"][2] <= 1
-    assert values["tuned_proportional"][2] > 0
+    assert 0 < values["tuned_vibration"][-1] <= 1
+    assert values["tuned_proportional"][-1] > 0
 
 
 def test_without_weight_no_speed_is_stated_and_more_weight_needs_more() -> None:
