@@ -13,9 +13,14 @@ from typing import Any
 import numpy as np
 from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d, Span
 from bokeh.plotting import figure
+from bokeh.settings import settings
 
 from drillid.arrays import Floats
 from drillid.report.quantities import QUANTITIES
+
+# as by default; Bokeh looks at the environment for each model of a chart unless a program says so
+settings.simple_ids.set_value(True)
+settings.serialize_include_defaults.set_value(False)
 
 FONT = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 ROOM = 0.08
