@@ -1,4 +1,4 @@
-"""One well's datasets in memory, where the stages of the workflow are wanted without its folders."""
+"""One well's datasets in memory: those of stages that are wanted without its folders, and those that are read once."""
 
 from __future__ import annotations
 
@@ -15,6 +15,20 @@ import xarray as xr
 from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import read_table
+
+
+@dataclass(frozen=True)
+class WellReadOnce(WellFolders):
+    """Each dataset on disk is opened, and its values read, once for all who ask for it, none of whom may change it."""
+
+    opened: dict[tuple[str, str], xr.Dataset] = field(default_factory=dict)
+    """By stage and name."""
+
+    def read(self, stage: str, name: str) -> xr.Dataset:
+        """A dataset; see `WellFolders.read`."""
+        if (stage, name) not in self.opened:
+            self.opened[stage, name] = super().read(stage, name)
+        return self.opened[stage, name]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import pandas as pd
 
 import drillid
 from drillid.config.sheets import Listing, read_sheets, read_start_ups
+from drillid.datasets.memory import WellReadOnce
 from drillid.datasets.reuse import digest
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import read_table
@@ -61,7 +62,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
     neighbours = dict(zip(wells, zip(["", *wells], [*wells[1:], ""], strict=False), strict=False))
     summaries, spent = list[dict[str, Any]](), dict[str, float]()
     for well in wells:
-        began, folders = time.process_time(), WellFolders(results, well)
+        began, folders = time.process_time(), WellReadOnce(results, well)
         summaries.append(_summary(settings, folders, listings[well], problems, neighbours[well], basis))
         spent[well] = time.process_time() - began
     groups = write_rig_pages(results, pages)
