@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from drillid.config.settings import Settings, SimulateSettings
+from drillid.demo.wells import write_demo_log
+from drillid.fleet.stages import STAGES
+from tests.nights import files, night
 from tests.workflow.toys import ROOT, Checkout
 
 PROFILE = "workflow/profiles/nightly"
@@ -20,6 +24,22 @@ def test_a_night_works_on_the_wells_with_new_logs(checkout: Checkout) -> None:
     checkout.sheets({"W1": ["a.csv", "c.csv"], "W2": ["b.csv"]})
     checkout.run("--workflow-profile", PROFILE, "--until", "records")
     assert checkout.journal() == ["records W1"]
+
+
+def test_a_well_that_grows_ends_in_every_stage_as_if_all_logs_had_come_at_once(tmp_path: Path) -> None:
+    rig, logs = (
+        ROOT / "config/demo/rigs/charlie.yaml",
+        [tmp_path / f"D03_20250601T0{6 + hour}00.csv" for hour in range(3)],
+    )
+    for stand, path in enumerate(logs):
+        write_demo_log("D03", stand, path, SimulateSettings(drilling_s=620.0, connection_s=60.0))
+    settings = Settings.checked({"windows": {"length_s": 300.0}}, "test")
+    for results, nights in (("grown", (logs[:2], logs)), ("at once", (logs,))):
+        for known in nights:
+            assert night(tmp_path / results, rig, known, list(STAGES), settings) == ["done"] * len(STAGES)
+    grown, at_once = (files(tmp_path / results, list(STAGES)) for results in ("grown", "at once"))
+    assert [name for name in at_once if grown.get(name) != at_once[name]] == []
+    assert grown.keys() == at_once.keys()
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
