@@ -1,8 +1,8 @@
 """One more day for every well of a fleet over the full run: time of one core, by stage.
 
 A day is a log of an hour of drilling, twelve windows of five minutes. A well of thirty days is run, and a day is added,
-beside a well of a single day, which goes first in every job and so bears what a job loads. What the long well takes
-counts once for each well of the fleet, everything else once for each job's worth of wells.
+beside a well of a single day, another one in each run, which goes first in every job and so bears what a job loads.
+What the long well takes counts once for each well of the fleet, everything else once for each job's worth of wells.
 """
 
 import datetime
@@ -60,7 +60,7 @@ def measure(console: Console) -> Measurement:
     """Run in full, add a day and run again."""
     folder, logs = FOLDER / "nightly", daily_logs(DAYS + 1)
     shutil.rmtree(folder, ignore_errors=True)
-    full, night = (run(folder, {SHORT: logs[: days - DAYS + 1], LONG: logs[:days]}) for days in (DAYS, DAYS + 1))
+    full, night = (run(folder, {SHORT: logs[days - 1 : days], LONG: logs[:days]}) for days in (DAYS, DAYS + 1))
     console.print(_table(full, night))
     share = share_of_fleet(full, night)
     console.print(
