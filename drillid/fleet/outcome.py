@@ -23,9 +23,13 @@ def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
 
 def failed_start_ups(results: Path, start_ups: Sequence[str]) -> dict[str, str]:
     """Reason of each start of rotation that failed; one that no run came to has not."""
-    places = {name: {START_UPS.name: WellFolders(results, name).stage(START_UPS.name)} for name in start_ups}
-    reasons = {name: _reason(folders) for name, folders in places.items()}
+    reasons = {name: _reason({START_UPS.name: _start_up_folder(results, name)}) for name in start_ups}
     return {name: reason for name, reason in reasons.items() if reason}
+
+
+def unfinished_start_ups(results: Path, start_ups: Sequence[str]) -> list[str]:
+    """Starts of rotation that no run came to, or that failed."""
+    return [name for name in start_ups if not stored(_start_up_folder(results, name))]
 
 
 def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
@@ -33,20 +37,28 @@ def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
     return [well for well in wells if not all(map(stored, _folders(WellFolders(results, well)).values()))]
 
 
-def closing_line(wells: Sequence[str], failed: dict[str, str], unfinished: Sequence[str] = ()) -> str:
-    """The run in one sentence, with the failed wells and the remedy's place."""
-    waiting = [well for well in unfinished if well not in failed]
-    total = len(wells)
+def closing_line(
+    names: Sequence[str], failed: Mapping[str, str], unfinished: Sequence[str] = (), kind: str = "wells"
+) -> str:
+    """What became of the wells, or of the starts of rotation, in one sentence; reasons and the remedy's place."""
+    waiting = [name for name in unfinished if name not in failed]
+    total = len(names)
     if not failed:
         return (
-            f"{total - len(waiting)} of {total} wells have gone through all stages, none failed."
+            f"{total - len(waiting)} of {total} {kind} have gone through all stages, none failed."
             if waiting
-            else f"{total} of {total} wells done."
+            else f"{total} of {total} {kind} done."
         )
-    named = [f"{well} ({reason})" for well, reason in list(failed.items())[:_NAMED]]
+    named = [f"{name} ({reason})" for name, reason in list(failed.items())[:_NAMED]]
     more = [f"and {len(failed) - _NAMED} more"] if len(failed) > _NAMED else []
     rest = f" {len(waiting)} have not gone through all stages." if waiting else ""
-    return f"{len(failed)} of {total} wells failed: {', '.join(named + more)}. See problems.csv for the remedies.{rest}"
+    return (
+        f"{len(failed)} of {total} {kind} failed: {', '.join(named + more)}. See problems.csv for the remedies.{rest}"
+    )
+
+
+def _start_up_folder(results: Path, name: str) -> Path:
+    return WellFolders(results, name).stage(START_UPS.name)
 
 
 def _folders(folders: WellFolders) -> dict[str, Path]:

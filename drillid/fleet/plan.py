@@ -16,7 +16,13 @@ from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
 from drillid.fleet.manifest import KEY, PROBLEMS, holds
 from drillid.fleet.mirror import hold_mirror, restore
-from drillid.fleet.outcome import closing_line, failed_start_ups, failed_wells, unfinished_wells
+from drillid.fleet.outcome import (
+    closing_line,
+    failed_start_ups,
+    failed_wells,
+    unfinished_start_ups,
+    unfinished_wells,
+)
 from drillid.fleet.provenance import digest, source_hash, template_hash
 from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, failed_on, fingerprint
 from drillid.fleet.workers import THREAD_VARIABLES
@@ -117,20 +123,21 @@ class Plan:
 
     def outcome(self) -> dict[str, Any]:
         """How many wells there are, why some failed, which were not finished, and the closing line of the run."""
-        results, wells = Path(self.settings.results), tuple(self.wells)
-        failed, failed_starts = failed_wells(results, wells), failed_start_ups(results, tuple(self.start_ups))
+        results, wells, starts = Path(self.settings.results), tuple(self.wells), tuple(self.start_ups)
+        failed, failed_starts = failed_wells(results, wells), failed_start_ups(results, starts)
         unfinished = unfinished_wells(results, wells)
-        line = closing_line(wells, failed, unfinished)
-        if failed_starts:
-            listed = ", ".join(f"{name} ({reason})" for name, reason in failed_starts.items())
-            line += f" {len(failed_starts)} of {len(self.start_ups)} starts of rotation failed: {listed}."
+        lines = [closing_line(wells, failed, unfinished)] if wells or not starts else []
+        if starts:
+            lines.append(
+                closing_line(starts, failed_starts, unfinished_start_ups(results, starts), "starts of rotation")
+            )
         report = results.absolute() / "report.html"
         told = {"report": str(report)} if report.exists() else {}
         return {
             "wells": len(wells),
             "failed": failed | failed_starts,
             "unfinished": list(unfinished),
-            "line": line,
+            "line": " ".join(lines),
             **told,
         }
 

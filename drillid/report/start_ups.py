@@ -58,7 +58,9 @@ def _judged(folders: WellFolders) -> dict[str, Markup | str]:
 
 
 def _both(quantity: str, before: float, after: float) -> Markup | str:
-    """Error of the description and of the model that is kept, SI."""
+    """Error of the description and of the model that is kept, SI; once where they are the same."""
     if not np.isfinite(before):
         return MISSING
+    if after == before:
+        return QUANTITIES[quantity].text(before, more=1)
     return QUANTITIES[quantity].text(before, after, joint=" → ", more=1)

@@ -44,6 +44,8 @@ function order(header) {
 }
 
 document.addEventListener("DOMContentLoaded", () => {
+  // a page without wells has nothing to filter
+  if (!document.getElementById("wells")) return;
   for (const name of ["search", "kind", "level"]) document.getElementById(name).addEventListener("input", filter);
   for (const button of document.querySelectorAll("#wells th button")) {
     button.addEventListener("click", () => order(button.closest("th")));

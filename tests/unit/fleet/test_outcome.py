@@ -5,7 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from drillid.fleet.outcome import closing_line, failed_wells, unfinished_wells
+from drillid.fleet.outcome import (
+    closing_line,
+    failed_start_ups,
+    failed_wells,
+    unfinished_start_ups,
+    unfinished_wells,
+)
 from drillid.fleet.stages import STAGES
 
 ROW = "well,stage,where,what,remedy\nW,records,a.csv,is bad,Mend it\n"
@@ -48,3 +54,16 @@ def test_what_nobody_foresaw_leaves_a_row_without_a_key(results: Path) -> None:
     write(results / "windows/Begun", "done", ROW)
     (results / "windows/Begun/key.json").unlink()
     assert failed_wells(results, ["Begun"]) == {"Begun": "windows: a.csv: is bad"}
+
+
+def test_starts_of_rotation_have_the_same_line(results: Path) -> None:
+    write(results / "start_ups/First", "done")
+    write(results / "start_ups/Bad", "failed", ROW)
+
+    def told(*starts: str) -> str:
+        failed, unfinished = failed_start_ups(results, starts), unfinished_start_ups(results, starts)
+        return closing_line(starts, failed, unfinished, "starts of rotation")
+
+    assert told("First") == "1 of 1 starts of rotation done."
+    assert told("First", "New") == "1 of 2 starts of rotation have gone through all stages, none failed."
+    assert told("First", "Bad").startswith("1 of 2 starts of rotation failed: Bad (start_ups: a.csv: is bad).")

@@ -237,3 +237,15 @@ def test_a_well_named_and_described_as_a_script_is_shown_and_not_run(tmp_path: P
         assert not any("onerror" in reference or " " in reference for reference in parsed.references)
         for written in (name, attack, f"=1+1 {attack}"):
             assert written in text(page)
+
+
+def test_a_page_of_starts_of_rotation_alone_speaks_of_no_wells(tmp_path: Path) -> None:
+    start = {"name": "B", "depth": "9 m", "verdict": "kept", "torque": "2 kN m", "bit": "9 rpm"}
+    start |= {"problems": 0, "figure": ""}
+    page = report.fleet_page(Settings(), tmp_path, [], starts=[start])
+    assert "1 start of rotation" in text(page)
+    assert "Nothing stands out in any well" not in page
+    found = structure(page)
+    assert {each[1:] for each in found.references if each.startswith("#")} <= set(found.ids)
+    assert "starts" in found.ids
+    assert "attention" not in found.ids
