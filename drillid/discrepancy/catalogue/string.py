@@ -12,6 +12,8 @@ from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 _ZONE_SHARE, _ZONE_SPREAD = 0.055, 1.0
 """Usual length of a zone of local damping, as a share of the pipe's, and standard deviation of its logarithm: those of
 lengths of 1 to 30 % that are log-uniform."""
+_LEAST_ABOVE = 1e-3
+"""Least share of the pipe above a zone."""
 
 
 def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
@@ -96,7 +98,9 @@ class LocalDampingZone(Cause):
         pipe, *below = window_model.system.string
         # the zone is fixed in the hole: pipe is added above it, and its measured depth is the same in all windows
         mean = np.mean(operating_point.length) / operating_point.length
-        begin, end = mean * np.maximum(shape - self.width / 2, 0.0), mean * np.minimum(shape + self.width / 2, 1.0)
+        # some pipe is left above, as a further cause acts there
+        begin = mean * np.maximum(shape - self.width / 2, _LEAST_ABOVE)
+        end = mean * np.minimum(shape + self.width / 2, 1.0)
         kappa = pipe.kappa + size / (pipe.length * (end - begin) * pipe.polar_moment)
         # what lies below the bit of a shallower window does not act there
         begin, end = np.minimum(begin, 1.0), np.minimum(end, 1.0)
