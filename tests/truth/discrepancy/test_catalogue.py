@@ -39,6 +39,16 @@ def shapes() -> list[tuple[Cause, float]]:
     return [(cause, shape) for cause in LINEAR for shape in cause.shapes]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["local_damping_zone", "tapered_string", "extra_section"])
+def test_a_cause_beside_a_zone_at_the_top_is_finite(name: str) -> None:
+    zone, further = CATALOGUE["local_damping_zone"], CATALOGUE[name]
+    below = zone.extend(window_model(), 100.0, zone.shapes[0], OPERATING_POINT)
+    assert np.all(below.system.string[0].length > 0)
+    both = further.extend(below, further.size.typical, further.shapes[0], OPERATING_POINT)
+    assert np.all(np.isfinite(both.mobility(S)))
+
+
 @pytest.mark.parametrize(("cause", "shape"), shapes(), ids=lambda entry: getattr(entry, "name", str(entry)))
 def test_size_zero_changes_nothing(cause: Cause, shape: float) -> None:
     base = window_model().mobility(S)
