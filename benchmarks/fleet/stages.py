@@ -1,8 +1,9 @@
-"""Time of one core of every stage on two wells, each stage in a process of its own; prints one line of JSON.
+"""Time of one core of every stage on two wells and of their pages, each in a process of its own; prints a line of JSON.
 
 Run by `benchmarks.fleet.cost` in the folder of a fleet: `python -m benchmarks.fleet.stages fleet.yaml`.
 """
 
+import functools
 import json
 import multiprocessing
 import time
@@ -14,14 +15,15 @@ import typer
 
 
 def costs(configuration: Path) -> dict[str, dict[str, float]]:
-    """Loading and work of every stage, and of the report over both wells as work per well."""
+    """Loading and work of every stage, and of a well's page in the report."""
     from drillid.fleet.stages import STAGES
 
+    steps = {stage: functools.partial(_cost, stage) for stage in STAGES} | {"page of the report": _page_cost}
     found = {}
-    for stage in STAGES:
+    for name, step in steps.items():
         # a fresh interpreter, which has loaded nothing
         with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-            found[stage] = pool.submit(_cost, stage, configuration).result()
+            found[name] = pool.submit(step, configuration).result()
     return found
 
 
@@ -42,6 +44,23 @@ def _cost(stage: str, configuration: Path) -> dict[str, float]:
         ends.append(time.process_time())
     work = ends[1] - ends[0]
     return {"loading": ends[0] - work, "work": work}
+
+
+def _page_cost(configuration: Path) -> dict[str, float]:
+    """Time of the first well's page less that of the second, which needs nothing loaded; tables are not counted."""
+    from drillid.common_causes.stage import write_common_causes
+    from drillid.config.settings import Settings
+    from drillid.config.sheets import read_sheets
+    from drillid.report.page import write_report
+    from scripts.fleet import write
+
+    settings = Settings.from_yaml(configuration)
+    results, wells = Path(settings.results).absolute(), list(read_sheets(settings))
+    config = settings.model_dump(mode="json", exclude_unset=True)
+    write(config, wells, [], str(results / "problems.csv"), str(results / "logs/fleet.log"))
+    write_common_causes(results, {well: {} for well in wells}, settings.common_causes)
+    first, second = write_report(settings, results, wells).values()
+    return {"loading": first - second, "work": second}
 
 
 def main(configuration: Annotated[Path, typer.Argument(help="Configuration of a fleet of two wells.")]) -> None:
