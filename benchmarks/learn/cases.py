@@ -42,7 +42,7 @@ class Case(own.Case):
         return world
 
 
-class _Responses(OwnResponses):
+class CaseResponses(OwnResponses):
     """A case for the ideal test."""
 
     effects: Mapping[str, Kind] = _EFFECTS
@@ -60,7 +60,7 @@ def well(rig: int, number: int, windows: int = WINDOWS) -> Case:
 def with_hidden(case: Case, name: str, times: float = 2.0) -> Case:
     """The case with an effect of `times` the size that is seen; its largest where it does not grow so far."""
     shape = float(np.random.default_rng([_SEAL, case.seed // 100, len(name)]).random())
-    ideal = Ideal(case, _Responses(case))
+    ideal = Ideal(case, CaseResponses(case))
     low, largest = HIDEABLE[name].effect.range(case.world(0, hidden=()), case.context(Hidden(name, 0.0, shape)))
     high = largest
     for _ in range(_ROUNDS):

@@ -16,7 +16,7 @@ _ROOT = Path(__file__).parents[3]
 compiled = compiler("benchmarks/blind/ideal", "drillid/physics", root=_ROOT, **OPTIONS)
 """Compile a function of the ideal test, which may call those of the library's physics."""
 
-COLUMNS = (
+PIECE = (
     "length",
     "moment",
     "density",
@@ -29,7 +29,14 @@ COLUMNS = (
     "damping_below",
 )
 """Of a piece's row, in the units of `benchmarks.blind.other_world.rig.Piece`."""
-_LENGTH, _MOMENT, _DENSITY, _SHEAR, _WALL, _STEEL, _ROOT_DRAG, _LOSS, _INERTIA, _DAMPING = range(len(COLUMNS))
+MOUNTED = ("mounted_inertia", "mounted_frequency", "mounted_loss")
+"""Of an inertia on springs and dampers along a piece, kg m² per m and polar moment, as in
+`drillid.physics.attachments.MountedInertia`."""
+COLUMNS = (*PIECE, *MOUNTED)
+_LENGTH, _MOMENT, _DENSITY, _SHEAR, _WALL, _STEEL, _ROOT_DRAG, _LOSS, _INERTIA, _DAMPING, *_MOUNTED = range(
+    len(COLUMNS)
+)
+_MOUNTED_INERTIA, _MOUNTED_FREQUENCY, _MOUNTED_LOSS = _MOUNTED
 DERIVED = (_LENGTH, _MOMENT, _WALL, _STEEL, _INERTIA, _DAMPING)
 """Columns to which there are derivatives."""
 _REFERENCE = 2 * np.pi
@@ -49,6 +56,18 @@ def _stiffness(loss: float, causal: bool, frequency: float) -> complex:
 
 
 @compiled
+def _shunt(piece: Floats, turning: float) -> complex:
+    """Admittance per length and polar moment at an angular frequency, of steel, drag and what is mounted."""
+    rubbing = piece[_ROOT_DRAG] * np.sqrt(0.5 * turning) if piece[_ROOT_DRAG] != 0.0 else 0.0
+    shunt = complex(piece[_WALL] + rubbing, piece[_DENSITY] * turning + rubbing)
+    if piece[_MOUNTED_INERTIA] != 0.0:
+        own = 2 * np.pi * piece[_MOUNTED_FREQUENCY]
+        mount = complex(own * own, own * piece[_MOUNTED_LOSS] * turning)
+        shunt += complex(0.0, piece[_MOUNTED_INERTIA] * turning) * mount * inverse(mount - turning * turning)
+    return shunt
+
+
+@compiled
 def top_load(string: Floats, causal: bool, below: Complex, frequency: Floats) -> Complex:
     """Torque per speed at the top of a string, (F,) N m s/rad.
 
@@ -62,13 +81,12 @@ def top_load(string: Floats, causal: bool, below: Complex, frequency: Floats) ->
     load = below.copy()
     for place in range(string.shape[0] - 1, -1, -1):
         piece = string[place]
-        moment, length, density, shear = piece[_MOMENT], piece[_LENGTH], piece[_DENSITY], piece[_SHEAR]
-        wall, steel, drag, loss = piece[_WALL], piece[_STEEL], piece[_ROOT_DRAG], piece[_LOSS]
+        moment, length, shear = piece[_MOMENT], piece[_LENGTH], piece[_SHEAR]
+        steel, loss = piece[_STEEL], piece[_LOSS]
         inertia, damping = piece[_INERTIA], piece[_DAMPING]
         for j in range(frequency.size):
             turning = frequency[j]
-            rubbing = drag * np.sqrt(0.5 * turning) if drag != 0.0 else 0.0
-            shunt = complex(wall + rubbing, density * turning + rubbing)
+            shunt = _shunt(piece, turning)
             stiff = shear / turning * _stiffness(loss, causal, turning)
             series = complex(steel + stiff.imag, -stiff.real)
             gamma = root(shunt * inverse(series))
@@ -95,13 +113,12 @@ def top_load_slopes(
     by_parts = np.empty((pieces, 4, count), np.complex128)
     for place in range(pieces - 1, -1, -1):
         piece = string[place]
-        moment, length, density, shear = piece[_MOMENT], piece[_LENGTH], piece[_DENSITY], piece[_SHEAR]
-        wall, steel, drag, loss = piece[_WALL], piece[_STEEL], piece[_ROOT_DRAG], piece[_LOSS]
+        moment, length, shear = piece[_MOMENT], piece[_LENGTH], piece[_SHEAR]
+        steel, loss = piece[_STEEL], piece[_LOSS]
         inertia, damping = piece[_INERTIA], piece[_DAMPING]
         for j in range(count):
             turning = frequency[j]
-            rubbing = drag * np.sqrt(0.5 * turning) if drag != 0.0 else 0.0
-            shunt = complex(wall + rubbing, density * turning + rubbing)
+            shunt = _shunt(piece, turning)
             stiff = shear / turning * _stiffness(loss, causal, turning)
             series = complex(steel + stiff.imag, -stiff.real)
             per_series = inverse(series)

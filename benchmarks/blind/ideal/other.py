@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.hidden import Hidden, altered
-from benchmarks.blind.ideal.line import COLUMNS
+from benchmarks.blind.ideal.line import MOUNTED, PIECE
 from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
@@ -122,12 +122,12 @@ def _recorded(recording: Recording, share: float, s: Complex) -> Complex:
     return recorded(recording, s, share, WINDOW_S)
 
 
-_row = attrgetter(*COLUMNS)
+_row = attrgetter(*PIECE)
 
 
 def _numbers(rig: Window, share: float) -> Floats:
     """(pieces, columns) of the string at an elapsed share of a window."""
-    return np.array([_row(piece) for piece in linear_string(rig, share)])
+    return np.array([(*_row(piece), *np.zeros(len(MOUNTED))) for piece in linear_string(rig, share)])
 
 
 def _sensor_density(rig: Window) -> float:

@@ -14,6 +14,7 @@ from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, L
 from benchmarks.blind.vocabulary import tone_frequency
 from drillid.arrays import Complex, Floats
 from drillid.excitation.torques import coloured_noise_density
+from drillid.physics.attachments import MountedInertia
 from drillid.physics.bottom_end import cutting_admittance
 from drillid.physics.damping import ConstantLossFactor, RootDrag
 from drillid.physics.equipment import DrillingSystem, RegenerativeCutting
@@ -136,6 +137,9 @@ def _numbers(system: DrillingSystem) -> tuple[Floats, tuple[float, float]]:
                 piece["root_drag"] = law.coefficient
             elif isinstance(law, ConstantLossFactor):
                 piece["loss_factor"] = law.loss_factor
+            elif isinstance(law, MountedInertia):
+                piece["mounted_inertia"] = law.inertia / law.spread / section.polar_moment
+                piece |= {"mounted_frequency": law.frequency, "mounted_loss": law.loss}
             else:
                 raise TypeError(f"the ideal test knows no law {law}")
         pieces.append(piece)

@@ -13,6 +13,8 @@ from benchmarks.blind.ideal.responses import NUISANCES
 from benchmarks.blind.other_world.rig import Piece
 from benchmarks.blind.other_world.theory import string_response
 from benchmarks.blind.world import WORLDS
+from benchmarks.learn.cases import CaseResponses, well
+from benchmarks.learn.effects import HIDEABLE
 from drillid.arrays import Floats
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.responses import string_admittance
@@ -57,12 +59,23 @@ def test_responses_and_slopes_are_those_of_the_closed_forms(world: str, deviatio
         assert np.all(error < 1e-4 * np.abs(wanted).max(axis=0)), name
 
 
+def test_what_is_hidden_to_be_learnt_has_the_responses_of_the_closed_forms() -> None:
+    case = well(12, 0, windows=2)
+    ideal = Ideal(replace(case, command_logged=True), CaseResponses(case))
+    for name, hideable in HIDEABLE.items():
+        low, high = hideable.effect.range(case.world(0, hidden=()), case.context(Hidden(name, 0.0, 0.4)))
+        hidden = (Hidden(name, float(np.sqrt(low * high)), 0.4),)
+        expected = _closed_form(ideal, hidden, np.zeros(len(NUISANCES)))
+        found = ideal.theory(frozenset({name})).response(1, hidden)
+        np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max(), err_msg=name)
+
+
 def test_derivatives_of_every_number_of_a_string() -> None:
     string = np.array(
         [
-            [1500.0, 1.2e-5, 7850.0, 79.3e9, 120.0, 3e8, 40.0, 0.01, 0.0, 0.0],
-            [2.0, 4e-5, 7850.0, 79.3e9, 300.0, 3e8, 0.0, 0.0, 12.0, 30.0],
-            [180.0, 6e-5, 7850.0, 79.3e9, 80.0, 3e8, 0.0, 0.02, 40.0, 90.0],
+            [1500.0, 1.2e-5, 7850.0, 79.3e9, 120.0, 3e8, 40.0, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [20.0, 4e-5, 7850.0, 79.3e9, 300.0, 3e8, 0.0, 0.0, 12.0, 30.0, 2e4, 1.1, 0.2],
+            [180.0, 6e-5, 7850.0, 79.3e9, 80.0, 3e8, 0.0, 0.02, 40.0, 90.0, 0.0, 0.0, 0.0],
         ]
     )
     below = np.full(FREQUENCY.size, -20.0 + 5.0j)
