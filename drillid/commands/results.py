@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drillid.commands.output import Json, faults_told, print_json
 
-Configfile = Annotated[Path, typer.Option("--configfile", help="Configuration of the run that made the results.")]
+if TYPE_CHECKING:
+    from drillid.config.settings import Settings
+
+Configfile = Annotated[
+    Path, typer.Option("--configfile", help="Configuration of the run that made the results, or their folder.")
+]
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 
 
@@ -20,6 +25,14 @@ def add_result_commands(app: typer.Typer) -> None:
     app.command("report")(write_pages)
     app.command("view")(view_wells)
     app.command("promote")(promote_learnt)
+
+
+def _settings(run: Path) -> Settings:
+    """Settings of a run by its configuration or by the folder of its results."""
+    from drillid.config.settings import Settings
+    from drillid.fleet.crate import settings_of
+
+    return settings_of(run) if run.is_dir() else Settings.from_yaml(run)
 
 
 def draw_figure(
@@ -36,13 +49,12 @@ def draw_figure(
 
     Example: drillid draw D01 parameters --configfile config/demo/config.yaml --output parameters.pdf --no-heading
     """
-    from drillid.config.settings import Settings
     from drillid.figures.data import stored_results
     from drillid.figures.layout import save
     from drillid.figures.stage import draw
 
     with faults_told():
-        results = stored_results(Settings.from_yaml(configfile), well)
+        results = stored_results(_settings(configfile), well)
         save(draw(results, figure), output, dpi, heading=heading)
     typer.echo(output)
 
@@ -54,13 +66,12 @@ def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = 
 
     Example: drillid report --configfile config/demo/config.yaml
     """
-    from drillid.config.settings import Settings
     from drillid.config.sheets import read_sheets
     from drillid.errors import SettingsError
     from drillid.report.page import PAGES, write_report
 
     with faults_told():
-        settings = Settings.from_yaml(configfile)
+        settings = _settings(configfile)
         results = Path(settings.results)
         if not (results / "problems.csv").is_file():
             remedy = f"Run the workflow first: drillid run --configfile {configfile}"
@@ -76,8 +87,9 @@ def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = 
 
 
 def view_wells(
-    configfiles: Annotated[
-        list[Path] | None, typer.Argument(help="Configurations of one run or of several to compare.")
+    runs: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Results or configuration of one run, or of several to compare."),
     ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of this machine; 0 for any free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
@@ -86,15 +98,14 @@ def view_wells(
 
     Serves on this machine alone until it is interrupted. Exit code 1 where no well has results.
 
-    Example: drillid view config/demo/config.yaml
+    Example: drillid view results/demo
     """
-    from drillid.config.settings import Settings
     from drillid.errors import SettingsError
     from drillid.report.explorer import start, wells
 
-    chosen = configfiles or [DEFAULT_CONFIGURATION]
+    chosen = runs or [DEFAULT_CONFIGURATION]
     with faults_told():
-        known = wells({str(path): Settings.from_yaml(path) for path in chosen})
+        known = wells({str(path): _settings(path) for path in chosen})
         if not known:
             raise SettingsError(", ".join(map(str, chosen)), "no well has results", "Run the workflow first")
     server = start(known, port)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import drillid
 from drillid.config.sheets import Listing, read_sheets
 from drillid.datasets.store import WellFolders
+from drillid.errors import SettingsError
 from drillid.fleet.explain import inputs_behind, inputs_of
 from drillid.fleet.manifest import KEY, stored, write_whole
 from drillid.fleet.provenance import numerical_versions
@@ -42,7 +43,30 @@ _PROFILES = (
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0",
 )
 
+_CONFIGURATION = "#configuration"
+
 Entity = dict[str, Any]
+
+
+def settings_of(results: Path) -> Settings:
+    """Settings with which the results of a folder were made; their sheets lie where the run found them.
+
+    Raises
+    ------
+    SettingsError
+        If the folder has no description of a run, or not of this version.
+    """
+    from drillid.config.settings import Settings
+
+    path = results / CRATE
+    try:
+        content = json.loads(path.read_bytes())["@graph"]
+        (text,) = (entity["value"] for entity in content if entity["@id"] == _CONFIGURATION)
+        stated = json.loads(text)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        remedy = "Name the configuration of the run instead"
+        raise SettingsError(str(results), f"holds no results of a finished run ({error})", remedy) from None
+    return Settings.checked({**stated, "results": str(results)}, str(path))
 
 
 def write_crate(settings: Settings, results: Path, wells: Sequence[str], workflow: Path) -> None:
@@ -80,7 +104,7 @@ def _crate(settings: Settings, results: Path, workflow: Path, inputs: list[Entit
         for name, version in packages.items()
     ]
     keys = [path.stat().st_mtime for path in results.glob(f"*/*/{KEY}")]
-    main, configuration = workflow.absolute().as_uri(), "#configuration"
+    main, configuration = workflow.resolve().as_uri(), _CONFIGURATION
     return [
         {
             "@id": CRATE,

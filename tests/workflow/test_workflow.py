@@ -9,6 +9,9 @@ import pandas as pd
 import pytest
 from rocrate.rocrate import ROCrate
 
+from drillid.config.settings import Settings
+from drillid.errors import SettingsError
+from drillid.fleet.crate import CRATE, settings_of
 from drillid.fleet.stages import STAGES
 from tests.workflow.toys import RIG, Checkout
 
@@ -149,6 +152,7 @@ def test_the_run_is_described_as_a_crate(finished: Checkout) -> None:
     crate = ROCrate(results)
     assert crate.mainEntity["programmingLanguage"]["name"] == "Snakemake"
     assert Path(crate.mainEntity.id.removeprefix("file://")).name == "Snakefile"
+    assert ".." not in crate.mainEntity.id
     assert {profile.id.rpartition("/")[0] for profile in crate.root_dataset["conformsTo"]} >= {
         "https://w3id.org/ro/wfrun/process",
         "https://w3id.org/ro/wfrun/workflow",
@@ -161,3 +165,16 @@ def test_the_run_is_described_as_a_crate(finished: Checkout) -> None:
     made = {entity.id for entity in run["result"]}
     assert {"fits/W-2/", "depth/W1/", "report.html"} <= made
     assert all((results / name).exists() for name in made)
+
+
+def test_the_settings_of_a_run_are_read_from_its_results(finished: Checkout, tmp_path: Path) -> None:
+    results = finished.root / "results/main"
+    settings = settings_of(results)
+    assert settings.results == str(results)
+    assert settings.wells == "config/wells.tsv"
+    assert settings.windows == Settings.from_yaml(finished.root / "config/config.yaml").windows
+    with pytest.raises(SettingsError, match="holds no results of a finished run"):
+        settings_of(tmp_path)
+    (tmp_path / CRATE).write_text('{"@graph": []}')
+    with pytest.raises(SettingsError, match="holds no results of a finished run"):
+        settings_of(tmp_path)

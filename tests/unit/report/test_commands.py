@@ -45,6 +45,12 @@ def test_without_results_there_is_no_report(tmp_path: Path) -> None:
     assert "Run the workflow first" in done.stderr
 
 
+def test_a_folder_without_a_run_cannot_be_viewed(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["view", str(tmp_path), "--no-browser"])
+    assert done.exit_code == 1
+    assert "Name the configuration of the run" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("well", "figure", "says"),
     [("W9", "evidence", "W1, W2"), ("W1", "nothing", "evidence"), ("W3", "evidence", "Run the workflow first")],
