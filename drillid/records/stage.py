@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 _PIECE = 1_200_000
 """Samples written at once, a whole number of the store's chunks."""
+_LIBRARY = Path(__file__).resolve().parents[1]
 _FAILS_THE_JOB = (OSError, MemoryError)
 """Faults of the machine and not of a log; readers turn those of reading a file into `LogError`."""
 _NO_SLOW_LOGS = SlowLogs()
@@ -162,7 +163,8 @@ def _refusal(path: Path, error: Exception) -> Problem:
     if isinstance(error, DrillidError):
         return Problem(error.where, error.what, error.remedy)
     frames = traceback.extract_tb(error.__traceback__)
-    place = next((frame for frame in reversed(frames) if "drillid" in Path(frame.filename).parts), frames[-1])
+    own = [frame for frame in frames if Path(frame.filename).is_relative_to(_LIBRARY)]
+    place = (own or frames)[-1]
     message = (str(error) or "no message").splitlines()[0]
     return Problem(
         str(path),

@@ -134,8 +134,8 @@ IN_MODELS = (
     Fault(
         "depth",
         "drillid/depth/stage.py",
-        "begins = np.concatenate([[0], ends[:-1]])",
-        'begins = windows["first_sample"].values',
+        'window = np.searchsorted(ends, np.arange(begin, begin + part.size), side="right")',
+        'window = np.searchsorted(windows["first_sample"].values, np.arange(begin, begin + part.size), "right")',
         ("tests/unit/depth/test_responses.py",),
         "time between windows is in no state",
     ),
