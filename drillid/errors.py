@@ -1,5 +1,17 @@
 """The error classes: every message names the place, the fault and the remedy."""
 
+import traceback
+from pathlib import Path
+
+_LIBRARY = Path(__file__).resolve().parent
+
+
+def place_in_library(error: BaseException) -> traceback.FrameSummary:
+    """Where an error that nobody foresaw left the library; where it was raised if it never was in there."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if Path(frame.filename).is_relative_to(_LIBRARY)]
+    return (own or frames)[-1]
+
 
 class DrillidError(Exception):
     """A fault, its place and its remedy, as one sentence each.

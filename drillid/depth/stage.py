@@ -95,7 +95,8 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     accepted, depths = fits["accepted"].values.astype(bool), fits["hole_depth"].values
     tuned, weight = tuned_rows(depths, accepted, settings.depth.tuning_interval_m), windows["weight_on_bit"].values
     joint = folders.read("fits", "joint").load()
-    steady = parameters_for_settings(fits, joint)
+    # none where no settings are sought
+    steady = np.where(tuned[:, None], parameters_for_settings(fits, joint), np.nan)
 
     def models(rows: list[int], parameters: Floats) -> list[WindowModel | None]:
         named = {place: extended[row] for place, row in enumerate(rows) if row in extended}
@@ -112,7 +113,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     # the models of windows in which a cause is named are those of their sets
     of_sets = examination["key"].values
     sets = [str(of_sets[number]) for number in examination["window_set"].values.tolist()] if of_sets.size else []
-    own = (fits["key"].values, bit_depth, weight, tuned, np.where(tuned[:, None], steady, np.nan))
+    own = (fits["key"].values, bit_depth, weight, tuned, steady)
     contents = [
         (*content, sets[row] if row in extended else "")
         for row, content in enumerate(zip(*(values.tolist() for values in own), strict=True))

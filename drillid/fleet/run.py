@@ -26,7 +26,7 @@ from drillid.datasets.checksums import check
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table
 from drillid.datasets.tables import read_table, write_table
-from drillid.errors import DamageError, DrillidError, SettingsError
+from drillid.errors import DamageError, DrillidError, SettingsError, place_in_library
 from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.children import mapped_apart
 from drillid.fleet.explain import attributes_of, inputs_behind, inputs_of, known_inputs, remember_inputs
@@ -243,11 +243,9 @@ def _machine_fault(error: OSError | MemoryError) -> Problem:
 
 
 def _unforeseen(error: BaseException) -> Problem:
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if Path(frame.filename).is_relative_to(PACKAGE)]
-    place = (own or frames)[-1]
+    place = place_in_library(error)
     file = Path(place.filename)
-    name = file.relative_to(PACKAGE.parent) if own else file.name
+    name = file.relative_to(PACKAGE.parent) if file.is_relative_to(PACKAGE) else file.name
     what = f"{type(error).__name__}: {error}"
     remedy = "A fault of the program: report it with the job's log"
     return Problem(f"{name}, line {place.lineno}", what, remedy)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from drillid.arrays import Array
 from drillid.config.rig import CHANNEL_UNITS, REQUIRED_CHANNELS, Rig
 from drillid.datasets.reuse import Memo
 from drillid.datasets.store import Problem, WellFolders
-from drillid.errors import DrillidError, LogError
+from drillid.errors import DrillidError, LogError, place_in_library
 from drillid.formats import first_stamp
 from drillid.records.channels import FAST_CHANNELS, read_channels
 from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
 _PIECE = 1_200_000
 """Samples written at once, a whole number of the store's chunks."""
-_LIBRARY = Path(__file__).resolve().parents[1]
 _FAILS_THE_JOB = (OSError, MemoryError)
 """Faults of the machine and not of a log; readers turn those of reading a file into `LogError`."""
 _NO_SLOW_LOGS = SlowLogs()
@@ -162,9 +160,7 @@ def _refusal(path: Path, error: Exception) -> Problem:
     """The row of a log that is not used; of one that nobody foresaw, with the place in the library."""
     if isinstance(error, DrillidError):
         return Problem(error.where, error.what, error.remedy)
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if Path(frame.filename).is_relative_to(_LIBRARY)]
-    place = (own or frames)[-1]
+    place = place_in_library(error)
     message = (str(error) or "no message").splitlines()[0]
     return Problem(
         str(path),
