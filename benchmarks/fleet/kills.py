@@ -2,7 +2,6 @@
 
 import random
 import shutil
-import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,7 +9,7 @@ from rich.console import Console
 
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
-from tests.workflow.killed import digests, kill_some_process, run, write_wells
+from tests.workflow.killed import digests, kill_some_process, run, undisturbed, write_wells
 from tests.workflow.toys import new_checkout
 
 POINTS = 20
@@ -24,18 +23,15 @@ def measure(console: Console) -> Measurement:
         checkout = new_checkout(Path(folder))
         # jobs are what takes time: one batch has as many kinds of processes as many have
         write_wells(checkout, batch_size=25)
-        began = time.monotonic()
-        run(checkout)
-        duration = time.monotonic() - began
-        results = checkout.root / "results/main"
-        undisturbed = digests(results)
+        duration, results = undisturbed(checkout), checkout.root / "results/main"
+        expected = digests(results)
         for point in range(POINTS):
             for name in ("results", ".snakemake"):
                 shutil.rmtree(checkout.root / name, ignore_errors=True)
             moment = draw.uniform(0.0, 1.0) * duration
             kill_some_process(checkout, moment, draw)
             again = run(checkout)
-            same = again.returncode == 0 and digests(results) == undisturbed
+            same = again.returncode == 0 and digests(results) == expected
             identical += same
             console.print(f"{point + 1}: killed after {moment:.1f} s, {'identical' if same else 'DIFFERENT'}")
     meaning = f"runs as undisturbed after a kill, of {POINTS}"

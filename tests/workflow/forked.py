@@ -1,35 +1,61 @@
-"""Snakemake in children of one process that has imported what it takes: imports are most of the time of a start."""
+"""Snakemake and `drillid run` in children of one process that has imported what they take: imports are most of the time
+of a start.
+"""
 
+import contextlib
 import functools
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import IO, NoReturn
 
 IMPORTED = (
     *("snakemake.cli", "snakemake.scheduling.job_scheduler", "snakemake.persistence.file", "snakemake.report"),
-    *("nbformat", "boto3", "pandas", "xarray", "pydantic", "psutil", "grimp"),
+    *("nbformat", "boto3", "pandas", "xarray", "pydantic", "psutil", "grimp", "typer", "rich.console"),
 )
 """Nothing of the library, of which each checkout has its own, and nothing that starts threads."""
 
 
-def snakemake(folder: Path, arguments: Sequence[str], environment: dict[str, str]) -> tuple[int, str]:
+def snakemake(folder: Path, arguments: Sequence[str], environment: Mapping[str, str]) -> tuple[int, str]:
     """Exit code of `python -m snakemake` in a folder, and its output on both streams."""
+    with tempfile.TemporaryFile("w+") as output:
+        return _code("snakemake", folder, arguments, environment, [output, output]), _text(output)
+
+
+def drillid_run(
+    folder: Path, arguments: Sequence[str], environment: Mapping[str, str]
+) -> subprocess.CompletedProcess[str]:
+    """`python -m drillid run` of the folder's library, whose Snakemake is a forked child as well."""
+    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as errors:
+        code = _code("drillid run", folder, arguments, environment, [output, errors])
+        return subprocess.CompletedProcess(arguments, code, _text(output), _text(errors))
+
+
+def _code(
+    command: str, folder: Path, arguments: Sequence[str], environment: Mapping[str, str], streams: Sequence[IO[str]]
+) -> int:
+    """Exit code of a command, one of COMMANDS, in a child of the server."""
     server = _server()
     assert server.stdin is not None
     assert server.stdout is not None
-    with tempfile.TemporaryFile("w+") as output, tempfile.NamedTemporaryFile("w") as order:
-        json.dump([str(folder), list(arguments), environment, f"/proc/{os.getpid()}/fd/{output.fileno()}"], order)
+    with tempfile.NamedTemporaryFile("w") as order:
+        places = [f"/proc/{os.getpid()}/fd/{stream.fileno()}" for stream in streams]
+        json.dump([command, str(folder), list(arguments), dict(environment), places], order)
         order.flush()
         server.stdin.write(f"{order.name}\n")
         server.stdin.flush()
-        code = int(server.stdout.readline())
-        output.seek(0)
-        return code, output.read()
+        return int(server.stdout.readline())
+
+
+def _text(stream: IO[str]) -> str:
+    stream.seek(0)
+    return stream.read()
 
 
 @functools.cache
@@ -48,18 +74,29 @@ def _serve() -> None:
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 
-def _run(folder: str, arguments: list[str], environment: dict[str, str], output: str) -> None:
+def _run(command: str, folder: str, arguments: list[str], environment: dict[str, str], places: list[str]) -> None:
     """As a process of its own would be: folder, environment, path and streams."""
-    streams = (os.open(os.devnull, os.O_RDONLY), os.open(output, os.O_WRONLY | os.O_APPEND))
-    for number, stream in enumerate((*streams, streams[1])):
+    streams = [os.open(os.devnull, os.O_RDONLY), *(os.open(place, os.O_WRONLY | os.O_APPEND) for place in places)]
+    for number, stream in enumerate(streams):
         os.dup2(stream, number)
     os.chdir(folder)
+    _take(environment)
+    sys.path[0] = folder
+    _end(lambda: COMMANDS[command](arguments))
+
+
+def _take(environment: Mapping[str, str]) -> None:
+    """Environment and path of a process that starts in it."""
     os.environ.clear()
     os.environ.update(environment)
-    sys.path[0] = folder
+    sys.path[1:1] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
+
+
+def _end(work: Callable[[], object]) -> NoReturn:
     code = 1
     try:
-        sys.modules["snakemake.cli"].main(arguments)
+        work()
+        code = 0
     except SystemExit as error:
         code = error.code if isinstance(error.code, int) else int(bool(error.code))
     except BaseException:
@@ -69,6 +106,33 @@ def _run(folder: str, arguments: list[str], environment: dict[str, str], output:
         sys.stderr.flush()
         os._exit(code)
 
+
+def _snakemake(arguments: list[str]) -> None:
+    sys.modules["snakemake.cli"].main(arguments)
+
+
+def _drillid_run(arguments: list[str]) -> None:
+    from drillid.commands import app
+    from drillid.fleet import command
+
+    command._supervised = _supervised
+    app(["run", *arguments], prog_name="drillid")
+
+
+def _supervised(command: Sequence[str], environment: Mapping[str, str]) -> int:
+    """As that of `drillid.fleet.command`, which no signal reaches here."""
+    child = os.fork()
+    if not child:
+        os.setsid()
+        _take(environment)
+        _end(lambda: _snakemake(list(command[3:])))
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+    return code
+
+
+COMMANDS = {"snakemake": _snakemake, "drillid run": _drillid_run}
 
 if __name__ == "__main__":
     _serve()

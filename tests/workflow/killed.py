@@ -12,26 +12,48 @@ from pathlib import Path
 import psutil
 
 from drillid.fleet.crate import CRATE
+from tests.workflow.forked import drillid_run
 from tests.workflow.toys import ROOT, Checkout
 
 WELLS = {"W1": ["a.csv", "b.csv"], "W-2": ["c.csv"], "W3": ["d.csv"]}
 
 
-def command(checkout: Checkout, *arguments: str) -> tuple[list[str], dict[str, str]]:
-    environment = os.environ | {"PYTHONPATH": str(checkout.root)}
-    return [sys.executable, "-m", "drillid", "run", "--jobs", "2", "--profile", "profile", *arguments], environment
+def words(*arguments: str) -> list[str]:
+    """Of `drillid run` with the profile of `write_wells`."""
+    return ["--jobs", "2", "--profile", "profile", *arguments]
+
+
+def environment(checkout: Checkout) -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(checkout.root)}
 
 
 def run(checkout: Checkout, *arguments: str) -> subprocess.CompletedProcess[str]:
-    words, environment = command(checkout, *arguments)
-    return subprocess.run(words, cwd=checkout.root, env=environment, capture_output=True, text=True, check=False)
+    return drillid_run(checkout.root, words(*arguments), environment(checkout))
+
+
+def command(*arguments: str) -> list[str]:
+    """The same as a process of its own, which can be killed."""
+    return [sys.executable, "-m", "drillid", "run", *words(*arguments)]
 
 
 def started(checkout: Checkout, *arguments: str) -> subprocess.Popen[str]:
-    words, environment = command(checkout, *arguments)
     return subprocess.Popen(
-        words, cwd=checkout.root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command(*arguments),
+        cwd=checkout.root,
+        env=environment(checkout),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
+
+
+def undisturbed(checkout: Checkout) -> float:
+    """Duration of a whole run as a process of its own, s."""
+    began = time.monotonic()
+    running = started(checkout)
+    output, _ = running.communicate()
+    assert running.returncode == 0, output
+    return time.monotonic() - began
 
 
 def make_started(checkout: Checkout, *words: str) -> subprocess.Popen[str]:

@@ -10,17 +10,21 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.workflow.killed import command, write_wells
+from tests.workflow.killed import command, environment, write_wells
 from tests.workflow.toys import ROOT, Checkout
 
 
 def shown(checkout: Checkout, *words: str) -> tuple[int, str]:
     """Exit code of a run and what it leaves on a terminal, without colours."""
-    arguments, environment = command(checkout, *words)
     ours, theirs = pty.openpty()
     size = {"COLUMNS": "100", "LINES": "40", "TERM": "xterm"}
     with subprocess.Popen(
-        arguments, cwd=checkout.root, env=environment | size, stdin=theirs, stdout=theirs, stderr=theirs
+        command(*words),
+        cwd=checkout.root,
+        env=environment(checkout) | size,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
     ) as running:
         os.close(theirs)
         text = b""
