@@ -7,17 +7,20 @@ import functools
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import IO, NoReturn
 
 IMPORTED = (
     *("snakemake.cli", "snakemake.scheduling.job_scheduler", "snakemake.persistence.file", "snakemake.report"),
     *("nbformat", "boto3", "pandas", "xarray", "pydantic", "psutil", "grimp", "typer", "rich.console"),
+    *("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg"),
 )
 """Nothing of the library, of which each checkout has its own, and nothing that starts threads."""
 
@@ -108,7 +111,30 @@ def _end(work: Callable[[], object]) -> NoReturn:
 
 
 def _snakemake(arguments: list[str]) -> None:
+    from drillid.fleet import fork_server
+
+    fork_server._started = _fork_server
     sys.modules["snakemake.cli"].main(arguments)
+
+
+@contextlib.contextmanager
+def _fork_server(place: str, modules: Sequence[str]) -> Iterator[SimpleNamespace]:
+    """As `drillid.fleet.fork_server` starts it, but for what Snakemake has loaded already."""
+    from drillid.fleet import fork_server
+
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(place)
+        listening.listen()
+        theirs, ours = os.pipe()
+        child = os.fork()
+        if not child:
+            os.close(ours)
+            os.dup2(theirs, 0)
+            sys.stdin = os.fdopen(0)
+            _end(lambda: fork_server.main(listening.fileno(), modules))
+    os.close(theirs)
+    stream = os.fdopen(ours, "wb")
+    yield SimpleNamespace(stdin=stream, wait=lambda: os.waitpid(child, 0))
 
 
 def _drillid_run(arguments: list[str]) -> None:
