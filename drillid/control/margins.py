@@ -15,7 +15,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Integers
 from drillid.errors import EstimationError
-from drillid.physics.equipment import DrillingSystem
+from drillid.physics.equipment import Controller, DrillingSystem
 from drillid.physics.responses import laplace, string_admittance
 from drillid.physics.top_drive import control, drive, matching_transfer
 
@@ -52,8 +52,34 @@ class Margins:
 
 def loop_transfer(system: DrillingSystem, s: Complex) -> Complex:
     """L(s) of the module docstring, dimensionless; broadcast shape of the system's parameters and s."""
-    controller, driven = system.top_drive.controller, drive(system.top_drive, s)
-    speed_per_torque = 1 / (system.top_drive.inertia * s + string_admittance(system, s))
+    return _loop(system.top_drive.controller, _controlled(system, s), s)
+
+
+class Loops:
+    """Loops of one system under one controller after the other; what no controller changes is found once per grid."""
+
+    def __init__(self, system: DrillingSystem) -> None:
+        self._system = system
+        self._known: dict[bytes, tuple[Complex, Complex]] = {}
+
+    def under(self, controller: Controller) -> Loop:
+        """L of the Laplace variable under a controller."""
+        return lambda s: _loop(controller, self._controlled(s), s)
+
+    def _controlled(self, s: Complex) -> tuple[Complex, Complex]:
+        key = s.tobytes()
+        if key not in self._known:
+            self._known[key] = _controlled(self._system, s)
+        return self._known[key]
+
+
+def _controlled(system: DrillingSystem, s: Complex) -> tuple[Complex, Complex]:
+    """D e^(−sT_d), dimensionless, and the top drive's speed per torque of its motor, 1/(J_td s + Y_in), rad/(N m s)."""
+    return drive(system.top_drive, s), 1 / (system.top_drive.inertia * s + string_admittance(system, s))
+
+
+def _loop(controller: Controller, controlled: tuple[Complex, Complex], s: Complex) -> Complex:
+    driven, speed_per_torque = controlled
     speed_filter = 1 / (1 + s * controller.speed_filter)
     gain = driven * control(replace(controller, speed_filter=0.0), s)
     if controller.matching is None:
@@ -158,5 +184,9 @@ def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
 
 def is_stable(system: DrillingSystem) -> bool:
     """Whether every sample of the system is stable under its speed control."""
-    integrating = bool(np.all(np.asarray(system.top_drive.controller.integral) != 0))
-    return not np.any(unstable_poles(lambda s: loop_transfer(system, s), integrating=integrating))
+    return is_stable_loop(lambda s: loop_transfer(system, s), system.top_drive.controller)
+
+
+def is_stable_loop(loop: Loop, controller: Controller) -> bool:
+    """Whether every sample of a loop under this controller is stable when closed."""
+    return not np.any(unstable_poles(loop, integrating=bool(np.all(np.asarray(controller.integral) != 0))))

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.control.margins import Margins, is_stable, loop_transfer, margins
+from drillid.control.margins import Loops, Margins, is_stable_loop, margins
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
@@ -197,20 +197,21 @@ def tune(
     """
     from scipy.optimize import minimize
 
-    margins_to_keep = required or RequiredMargins()
+    margins_to_keep, loops = required or RequiredMargins(), Loops(system)
     build, axes = _family(system, family, stiffness)
     present = float(np.max(bit_vibration(system, goal, band)))
 
     def cost(settings: Any) -> float:
         inside = [np.clip(setting, axis[0], axis[-1]) for setting, axis in zip(settings, axes, strict=True)]
         outside = float(np.sum(np.abs(np.asarray(settings) - inside)))
-        candidate = controlled_by(system, build(*inside))
-        shortfall = margins_to_keep.shortfall(margins(lambda s: loop_transfer(candidate, s)))
+        candidate = build(*inside)
+        loop = loops.under(candidate)
+        shortfall = margins_to_keep.shortfall(margins(loop))
         if shortfall + outside > 0:
             return _INFEASIBLE * (1 + shortfall + outside)
-        if not is_stable(candidate):
+        if not is_stable_loop(loop, candidate):
             return 10 * _INFEASIBLE
-        return float(np.max(bit_vibration(candidate, goal, band))) / present
+        return float(np.max(bit_vibration(controlled_by(system, candidate), goal, band))) / present
 
     coarse = min(itertools.product(*axes), key=cost)
     if cost(coarse) >= _INFEASIBLE:
@@ -222,8 +223,7 @@ def tune(
     options = {"maxfev": _EVALUATIONS, "initial_simplex": np.stack(simplex), "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(cost, coarse, method="Nelder-Mead", options=options)
     controller = build(*result.x)
-    tuned = controlled_by(system, controller)
-    return Tuning(controller, float(result.fun) * present, present, margins(lambda s: loop_transfer(tuned, s)))
+    return Tuning(controller, float(result.fun) * present, present, margins(loops.under(controller)))
 
 
 def _family(system: DrillingSystem, family: Family, stiffness: float) -> tuple[Callable[..., Controller], list[Floats]]:
