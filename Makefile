@@ -90,10 +90,10 @@ discoveries: setup
 	test ! -d ../shared/data/rig-logs || $(RUN) --configfile config/shared-rigs/config.yaml
 	$(BIN)/python -m benchmarks.discoveries
 
-# two processes on two cores: threads of one would wait for those of the other
+# three processes on two cores, as a test of the workflow waits for what it starts; threads would wait for each other
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder tests
+	$(BIN)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder tests
 
 # two at a time; one thread each
 mutants: export OPENBLAS_NUM_THREADS := 1

@@ -46,7 +46,7 @@ class ByRoom(LoadScopeScheduling):
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> ByRoom:
-    """For `-n 2`, with whatever distribution."""
+    """For `-n`, with whatever distribution."""
     return ByRoom(config, log)
 
 

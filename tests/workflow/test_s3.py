@@ -4,8 +4,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +14,7 @@ import pytest
 from drillid.config.settings import SimulateSettings
 from drillid.demo.wells import write_demo_log
 from tests.s3 import BUCKET, store
+from tests.workflow.forked import snakemake
 from tests.workflow.toys import ROOT
 
 LOG = "D03_20250601T0600.csv.gz"
@@ -35,11 +34,10 @@ def put(path: Path) -> None:
 
 
 def run(folder: Path, *words: str, expect: int = 0) -> str:
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"), "--cores", "1"]
-    command += ["--scheduler", "greedy", "--until", "records", *words]
-    done = subprocess.run(command, cwd=folder, env=os.environ, capture_output=True, text=True, check=False)
-    assert done.returncode == expect, done.stdout + done.stderr
-    return done.stdout + done.stderr
+    command = ["--snakefile", str(ROOT / "Snakefile"), "--cores", "1", "--scheduler", "greedy", "--until", "records"]
+    code, output = snakemake(folder, [*command, *words], os.environ | {"PYTHONPATH": str(ROOT)})
+    assert code == expect, output
+    return output
 
 
 def test_logs_on_s3_end_to_end(environment: dict[str, str], tmp_path: Path) -> None:

@@ -11,8 +11,9 @@ import pytest
 from scipy.stats import binom
 
 from drillid.discrepancy.catalogue import SYMPTOMS
+from drillid.discrepancy.detectors import detect as detecting
 from drillid.discrepancy.detectors.change import ChangeDetector
-from drillid.discrepancy.detectors.detect import detect
+from drillid.discrepancy.detectors.detect import detect, detectors
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.detector import Inspection
 from drillid.discrepancy.detectors.drive import ceiling_score
@@ -337,6 +338,13 @@ def test_a_tone_is_a_line(null_records: list[WindowRecord]) -> None:
     assert detections_of(recorded(null_records[0], tone))["line"].score > 4
 
 
+@pytest.fixture
+def _tones_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other cause is looked for."""
+    monkeypatch.setattr(detecting, "detectors", lambda: {"aliased_tone": detectors()["aliased_tone"]})
+
+
+@pytest.mark.usefixtures("_tones_alone")
 @pytest.mark.parametrize(("frequency", "seen"), [(8.3137, True), (8.3017, True), (8.3, False)])
 def test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep(
     null_records: list[WindowRecord], frequency: float, seen: bool
@@ -351,6 +359,7 @@ def test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep(
     assert detection_gain(own).low > 0 or not seen
 
 
+@pytest.mark.usefixtures("_tones_alone")
 def test_images_of_the_sweep_in_held_rows_are_no_tone(null_records: list[WindowRecord]) -> None:
     held = [of_slower_samples(record, 0.0325, held=True) for record in null_records[:8]]
     [pooled] = [each for each in pool(all_detections(held)) if each.cause == "aliased_tone"]

@@ -3,7 +3,7 @@
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -17,6 +17,7 @@ OPTIONS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync"),
 )
+Theme = Literal["light", "dark"]
 DRAWN = "document.documentElement.dataset.complete === 'true'"
 
 
@@ -33,6 +34,13 @@ def opened_browser() -> Iterator[Any]:
 def browser() -> Iterator[Any]:
     with opened_browser() as started:
         yield started
+
+
+@pytest.fixture(scope="module")
+def well_page(browser: Any, fleet: Fleet) -> Iterator[Page]:
+    """The page of a well, in metric units, in which windows have been chosen."""
+    with opened(browser, fleet, "W1") as page:
+        yield page
 
 
 @contextmanager
@@ -58,46 +66,45 @@ def grave_faults(page: Page) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize(("width", "themes"), [(1440, ("light", "dark")), (390, ("dark", "light"))])
 @pytest.mark.parametrize("well", ["", "W1", "W4"])
 def test_pages_load_fit_the_screen_and_have_no_serious_fault_of_access(
-    browser: Any, fleet: Fleet, well: str, width: int, theme: str
+    browser: Any, fleet: Fleet, well: str, width: int, themes: tuple[Theme, Theme]
 ) -> None:
-    with opened(browser, fleet, well, width, theme) as page:
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert grave_faults(page) == []
+    """Loaded in one of the themes and changed to the other."""
+    with opened(browser, fleet, well, width, themes[0]) as page:
+        for theme in themes:
+            page.emulate_media(color_scheme=theme)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            assert grave_faults(page) == []
 
 
-def test_every_chart_is_drawn(browser: Any, fleet: Fleet) -> None:
-    with opened(browser, fleet, "W1") as page:
-        empty = "[...document.querySelectorAll('#log, .grid > div')].filter(e => e.clientHeight < 100).length"
-        assert page.evaluate(empty) == 0
-        assert page.evaluate("document.querySelectorAll('.grid > div').length") >= 12
+def test_every_chart_is_drawn(well_page: Page) -> None:
+    empty = "[...document.querySelectorAll('#log, .grid > div')].filter(e => e.clientHeight < 100).length"
+    assert well_page.evaluate(empty) == 0
+    assert well_page.evaluate("document.querySelectorAll('.grid > div').length") >= 12
 
 
-def test_units_change_texts_and_charts_and_back(browser: Any, fleet: Fleet) -> None:
+def test_units_change_texts_and_charts_and_back(well_page: Page) -> None:
     depths = "Array.from(named('windows').data.depth)"
     shown = "[named('depths').start, named('depths').end]"
-    with opened(browser, fleet, "W1") as page:
-        metric, ends = page.evaluate(depths), page.evaluate(shown)
-        assert ends[1] < min(metric) < max(metric) < ends[0]
-        page.click("text=Oilfield units")
-        assert page.evaluate(depths) == pytest.approx([depth / 0.3048 for depth in metric])
-        assert page.evaluate(shown) == pytest.approx([end / 0.3048 for end in ends])
-        assert page.locator(".metric:visible").count() == 0
-        page.click("text=Oilfield units")
-        assert page.evaluate(depths) == pytest.approx(metric)
+    metric, ends = well_page.evaluate(depths), well_page.evaluate(shown)
+    assert ends[1] < min(metric) < max(metric) < ends[0]
+    well_page.click("text=Oilfield units")
+    assert well_page.evaluate(depths) == pytest.approx([depth / 0.3048 for depth in metric])
+    assert well_page.evaluate(shown) == pytest.approx([end / 0.3048 for end in ends])
+    assert well_page.locator(".metric:visible").count() == 0
+    well_page.click("text=Oilfield units")
+    assert well_page.evaluate(depths) == pytest.approx(metric)
 
 
-def test_a_window_that_is_chosen_shows_its_spectra(browser: Any, fleet: Fleet) -> None:
+def test_a_window_that_is_chosen_shows_its_spectra(well_page: Page) -> None:
     spectra = "Array.from(named('spectra').data.measured)"
-    with opened(browser, fleet, "W1") as page:
-        before = page.evaluate(spectra)
-        page.click("text=Next window")
-        assert page.evaluate(spectra) != before
-        page.evaluate("named('windows').selected.indices = [0]")
-        assert page.locator("#window-shown").inner_text().startswith("0, ")
+    before = well_page.evaluate(spectra)
+    well_page.click("text=Next window")
+    assert well_page.evaluate(spectra) != before
+    well_page.evaluate("named('windows').selected.indices = [0]")
+    assert well_page.locator("#window-shown").inner_text().startswith("0, ")
 
 
 POINT = """() => {
@@ -117,22 +124,22 @@ TIPS = """() => {
 }"""
 
 
-def test_a_point_under_the_mouse_tells_its_value_with_its_unit(browser: Any, fleet: Fleet) -> None:
-    with opened(browser, fleet, "W1") as page:
-        page.locator("#log").scroll_into_view_if_needed()
-        page.mouse.move(*page.evaluate(POINT))
-        page.wait_for_function(f"({TIPS})().includes('100 kN')")
-        page.click("text=Oilfield units")
-        page.mouse.move(5, 5)
-        page.mouse.move(*page.evaluate(POINT))
-        page.wait_for_function(f"({TIPS})().includes('klbf')")
+def test_a_point_under_the_mouse_tells_its_value_with_its_unit(well_page: Page) -> None:
+    well_page.locator("#log").scroll_into_view_if_needed()
+    well_page.mouse.move(*well_page.evaluate(POINT))
+    well_page.wait_for_function(f"({TIPS})().includes('100 kN')")
+    well_page.click("text=Oilfield units")
+    well_page.mouse.move(5, 5)
+    well_page.mouse.move(*well_page.evaluate(POINT))
+    well_page.wait_for_function(f"({TIPS})().includes('klbf')")
+    well_page.click("text=Oilfield units")
 
 
-def test_a_click_on_a_point_shows_the_spectra_of_its_window(browser: Any, fleet: Fleet) -> None:
-    with opened(browser, fleet, "W1") as page:
-        page.locator("#log").scroll_into_view_if_needed()
-        page.mouse.click(*page.evaluate(POINT))
-        page.wait_for_function("document.getElementById('window-shown').textContent.startsWith('3, ')")
+def test_a_click_on_a_point_shows_the_spectra_of_its_window(well_page: Page) -> None:
+    well_page.locator("#log").scroll_into_view_if_needed()
+    assert not well_page.locator("#window-shown").inner_text().startswith("3, ")
+    well_page.mouse.click(*well_page.evaluate(POINT))
+    well_page.wait_for_function("document.getElementById('window-shown').textContent.startsWith('3, ')")
 
 
 def test_search_kind_and_order_choose_wells(browser: Any, fleet: Fleet) -> None:
