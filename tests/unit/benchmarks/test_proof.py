@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.blind import __main__ as proof
-from benchmarks.blind import blocks
+from benchmarks.blind import blocks, limits
 from benchmarks.blind.answer import Claim
 from benchmarks.blind.baselines import _coordinates
 from benchmarks.blind.blocks import Block, finished, markdown, register, registered
@@ -145,6 +145,8 @@ def test_scores_have_limits_on_either_side() -> None:
 
 def test_times_of_examinations_are_kept_for_either_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(proof, "RESULT", tmp_path / "blind.json")
+    # the limits of other scores by resampling take all the time
+    monkeypatch.setattr(limits, "_DRAWS", 2)
     table = _table()
     for world, factor in (("own", 1.0), ("other", 2.0)):
         seconds = factor * np.where(table["hidden"] == "none", 0.5, 3.0)

@@ -22,9 +22,15 @@ from drillid.physics.time_responses import bit_step_response
 from tests.simulated import RIG, SHALLOW, Processed
 
 
+@pytest.fixture(scope="module")
+def stored(healthy: Processed) -> xr.Dataset:
+    """The depth dataset; read only."""
+    return healthy.dataset("depth", "depth")
+
+
 @pytest.mark.parametrize("name", list(DEPTH.variables))
-def test_every_variable_is_as_declared(healthy: Processed, name: str) -> None:
-    depth, declared = healthy.dataset("depth", "depth"), DEPTH.variables[name]
+def test_every_variable_is_as_declared(stored: xr.Dataset, name: str) -> None:
+    depth, declared = stored, DEPTH.variables[name]
     assert depth[name].dims == declared.dims
     assert depth[name].attrs["long_name"] == declared.long_name
     if not declared.dtype.startswith("datetime"):

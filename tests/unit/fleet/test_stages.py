@@ -1,6 +1,7 @@
 """What a stage says it reads is what its code reads: a key that forgets something would keep stale results."""
 
 import ast
+import functools
 import re
 from pathlib import Path
 from typing import Any
@@ -18,12 +19,18 @@ INFRASTRUCTURE = ("drillid.config", "drillid.datasets", "drillid.errors", "drill
 """Contracts that all stages share; they read nothing themselves."""
 
 
-def sources(stage: Stage) -> list[ast.Module]:
+@functools.cache
+def sources(stage: Stage) -> tuple[ast.Module, ...]:
     """Syntax trees of the modules that belong to the stage."""
     other_stages = {other.module for other in STAGES.values()} - {stage.module}
     modules = [name for name in sorted(closure(stage.module) - other_stages) if not name.startswith(INFRASTRUCTURE)]
     files = [PACKAGE.joinpath(*name.split(".")[1:]).with_suffix(".py") for name in modules]
-    return [ast.parse(file.read_text()) for file in files if file.is_file()]
+    return tuple(map(parsed, filter(Path.is_file, files)))
+
+
+@functools.cache
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text())
 
 
 def attributes(stage: Stage, owner: str) -> set[str]:
