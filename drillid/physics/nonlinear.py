@@ -126,21 +126,22 @@ class Cutting:
 class SpeedLaw:
     """A torque at the bit as a table of its speed, in addition to all other torques; straight beyond either end.
 
-    Linear between its points, which are equally spaced: a spline is given by many of them.
+    Linear between its points, which are equally spaced: a spline is given by many of them. With a memory τ the torque
+    is that of the speed w that follows the bit's speed v by τ dw/dt = v − w: a law of one state.
     """
 
     speed: Floats
     """(points,) rad/s, rising in equal steps."""
     torque: Floats
     """(points,) N m, against the rotation."""
+    memory: float = 0.0
+    """s; none where it is 0."""
 
     def __post_init__(self) -> None:
-        steps = np.diff(self.speed)
-        is_regular = self.speed.size >= _LEAST_POINTS and bool(np.all(steps > 0)) and np.allclose(steps, steps[0])
-        if not is_regular or self.torque.shape != self.speed.shape or not np.all(np.isfinite(self.torque)):
+        if not _is_table(self.speed, self.torque) or not self.memory >= 0:
             raise SettingsError(
                 "law of the bit",
-                "it needs one finite torque for each of at least two speeds in equal rising steps",
+                "it needs one finite torque for each of at least two speeds in equal rising steps, and a memory ≥ 0",
                 "Draw the spline at equally spaced speeds",
             )
 
@@ -148,6 +149,37 @@ class SpeedLaw:
     def steepest(self) -> float:
         """Largest slope of either sign, N m s/rad."""
         return float(np.abs(np.diff(self.torque)).max() / (self.speed[1] - self.speed[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class TwistLaw:
+    """A coupling in the string that gives way by a twist as a table of its torque, beside the string's own twist.
+
+    Beyond either end of the table it is straight. The twist never falls as the torque rises, so that no energy comes
+    from it.
+    """
+
+    depth: float
+    """m from the string's upper end; in the simulator the nearest spring gives way."""
+    torque: Floats
+    """(points,) N m, rising in equal steps."""
+    twist: Floats
+    """(points,) rad."""
+
+    def __post_init__(self) -> None:
+        if not _is_table(self.torque, self.twist) or bool(np.any(np.diff(self.twist) < 0)):
+            raise SettingsError(
+                "law of a coupling",
+                "it needs a twist for each of at least two torques in equal rising steps, and one that never falls",
+                "Draw the spline at equally spaced torques, with a compliance by which its twist never falls",
+            )
+
+
+def _is_table(places: Floats, values: Floats) -> bool:
+    """Whether there is one finite value for each of at least two places in equal rising steps."""
+    steps = np.diff(places)
+    is_regular = places.size >= _LEAST_POINTS and bool(np.all(steps > 0)) and np.allclose(steps, steps[0])
+    return is_regular and values.shape == places.shape and bool(np.all(np.isfinite(values)))
 
 
 @dataclass(frozen=True)
@@ -232,6 +264,7 @@ class NonlinearRig:
     cutting: Cutting | None = None
     regenerative: RegenerativeBit | None = None
     law: SpeedLaw | None = None
+    coupling: TwistLaw | None = None
     gear: Gear = Gear()
     limits: DriveLimits = DriveLimits()
     sensor: SpeedSensor = SpeedSensor()
@@ -276,7 +309,7 @@ class NonlinearRig:
     def linearised(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
         """The linear system of small vibrations about a steady speed (rad/s), with the cutting laws at that speed.
 
-        Wall contact, law, gear, limits, sensor and the control's sampling are left out.
+        Wall contact, laws of bit and coupling, gear, limits, sensor and the control's sampling are left out.
         """
         laws: list[RegenerativeCutting | StribeckCutting] = []
         if self.cutting is not None:

@@ -11,6 +11,7 @@ from drillid.physics.equipment import Controller, Section, Shaping
 from drillid.physics.nonlinear import NonlinearRig, Weakening
 from drillid.simulation.parts import (
     Control,
+    CouplingTable,
     Drive,
     GearPlay,
     LawTable,
@@ -80,6 +81,7 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
         mounts,
         _rock(rig),
         _law(rig, grid, time_step),
+        _coupling(rig, counts),
         _control(rig, time_step),
         _drive(rig, time_step),
     )
@@ -249,7 +251,7 @@ def _law(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> LawTable:
     """The bit's law, whose torque is extrapolated by half a step."""
     law = rig.law
     if law is None:
-        return LawTable(False, 0.0, 1.0, np.zeros(2))
+        return LawTable(False, 0.0, 1.0, np.zeros(2), 1.0, 1.0)
     # extrapolation by half a step halves the greatest stable step
     if law.steepest * time_step > grid.inertia[-1]:
         raise SettingsError(
@@ -258,7 +260,20 @@ def _law(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> LawTable:
             f"Choose a time step below {grid.inertia[-1] / law.steepest:.2g} s",
         )
     torque = np.ascontiguousarray(law.torque, dtype=float)
-    return LawTable(True, float(law.speed[0]), float(law.speed[1] - law.speed[0]), torque)
+    followed = [float(-np.expm1(-share * time_step / law.memory)) if law.memory > 0 else 1.0 for share in (1.0, 0.5)]
+    return LawTable(True, float(law.speed[0]), float(law.speed[1] - law.speed[0]), torque, followed[0], followed[1])
+
+
+def _coupling(rig: NonlinearRig, counts: tuple[int, ...]) -> CouplingTable:
+    """The coupling's law at the spring nearest to its depth."""
+    law = rig.coupling
+    if law is None:
+        return CouplingTable(-1, 0.0, 1.0, np.zeros(2))
+    widths = np.repeat([section.length / n for section, n in zip(rig.system.string, counts, strict=True)], counts)
+    middle = np.cumsum(widths) - widths / 2
+    spring = int(np.argmin(np.abs(middle - law.depth))) + int(rig.gear.play > 0)
+    spacing = float(law.torque[1] - law.torque[0])
+    return CouplingTable(spring, float(law.torque[0]), spacing, np.gradient(law.twist, spacing))
 
 
 def _control(rig: NonlinearRig, time_step: float) -> Control:

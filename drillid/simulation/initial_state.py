@@ -14,6 +14,7 @@ from drillid.simulation.parts import (
     EARLIER_CUT,
     ERROR,
     FILTERED,
+    FOLLOWING,
     INTEGRAL,
     MEAN_STRING,
     MEASURED,
@@ -62,7 +63,7 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
     error = inputs.speed_set[0] - scale * first
     memory = np.zeros(MEMORY_SIZE)
     memory[[SPEED, FILTERED, MEASURED]] = scale * first
-    memory[EARLIER_CUT] = earlier
+    memory[EARLIER_CUT], memory[FOLLOWING] = earlier, first
     memory[[UNFILTERED, TORQUE]] = load
     for place, shaping in ((SHAPED_CONTROL, machine.control.shaping), (SHAPED_DRIVE, machine.drive.shaping)):
         _, b1, b2, a1, a2 = shaping

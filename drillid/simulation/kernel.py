@@ -8,11 +8,22 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.simulation.drive import control_torque, drive_torque, read_speed
-from drillid.simulation.friction import chip_torque, factorise, law_torque, reaction, set_levels, settle
+from drillid.simulation.friction import (
+    acting_speed,
+    chip_torque,
+    coupling_compliance,
+    factorise,
+    law_torque,
+    reaction,
+    set_levels,
+    settle,
+)
 from drillid.simulation.parts import (
+    FOLLOWING,
     MEASURED,
     TOP_ANGLE,
     TWIST,
+    CouplingTable,
     Inputs,
     Machine,
     Memory,
@@ -40,9 +51,13 @@ def flank_torque(twist: float, half_play: float, stiffness: float) -> float:
 @compiled
 def _twist(machine: Machine, state: State, step: float) -> bool:
     """Advance the torques of all springs; returns whether the gear's teeth have come into contact or separated."""
-    grid, gear = machine.grid, machine.gear
+    grid, gear, coupling = machine.grid, machine.gear, machine.coupling
+    coupled = state.torque[coupling.spring]
     for i in range(state.torque.size):
         state.torque[i] += step * grid.stiffness[i] * (state.speed[i] - state.speed[i + 1])
+    if coupling.spring >= 0:
+        i = coupling.spring
+        state.torque[i] = _gives_way(coupling, coupled, grid.stiffness[i], state.torque[i] - coupled)
     if not gear.present:
         return False
     state.memory[TWIST] += step * (state.speed[0] - state.speed[1])
@@ -51,6 +66,14 @@ def _twist(machine: Machine, state: State, step: float) -> bool:
     changed = bool(damping != grid.coupling[0])
     grid.coupling[0] = damping
     return changed
+
+
+@compiled
+def _gives_way(coupling: CouplingTable, before: float, stiffness: float, added: float) -> float:
+    """Torque of the coupling's spring after a step, to which `added` came were it as stiff as the string alone."""
+    # the compliance is that half way between both torques, to second order
+    after = before + added / (1 + stiffness * coupling_compliance(coupling, before))
+    return float(before + added / (1 + stiffness * coupling_compliance(coupling, (before + after) / 2)))
 
 
 @compiled
@@ -161,6 +184,7 @@ def _advance(machine: Machine, state: State, mean: Floats, step: float, n: int) 
         _relax(machine.memory, state, mean, step / 2)
     _swing(machine.mounts, state, mean, step / 2)
     state.memory[TOP_ANGLE] += step * mean[0]
+    state.memory[FOLLOWING] += machine.law.followed * (mean[-1] - state.memory[FOLLOWING])
     if machine.rock.blades:
         state.angle[n + 1] = state.angle[n] + step * mean[-1]
     for k in range(machine.friction.nodes.size):
@@ -223,7 +247,7 @@ def march(
             chips = chip_torque(rock, inputs.weight[n], state, n, step)
         rock_torque = inputs.bit_torque[n]
         if machine.law.present:
-            rock_torque += law_torque(machine.law, 1.5 * state.speed[-1] - 0.5 * state.before[-1])
+            rock_torque += law_torque(machine.law, acting_speed(machine.law, state))
         _push(grid, state, drive, rock_torque, half_step, push)
         if machine.memory.present:
             _add_relaxations(machine.memory, state, half_step, relaxing, push)

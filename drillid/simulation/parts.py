@@ -84,6 +84,22 @@ class LawTable(NamedTuple):
     """rad/s between points."""
     torque: Floats
     """(points,) N m."""
+    followed: float
+    """Share of the way to the bit's speed that a law with memory goes in a step; 1 without memory."""
+    followed_half: float
+    """The same in half a step."""
+
+
+class CouplingTable(NamedTuple):
+    """Compliance of one spring against its torque, beside its own; `spring` is negative without any."""
+
+    spring: int
+    first: float
+    """N m, torque of the first point."""
+    spacing: float
+    """N m between points."""
+    compliance: Floats
+    """(points,) rad/(N m)."""
 
 
 class Memory(NamedTuple):
@@ -176,6 +192,7 @@ class Machine(NamedTuple):
     mounts: Mounts
     rock: Rock
     law: LawTable
+    coupling: CouplingTable
     control: Control
     drive: Drive
     top_inertia: float
@@ -244,4 +261,6 @@ BLADE, FURTHEST, EARLIER_CUT = range(19, 22)
 """Step during which the bit was one blade behind; largest angle it has reached; depth per angle before step 0."""
 SHAPED_CONTROL, SHAPED_DRIVE = 22, 24
 """First of two states each of the rational factors of control and drive."""
-MEMORY_SIZE = 26
+FOLLOWING = 26
+"""Speed that a law with memory acts on."""
+MEMORY_SIZE = 27

@@ -19,7 +19,7 @@ from drillid.physics.nonlinear import NonlinearRig, VaryingRig
 from drillid.simulation.grid import build, element_counts, whole_steps
 from drillid.simulation.initial_state import steady_state, update_contacts
 from drillid.simulation.kernel import OUTPUTS, flank_torque, march
-from drillid.simulation.parts import TWIST, Inputs, Machine, State
+from drillid.simulation.parts import TWIST, CouplingTable, Inputs, Machine, State
 
 TIME_STEP = 0.0025
 """s."""
@@ -27,6 +27,7 @@ SAMPLE_INTERVAL = 0.02
 """s; rig logs give torque and speed at 50 Hz."""
 UPDATE_INTERVAL = 1.0
 """s, after which the parameters of a time-varying rig are updated."""
+_ENERGY_POINTS = 2001
 
 
 @dataclass(frozen=True)
@@ -219,4 +220,14 @@ def _stored(machine: Machine, state: State, time_step: float) -> float:
     if gear.present:
         twist = state.memory[TWIST] + time_step * (state.speed[0] - state.speed[1])
         after[0] = flank_torque(twist, gear.half_play, grid.stiffness[0])
-    return float(np.sum(grid.inertia * state.speed**2) / 2 + np.sum(state.torque * after / grid.stiffness) / 2)
+    energy = float(np.sum(grid.inertia * state.speed**2) / 2 + np.sum(state.torque * after / grid.stiffness) / 2)
+    return energy + _coupling_energy(machine.coupling, state.torque)
+
+
+def _coupling_energy(coupling: CouplingTable, torque: Floats) -> float:
+    """Elastic energy of a coupling's own twist, ∫ T dφ, J."""
+    if coupling.spring < 0:
+        return 0.0
+    rising = np.linspace(0.0, torque[coupling.spring], _ENERGY_POINTS)
+    known = coupling.first + coupling.spacing * np.arange(coupling.compliance.size)
+    return float(np.trapezoid(rising * np.interp(rising, known, coupling.compliance), rising))
