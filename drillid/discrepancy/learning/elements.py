@@ -252,7 +252,8 @@ class Element:
         return len(self.terms) + self.has_place
 
 
-_ALONG = ("top", "upper string", "lower string", "bit", "data sheet")
+PORTS_ALONG = ("top", "upper string", "lower string", "bit", "data sheet")
+"""Ports of elements along the string."""
 _MOUNT_STARTS = tuple((1.0, frequency / 2.0, 1.0) for frequency in (0.15, 0.3, 0.6, 1.2, 2.4, 4.0))
 
 
@@ -261,14 +262,19 @@ def _mounted(s: Complex, sizes: Floats) -> Complex:
 
 
 ELEMENTS = (
-    Element("inertia", ("learnt_inertia",), True, _ALONG, ((1.0,),), lambda s, sizes: s),
-    Element("damper", ("learnt_damper",), True, _ALONG, ((1.0,),), lambda s, sizes: np.ones_like(s)),
-    Element("joint", ("learnt_joint",), True, _ALONG, ((1.0,), (10.0,))),
+    Element("inertia", ("learnt_inertia",), True, PORTS_ALONG, ((1.0,),), lambda s, sizes: s),
+    Element("damper", ("learnt_damper",), True, PORTS_ALONG, ((1.0,),), lambda s, sizes: np.ones_like(s)),
+    Element("joint", ("learnt_joint",), True, PORTS_ALONG, ((1.0,), (10.0,))),
     Element(
-        "mounted inertia", ("mount_inertia", "mount_frequency", "mount_loss"), True, _ALONG, _MOUNT_STARTS, _mounted
+        "mounted inertia",
+        ("mount_inertia", "mount_frequency", "mount_loss"),
+        True,
+        PORTS_ALONG,
+        _MOUNT_STARTS,
+        _mounted,
     ),
-    Element("drag with memory", ("drag_coefficient", "drag_rate"), False, _ALONG, ((1.0, 0.2), (1.0, 2.0))),
-    Element("profile", ("profile",) * PIECES, False, _ALONG, ((0.0,) * PIECES,)),
+    Element("drag with memory", ("drag_coefficient", "drag_rate"), False, PORTS_ALONG, ((1.0, 0.2), (1.0, 2.0))),
+    Element("profile", ("profile",) * PIECES, False, PORTS_ALONG, ((0.0,) * PIECES,)),
     *(
         Element(
             f"{port} factor of order {order}",

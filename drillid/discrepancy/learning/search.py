@@ -18,7 +18,7 @@ from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
-from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.elements import ELEMENTS, PORTS_ALONG, TERMS, Element
 from drillid.discrepancy.learning.process import PROCESS_AT
 from drillid.discrepancy.learning.process_search import fitted_process, is_passive
 from drillid.discrepancy.products.immittance import missing_immittance
@@ -26,15 +26,22 @@ from drillid.physics.dual_numbers import Dual
 
 PLACES = tuple((np.arange(21) / 20).tolist())
 """Places along the string that are screened."""
-_STEP, _FINEST = 0.02, 0.004
+_STEP, _FINEST = 0.08, 0.004
 """First and last step of the search over places."""
+_COARSE = (0.1, 0.3, 0.5, 0.7, 0.9)
+"""Places at which a resonance is begun with where the misfit is strong."""
+_STRONG = 5.0
+"""Standard deviations by which a strong misfit is above that of a right model."""
 _FITTED = 4
 """Screened candidates of an element that are fitted."""
 _COMPARED = 4
 """Elements whose held-out evidence is computed."""
 _MOST_ELEMENTS = 3
 _NEAR = 0.5
-"""Share of the largest evidence of any channel from which a channel's elements are tried."""
+"""Share of the largest evidence of any channel from which factors and processes are tried at it."""
+_DECISIVE = 5.0
+"""Nats below the largest evidence down to which they are tried as well (Kass and Raftery 1995, Journal of the American
+Statistical Association 90, 773–795)."""
 _POLES = 6
 """Largest number of support points of the rational function whose poles start fits."""
 _LEAST_GAIN = 2.0
@@ -63,14 +70,19 @@ def placed(element: Element, place: float) -> tuple[Extension, ...]:
 
 
 def elements_for(channels: dict[str, float]) -> list[Element]:
-    """Elements that may explain a misfit, given the evidence for an unknown disturbance in each channel."""
-    return [element for element in ELEMENTS if near(channels).intersection(element.ports)]
+    """Elements that may explain a misfit, given the evidence for an unknown disturbance in each channel.
+
+    Those along the string always may: the base model's own parameters absorb most of what hangs in the string, and what
+    they leave looks like another port's.
+    """
+    along = set(PORTS_ALONG)
+    return [element for element in ELEMENTS if (near(channels) | along).intersection(element.ports)]
 
 
 def near(channels: dict[str, float]) -> set[str]:
     """Channels whose evidence is near the largest."""
     most = max(channels.values())
-    return {name for name, evidence in channels.items() if evidence >= _NEAR * most}
+    return {name for name, evidence in channels.items() if evidence >= min(_NEAR * most, most - _DECISIVE)}
 
 
 def channel_evidence(model: SetModel, fit: SetFit, present: tuple[Extension, ...] = ()) -> dict[str, float]:
@@ -128,8 +140,8 @@ def _rational(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tup
         channels = channel_evidence(model, before, present)
         if max(channels.values()) <= 0:
             break
-        elements = elements_for(channels)
-        fitted = [best_of(model, before, present, element) for element in elements if _may_follow(element, chosen)]
+        tried = [element for element in elements_for(channels) if _may_follow(element, chosen)]
+        fitted = [best_of(model, before, present, element) for element in tried]
         firsts = firsts or tuple(fitted)
         promising = [each for each in fitted if before.cost - each.fit.cost > _LEAST_GAIN * each.element.order]
         promising.sort(key=lambda each: each.fit.cost + _LEAST_GAIN * each.element.order)
@@ -152,23 +164,47 @@ def _may_follow(element: Element, chosen: Sequence[Candidate]) -> bool:
 
 
 def best_of(model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element) -> Candidate:
-    """The best fit of one more element."""
-    starts = _screened(model, before, present, element)
+    """The best fit of one more element.
+
+    Fits begin at the model before it, and at the data sheets: what it has done to the data, the model before it has
+    absorbed in parameters of its own, from which a fit may not find back.
+    """
+    expected = model.expected()
     best: Candidate | None = None
-    for place, sizes in starts:
+    for origin, place, sizes in _starts(model, before, present, element):
         extensions = (*present, *placed(element, place))
-        point = Point(before.point.shared, before.point.local, np.append(before.point.sizes, sizes))
+        start = Point(origin.shared, origin.local, np.append(before.point.sizes, sizes))
         # a start that falls too slowly to come to the best one is left
-        fit = fit_set(model, point, extensions, np.inf if best is None else best.fit.cost)
+        fit = fit_set(model, start, extensions, np.inf if best is None else best.fit.cost)
         if best is None or fit.cost < best.fit.cost:
             best = Candidate(element, place, extensions, fit)
     assert best is not None
-    expected = model.expected()
-    # what the base fit has absorbed of it is given back where the data sheets are the start
-    start = Point(expected.shared, expected.local, best.fit.point.sizes)
-    again = fit_set(model, start, best.extensions, best.fit.cost)
+    again = fit_set(model, Point(expected.shared, expected.local, best.fit.point.sizes), best.extensions, best.fit.cost)
     best = replace(best, fit=min(best.fit, again, key=lambda each: each.cost))
     return _refined(model, present, best) if element.has_place else best
+
+
+def _starts(
+    model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element
+) -> list[tuple[Point, float, Floats]]:
+    """Points, places and sizes from which fits begin.
+
+    A resonance has an optimum wherever its frequency meets another feature of the responses. The first one, where the
+    misfit is strong, starts from places and frequencies all over: a linearisation without it could choose none of them.
+    """
+    expected = model.expected()
+    found = [
+        (origin, place, sizes)
+        for place, sizes in _screened(model, before, present, element)
+        for origin in (before.point, expected)
+    ]
+    # half the squared residual of a complex value has mean and variance one
+    count = np.count_nonzero(model.weight)
+    is_strong = not present and before.cost > count + _STRONG * np.sqrt(count)
+    if is_strong and element.name == "mounted inertia":
+        typical = np.array([TERMS[name].size.typical for name in element.terms])
+        found += [(expected, place, np.array(start) * typical) for place in _COARSE for start in element.starts]
+    return found
 
 
 def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -> Candidate:
