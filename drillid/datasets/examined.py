@@ -64,6 +64,8 @@ EXAMINATIONS = DatasetSchema(
             to_m=("m", "hole depth at which it ends"),
             p_value_before=("1", "p-value of the evidence for any cause where nothing is wrong"),
             p_value_after=("1", "the same of the extended model"),
+            law_memory=("s", "memory of the learnt law of the bit; NaN where no law is offered"),
+            coupling_place=("1", "share of the string above the coupling whose law was learnt; NaN without one"),
         ),
         **each(
             _SC,
@@ -114,6 +116,9 @@ EXAMINATIONS = DatasetSchema(
             law_speed=("rad s-1", "bit speed at which the learnt law is drawn"),
             law_torque=("N m", "torque of the bit at it less that at the mean speed; NaN where no law is offered"),
             law_error=("N m", "standard error of its bend"),
+            coupling_torque=("N m", "torque at which the learnt law of a coupling is drawn"),
+            coupling_twist=("rad", "twist of the coupling at it less its tangent; NaN where no such law is offered"),
+            coupling_error=("rad", "standard error of it"),
         ),
         "separation": Variable(
             ("set", "cause", "cause_"),

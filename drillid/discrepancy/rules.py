@@ -52,6 +52,12 @@ DETECTIONS_SHARE = Rule(
     "a quarter, so that a quarter is reserved: p-values come from draws and estimates",
     "make blind: false_alarm",
 )
+LAW_SHARE = Rule(
+    0.1,
+    "share of the error rate given to the harmonics of the sweep's period, by which a law shows that is not linear",
+    "a tenth, of the quarter that is reserved",
+    "tests/truth/discrepancy/test_law_kinds.py::test_linear_rigs_seldom_show_a_law",
+)
 CLOSURE_RATE = Rule(
     0.01,
     "p-value below which an extended model fails the tests that the base model failed, and below which a detected "

@@ -121,7 +121,7 @@ def examine_set(
         sweep, speed = window_channels(data.records, data.windows, int(rows[row]), ("torque_sweep", "speed"))
         return sweep, speed
 
-    return ExaminedSet(rows, with_law(with_learnt(examination), channels, sample_rate(data.records)))
+    return ExaminedSet(rows, with_law(with_learnt(examination), channels, sample_rate(data.records), error_rate))
 
 
 def evidence_of(data: WellData, memo: Memo | None = None) -> Evidence:

@@ -29,6 +29,8 @@ SIZE_TOLERANCE = 0.15
 """Relative standard deviation of its sizes, as the data sheets of rigs are wrong by some percent."""
 SAME = 0.01
 """p-value from which two fingerprints count as the same."""
+LAW_OF = "law of"
+"""With what it is of, the name of a law among elements."""
 _PLACE_STEP = 0.01
 
 
@@ -140,7 +142,7 @@ def _p_value(first: Described, second: Described) -> float:
         # a part may be zero where the process is not
         sizes = np.full_like(sizes, np.sqrt(np.mean(sizes**2)))
     tolerance = (SIZE_TOLERANCE * sizes) ** 2
-    if not _is_process(first.element) and first.values.size > len(_terms(first.element)):
+    if not _is_process(first.element) and first.values.size > _size_count(first.element):
         tolerance[-1] = 2 * PLACE_TOLERANCE**2
     covariance = first.covariance + second.covariance + np.diag(tolerance)
     difference = first.values - second.values
@@ -153,6 +155,11 @@ def _is_process(element: str) -> bool:
     return element.startswith(PROCESS_AT)
 
 
+def _size_count(element: str) -> int:
+    """Number of an element's sizes; a law's is its curvature."""
+    return 1 if element.startswith(LAW_OF) else len(_terms(element))
+
+
 def _terms(element: str) -> Sequence[str]:
     return next(each.terms for each in ELEMENTS if each.name == element)
 
@@ -162,6 +169,8 @@ def _textbook(described: Described) -> str:
     values, name = described.values, described.element
     if _is_process(name):
         return ""
+    if name.startswith(LAW_OF):
+        return _law_words(name, values)
     sizes = dict(zip(_terms(name), values, strict=False))
     if name == "inertia":
         return f"an inertia of {sizes['learnt_inertia']:.3g} kg m² at {values[-1]:.0%} of the string"
@@ -179,3 +188,12 @@ def _textbook(described: Described) -> str:
         lag, lead = sizes[f"{port}_pole_1"], sizes[f"{port}_zero_1"]
         return f"a lag of {1e3 * (lag - lead):.3g} ms in the {port}"
     return ""
+
+
+def _law_words(name: str, values: Floats) -> str:
+    """A law as a drag by the square of the speed, or a coupling that softens or stiffens."""
+    if values.size == 1:
+        memory = name.partition("with")[2]
+        return f"a drag of {values[0] / 2:.3g} N m s²/rad² at the bit{' with' + memory if memory else ''}"
+    change = "softens" if values[0] > 0 else "stiffens"
+    return f"a coupling at {values[1]:.0%} of the string that {change} by {1e6 * abs(values[0]):.3g} rad/(kN m)²"

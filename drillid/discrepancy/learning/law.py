@@ -1,47 +1,40 @@
-"""A law of the bit learnt in time where an unknown misfit is not linear: torque against speed, as a free cubic spline.
+"""A law learnt in time where a misfit is not linear: torque of the bit against its speed, with or without a memory, or
+twist of a coupling against its torque, as a free cubic spline.
 
-The base model holds the law's tangent at each window's mean speed, so that the law is told by its curvature alone:
-piecewise linear in speed, its double integral a cubic spline. The part of the speed that repeats with the sweep is what
-the base model predicts, plus what `drillid.simulation` adds with the law to the same rig without it; so errors of the
-simulation are those of a difference. Curvatures are fitted by Gauss and Newton to the harmonics of the sweep's period,
-the number of knots is the one that predicts left-out windows best, and windows that took no part judge the offer.
+The base model holds the law's tangent at each window's mean, so that the law is told by its curvature alone: piecewise
+linear, its double integral a cubic spline. The part of the speed that repeats with the sweep is what the base model
+predicts, plus what `drillid.simulation` adds with the law to the same rig without it; so errors of the simulation are
+those of a difference. The kind of law is the one that explains most to first order; its curvatures are fitted by Gauss
+and Newton to the harmonics of the sweep's period, the number of knots is the one that predicts left-out windows best,
+and windows that took no part judge the offer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from drillid.arrays import Booleans, Complex, Floats
-from drillid.discrepancy.catalogue import WindowModel
+from drillid.discrepancy.learning.fingerprint import Described, Fingerprint
+from drillid.discrepancy.learning.law_kinds import LawKind, screened
+from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import NEIGHBOURS_SHARE_VARIANCE
-from drillid.physics.equipment import DrillingSystem
-from drillid.physics.nonlinear import NonlinearRig, SpeedLaw
-from drillid.physics.responses import bit_speed_ratio, laplace
-from drillid.simulation.simulate import simulate
 from drillid.statistics import TWO_SIDED
 from drillid.units import RPM
 
 KNOTS = (1, 2, 4)
 """Numbers of knots of the curvature that are tried."""
 POINTS = 41
-"""Speeds at which a law is drawn."""
+"""Places at which a law is drawn."""
 MOST_WINDOWS = 8
 """Windows that are simulated, evenly chosen."""
-_RATE, _TIME_STEP = 50.0, 0.005
-"""Hz of simulated samples, and s."""
-_LEAST_PERIODS = 2
-_SMOOTHED = 15
-"""Harmonics over which the logarithm of the noise is averaged."""
-_LEAST_VARIANCE = 1e-30
 _ROUNDS = 2
 _STEP = 0.3
-"""Step of a curvature in finite differences, in units in which the law bends by the base's damping over its range."""
+"""Step of a curvature in finite differences, in units in which the law bends by the kind's scale over its range."""
 _WIDE = 3.0
 """Prior standard deviation of a curvature in these units."""
 _EVERY = 3
@@ -49,168 +42,50 @@ _EVERY = 3
 
 
 @dataclass(frozen=True, eq=False)
-class LawWindow:
-    """One window: the base model of it, and the harmonics of its sweep's period.
-
-    s, sweep, speed, variance : (lines,), Laplace variable, mean sweep (N m) and speed (rad/s), variance of the latter
-    period : (samples,) N m at _RATE, mean period of the sweep
-    """
-
-    window_model: WindowModel
-    mean_speed: float
-    s: Complex
-    sweep: Complex
-    speed: Complex
-    variance: Floats
-    period: Floats
-
-    @classmethod
-    def of(
-        cls,
-        window_model: WindowModel,
-        channels: tuple[Floats, Floats],
-        rate: float,
-        period: float,
-        band: tuple[float, float],
-    ) -> LawWindow | None:
-        """From sweep and speed, (samples,) each at `rate`; None of fewer than two whole periods.
-
-        Parameters
-        ----------
-        window_model : of this window alone
-        period : s, of the sweep
-        band : Hz, in which harmonics are compared
-        """
-        whole = int(channels[0].size / rate / period) if period > 0 else 0
-        if whole < _LEAST_PERIODS or not np.isfinite(channels).all():
-            return None
-        samples = round(period * _RATE)
-        time = np.arange(whole * samples) * (period / samples)
-        sweep, speed = (np.interp(time, np.arange(each.size) / rate, each) for each in channels)
-        lines = np.fft.rfft(speed) / speed.size
-        count = lines.size // whole
-        frequency = np.arange(count) / period
-        kept = (frequency >= band[0]) & (frequency <= band[1])
-        mean_sweep = sweep.reshape(whole, -1).mean(axis=0)
-        return cls(
-            window_model,
-            float(speed.mean()),
-            laplace(frequency[kept]),
-            (np.fft.rfft(mean_sweep)[:count] / samples)[kept],
-            lines[: count * whole : whole][kept],
-            _noise(lines[: count * whole], whole)[kept],
-            mean_sweep - mean_sweep.mean(),
-        )
-
-    @property
-    def error(self) -> Floats:
-        """Standard deviation of real and imaginary part, (lines,)."""
-        return np.sqrt(self.variance / 2)
-
-    @cached_property
-    def residual(self) -> Complex:
-        """Whitened speed that the base model does not predict, (lines,)."""
-        predicted = self.window_model.mobility(self.s) * self.sweep
-        return np.asarray((self.speed - predicted) / self.error, dtype=complex)
-
-    @property
-    def bit_swing(self) -> float:
-        """rad/s, greatest deviation of the bit's speed from its mean, as the sweep drives it."""
-        lines = self.window_model.mobility(self.s) * self.sweep * bit_speed_ratio(self.window_model.system, self.s)
-        spectrum = np.zeros(self.period.size // 2 + 1, dtype=complex)
-        first = round(self.s[0].imag / (2 * np.pi) * self.period.size / _RATE)
-        spectrum[first : first + lines.size] = lines
-        return float(np.abs(np.fft.irfft(spectrum * self.period.size, self.period.size)).max())
-
-    def added(self, law: SpeedLaw) -> Complex:
-        """Whitened change of the harmonics by a law, (lines,)."""
-        return np.asarray((self._simulated(law) - self._still) / self.error, dtype=complex)
-
-    @cached_property
-    def _still(self) -> Complex:
-        """Harmonics without a law."""
-        return self._simulated(None)
-
-    def _simulated(self, law: SpeedLaw | None) -> Complex:
-        """Harmonics of the top drive's speed, (lines,), in the second of two simulated periods."""
-        system: DrillingSystem = self.window_model.system
-        steps = round(1 / _RATE / _TIME_STEP)
-        sweep = np.tile(_finer(self.period, steps), 2)
-        still = np.zeros(sweep.size)
-        result = simulate(
-            NonlinearRig(system, law=law),
-            sweep,
-            still + self.mean_speed,
-            still,
-            time_step=_TIME_STEP,
-            sample_interval=1 / _RATE,
-        )
-        spectrum = np.fft.rfft(result.speed[self.period.size :]) / self.period.size
-        places = np.rint(self.s.imag / (2 * np.pi) * self.period.size / _RATE).astype(int)
-        return np.asarray(spectrum[places], dtype=complex)
-
-
-def _noise(lines: Complex, whole: int) -> Floats:
-    """Variance of each harmonic (lines,) from the lines between harmonics, by the mean of their logarithms."""
-    between = np.log(np.maximum(np.abs(lines.reshape(-1, whole)[:, 1:]) ** 2, _LEAST_VARIANCE)).mean(axis=1)
-    # half of the lines that belong to a harmonic lie below it
-    around = (between + np.concatenate([between[:1], between[:-1]])) / 2
-    mean = np.convolve(np.pad(around, _SMOOTHED // 2, mode="edge"), np.ones(_SMOOTHED) / _SMOOTHED, "valid")
-    return np.asarray(np.exp(mean + np.euler_gamma), dtype=float)
-
-
-def _finer(period: Floats, factor: int) -> Floats:
-    """A periodic series at a rate that is higher by a whole factor."""
-    lines = np.fft.rfft(period)
-    return np.asarray(np.fft.irfft(lines, factor * period.size) * factor, dtype=float)
-
-
-@dataclass(frozen=True, eq=False)
 class Curvature:
-    """Second derivative of a law, linear between knots over a range of speed."""
+    """Second derivative of a law, linear between knots over a range of speeds (rad/s), or of torques (N m)."""
 
     knots: Floats
-    """(K,) rad/s."""
+    """(K,)."""
     values: Floats
-    """(K,) N m s²/rad²."""
+    """(K,) N m s²/rad², or rad/(N m)²."""
     low: float
     high: float
-    """rad/s, range beyond which the law is straight."""
+    """Range beyond which the law is straight."""
 
-    def drawn(self, speed: float) -> tuple[Floats, Floats]:
-        """Speeds (POINTS,) and torques of the law less its tangent at a speed, N m."""
+    def drawn(self, mean: float) -> tuple[Floats, Floats]:
+        """Places (POINTS,) in the range, and the law less its tangent at one of them."""
         grid = np.linspace(self.low, self.high, POINTS)
         second = np.interp(grid, self.knots, self.values)
         slope = cumulative_trapezoid(second, grid, initial=0)
-        torque = cumulative_trapezoid(slope, grid, initial=0)
-        tangent = np.interp(speed, grid, torque) + np.interp(speed, grid, slope) * (grid - speed)
-        return grid, torque - tangent
+        value = cumulative_trapezoid(slope, grid, initial=0)
+        tangent = np.interp(mean, grid, value) + np.interp(mean, grid, slope) * (grid - mean)
+        return grid, value - tangent
 
     @property
     def bend(self) -> Floats:
-        """Factors (K,) of the values in the slope at the upper end less that at the lower, rad/s."""
+        """Factors (K,) of the values in the slope at the upper end less that at the lower."""
         grid = np.linspace(self.low, self.high, POINTS)
         return np.array([np.trapezoid(np.interp(grid, self.knots, row), grid) for row in np.eye(self.knots.size)])
-
-    def law_at(self, speed: float) -> SpeedLaw:
-        """What it adds to the base model of a window of this mean speed."""
-        return SpeedLaw(*self.drawn(speed))
 
 
 @dataclass(frozen=True, eq=False)
 class LearntLaw:
     """A law that was learnt, with its gain on data that it has not seen."""
 
+    kind: LawKind
     curvature: Curvature
     covariance: Floats
     """(K, K) of its values."""
-    damping: float
-    """N m s/rad, slope of the law at the mean speed, which the base model has."""
-    mean_speed: float
-    """rad/s."""
+    slope: float
+    """Of the law at the mean, which the base model has, N m s/rad; of a coupling, whose own it does not tell, 0."""
+    mean: float
+    """Over the windows, rad/s or N m."""
     evidence: float
     """Log Bayes factor of the law against a straight one, in the data that learning saw."""
     gain: PredictiveGain
+    held_out: int
+    """Row of one of the windows that judged it."""
 
     @property
     def offered(self) -> bool:
@@ -218,40 +93,60 @@ class LearntLaw:
         return self.evidence > 0 and self.gain.low > 0
 
     @property
+    def rise(self) -> tuple[float, float]:
+        """Slope at the upper end of the range less that at the lower, and its standard error."""
+        own = self.curvature
+        return float(own.bend @ own.values), float(np.sqrt(own.bend @ self.covariance @ own.bend))
+
+    @property
     def words(self) -> str:
         """The law by its slope at either end of its range, with the 95 % interval of their difference."""
-        own = self.curvature
-        rise = float(own.bend @ own.values)
-        error = TWO_SIDED * float(np.sqrt(own.bend @ self.covariance @ own.bend))
+        (rise, error), own, kind = self.rise, self.curvature, self.kind
+        margin = TWO_SIDED * error
+        if kind.place is None:
+            memory = "" if kind.memory == 0 else f", which it follows with a memory of {kind.memory:g} s"
+            return (
+                f"the bit's damping changes by {rise:.3g} ± {margin:.2g} N m s/rad from {own.low / RPM:.0f} to "
+                f"{own.high / RPM:.0f} rpm, a cubic spline of its speed{memory}"
+            )
         return (
-            f"the bit's damping changes by {rise:.3g} ± {error:.2g} N m s/rad from {own.low / RPM:.0f} to "
-            f"{own.high / RPM:.0f} rpm, a cubic spline of its speed"
+            f"a coupling at {kind.place:.0%} of the string, whose compliance changes by {1e3 * rise:.3g} ± "
+            f"{1e3 * margin:.2g} rad/(kN m) from {own.low / 1e3:.1f} to {own.high / 1e3:.1f} kN m, a cubic spline of "
+            "its torque"
         )
 
+    @property
+    def fingerprint(self) -> Fingerprint:
+        """Its curvature in the mean over its range, and the place of a coupling."""
+        own, (rise, error) = self.curvature, self.rise
+        span = own.high - own.low
+        values, variances = [rise / span], [(error / span) ** 2]
+        if self.kind.place is not None:
+            values, variances = [*values, self.kind.place], [*variances, 0.0]
+        return Fingerprint(self.evidence, (Described(self.kind.element, np.array(values), np.diag(variances), 0.0),))
+
     def drawn(self) -> tuple[Floats, Floats, Floats]:
-        """Speeds (POINTS,), torques about that at the mean speed, and the standard errors of their bend, N m."""
+        """Places (POINTS,), the law about its value at the mean, and the standard errors of its bend."""
         own = self.curvature
-        grid, bend = own.drawn(self.mean_speed)
+        grid, bend = own.drawn(self.mean)
         units = (Curvature(own.knots, row, own.low, own.high) for row in np.eye(own.values.size))
-        slopes = np.stack([unit.drawn(self.mean_speed)[1] for unit in units])
+        slopes = np.stack([unit.drawn(self.mean)[1] for unit in units])
         error = np.sqrt(np.einsum("kp,kl,lp->p", slopes, self.covariance, slopes))
-        return grid, bend + self.damping * (grid - self.mean_speed), error
+        return grid, bend + self.slope * (grid - self.mean), error
 
 
 class _Fit:
     """Curvatures of one number of knots fitted to windows."""
 
-    def __init__(self, windows: Sequence[LawWindow], knots: int) -> None:
-        swings = [window.bit_swing for window in windows]
-        speeds = [window.mean_speed for window in windows]
-        self.low = min(speed - swing for speed, swing in zip(speeds, swings, strict=True))
-        self.high = max(speed + swing for speed, swing in zip(speeds, swings, strict=True))
-        self.windows = windows
+    def __init__(self, kind: LawKind, windows: Sequence[LawWindow], knots: int) -> None:
+        swings = [float(np.abs(kind.swing(window)).max()) for window in windows]
+        means = [kind.mean(window) for window in windows]
+        self.low = min(mean - swing for mean, swing in zip(means, swings, strict=True))
+        self.high = max(mean + swing for mean, swing in zip(means, swings, strict=True))
+        self.kind, self.windows = kind, windows
         # one knot is a constant curvature
         self.knots = np.linspace(self.low, self.high, knots)
-        pipes = (window.window_model.system.string[0] for window in windows)
-        characteristic = max(float(pipe.characteristic_admittance) for pipe in pipes)
-        self.unit = characteristic / (self.high - self.low)
+        self.unit = max(map(kind.scale, windows)) / (self.high - self.low)
 
     def curvature(self, coefficients: Floats) -> Curvature:
         """The curvature of coefficients (K,) in units."""
@@ -262,7 +157,7 @@ class _Fit:
         own = self.windows[window]
         if not coefficients.any():
             return np.zeros(own.s.size, dtype=complex)
-        return own.added(self.curvature(coefficients).law_at(own.mean_speed))
+        return added(self.kind, own, self.curvature(coefficients))
 
     def expanded(self, window: int, coefficients: Floats) -> tuple[Complex, Complex]:
         """The change (lines,) and its derivatives (K, lines)."""
@@ -270,6 +165,11 @@ class _Fit:
         steps = _STEP * np.eye(coefficients.size)
         slopes = [(self.added(window, coefficients + step) - now) / _STEP for step in steps]
         return now, np.stack(slopes)
+
+
+def added(kind: LawKind, window: LawWindow, curvature: Curvature) -> Complex:
+    """Whitened change of a window's harmonics by a law, (lines,)."""
+    return np.asarray(kind.added(window, *curvature.drawn(kind.mean(window))) / window.error, dtype=complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,14 +214,15 @@ class _Equations:
 
 
 def learnt_law(windows: Sequence[LawWindow]) -> LearntLaw:
-    """Learn the curvature of the bit's torque from some windows, and judge it on the others.
+    """Learn the curvature of a law from some windows, and judge it on the others.
 
     Of a single window every other harmonic is held back.
     """
     seen, held = _parts(windows)
     training = [number for number, lines in enumerate(seen) if lines.any()]
     own, lines = [windows[number] for number in training], [seen[number] for number in training]
-    fits = {knots: _Fit(own, knots) for knots in KNOTS}
+    kind = max(screened(own, lines), key=lambda each: each.statistic).kind
+    fits = {knots: _Fit(kind, own, knots) for knots in KNOTS}
     equations = {knots: _Equations.about(fit, np.zeros(knots), lines) for knots, fit in fits.items()}
     knots = min(KNOTS, key=lambda number: _missed(equations[number]))
     fit, about = fits[knots], equations[knots]
@@ -329,11 +230,15 @@ def learnt_law(windows: Sequence[LawWindow]) -> LearntLaw:
         about = _Equations.about(fit, about.solved()[0], lines)
     coefficients, covariance = about.solved()
     curvature = fit.curvature(coefficients)
-    damping = float(np.mean([float(window.window_model.system.bit.damping) for window in windows]))
-    mean_speed = float(np.mean([window.mean_speed for window in windows]))
-    excess, gain = _gain(windows, held, curvature)
-    evidence = about.evidence(excess)
-    return LearntLaw(curvature, excess * fit.unit**2 * covariance, damping, mean_speed, evidence, gain)
+    slope = float(np.mean([float(window.window_model.system.bit.damping) for window in windows]))
+    mean = float(np.mean([kind.mean(window) for window in windows]))
+    excess, gain = _gain(kind, windows, held, curvature)
+    own_slope = slope if kind.place is None else 0.0
+    evidence, last = (
+        about.evidence(excess),
+        max(each.row for each, used in zip(windows, held, strict=True) if used.any()),
+    )
+    return LearntLaw(kind, curvature, excess * fit.unit**2 * covariance, own_slope, mean, evidence, gain, last)
 
 
 def _parts(windows: Sequence[LawWindow]) -> tuple[list[Booleans], list[Booleans]]:
@@ -347,27 +252,33 @@ def _parts(windows: Sequence[LawWindow]) -> tuple[list[Booleans], list[Booleans]
 
 
 def _missed(equations: _Equations) -> float:
-    """Half the squared error of left-out windows, to first order, less that without a law; of one window the fit's."""
+    """Half the squared error of left-out windows, to first order, less that without a law; of one window what the
+    evidence lacks.
+    """
     count = equations.matrix.shape[0]
+    if count == 1:
+        return -equations.evidence(1.0)
     total = 0.0
     for number in range(count):
-        found = equations.solved(number if count > 1 else None)[0] - equations.point
+        found = equations.solved(number)[0] - equations.point
         total += 0.5 * float(found @ equations.matrix[number] @ found) - float(found @ equations.vector[number])
-    return total + (equations.point.size if count == 1 else 0.0)
+    return total
 
 
-def _gain(windows: Sequence[LawWindow], held: Sequence[Booleans], curvature: Curvature) -> tuple[float, PredictiveGain]:
+def _gain(
+    kind: LawKind, windows: Sequence[LawWindow], held: Sequence[Booleans], curvature: Curvature
+) -> tuple[float, PredictiveGain]:
     """Factor on variances by what neither model explains, and the gain on the lines held back, per window."""
     total = power = squares = 0.0
     count = lines_held = 0
     for window, lines in zip(windows, held, strict=True):
         if not lines.any():
             continue
-        added = window.added(curvature.law_at(window.mean_speed))[lines]
+        change = added(kind, window, curvature)[lines]
         before = window.residual[lines]
-        total += 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(before - added) ** 2))
-        power += float(np.sum(np.abs(added) ** 2))
-        squares += float(np.sum(np.abs(before - added) ** 2))
+        total += 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(before - change) ** 2))
+        power += float(np.sum(np.abs(change) ** 2))
+        squares += float(np.sum(np.abs(before - change) ** 2))
         count, lines_held = count + 1, lines_held + int(lines.sum())
     excess = max(squares / (2 * lines_held), 1.0)
     error = float(np.sqrt(NEIGHBOURS_SHARE_VARIANCE * excess * power))

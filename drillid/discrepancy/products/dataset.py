@@ -23,7 +23,14 @@ from drillid.discrepancy.learning.law import POINTS
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
-from drillid.discrepancy.products.prediction import PHASES, driven, held_out_predictions, in_band, mean_period
+from drillid.discrepancy.products.prediction import (
+    PHASES,
+    added_by_law,
+    driven,
+    held_out_predictions,
+    in_band,
+    mean_period,
+)
 from drillid.discrepancy.products.reflectogram import reflectogram
 from drillid.discrepancy.rules import DETECTABLE
 from drillid.discrepancy.sets import ExaminedSet, WellData
@@ -205,16 +212,26 @@ def _missing(examination: Examination) -> Columns:
 
 
 def _law(examination: Examination) -> Columns:
-    """The learnt law of the bit; NaN without one."""
-    law = np.full((3, POINTS), np.nan) if examination.law is None else np.stack(examination.law.drawn())
-    names = ("law_speed", "law_torque", "law_error")
-    return {name: (("law_point",), values) for name, values in zip(names, law, strict=True)}
+    """The learnt law of the bit or of a coupling; NaN without one."""
+    law, missing = examination.law, np.full((3, POINTS), np.nan)
+    is_coupling = law is not None and law.kind.place is not None
+    drawn = missing if law is None else np.stack(law.drawn())
+    kinds = {
+        ("law_speed", "law_torque", "law_error"): missing if is_coupling else drawn,
+        ("coupling_torque", "coupling_twist", "coupling_error"): drawn if is_coupling else missing,
+    }
+    columns = {
+        name: (("law_point",), row) for names, rows in kinds.items() for name, row in zip(names, rows, strict=True)
+    }
+    place = np.nan if law is None or law.kind.place is None else law.kind.place
+    return columns | {"law_memory": ((), law.kind.memory if law else np.nan), "coupling_place": ((), place)}
 
 
 def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
     """The held-out window's predictions over frequency, and over a period of its sweep where that repeats."""
-    model = examined.examination.model
-    row, base, extended = held_out_predictions(examined.examination)
+    examination, model = examined.examination, examined.examination.model
+    held_out = examination.law.held_out if examination.law is not None else None
+    row, base, extended = held_out_predictions(examination, held_out)
     window = int(examined.rows[row])
     frequency = model.evidence.frequency
     time, speed, by_base, by_extended = np.full((4, PHASES), np.nan)
@@ -227,6 +244,8 @@ def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
         speed, error = mean_period(channels[1], rate, period)
         time, speed = np.arange(PHASES) * period / PHASES, in_band(speed, period, band)
         by_base, by_extended = (driven(prediction.mobility, sweep, period, band) for prediction in (base, extended))
+        if examination.law is not None:
+            by_extended = by_extended + added_by_law(examination, row, (channels[0], channels[1]), rate, band)
     return {
         "held_out_window": ((), int(data.windows["window"][window])),
         "held_out_base": (("frequency",), base.mobility(frequency)),

@@ -13,7 +13,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive, of_window
-from drillid.physics.nonlinear import NonlinearRig, SpeedLaw
+from drillid.physics.nonlinear import NonlinearRig, SpeedLaw, TwistLaw
 from drillid.physics.sensor import Recording
 
 if TYPE_CHECKING:
@@ -166,17 +166,39 @@ def _models_of(examination: xr.Dataset, variable: str) -> dict[int, WindowModel]
 def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
     """The rig of every window that was examined, with what was named or learnt, by its row, for `drillid.simulation`.
 
-    A law of the bit is less its tangent at the window's mean speed, which the system's damping holds. What the record
-    does to the speed is no part of the rig.
+    A law of the bit is less its tangent at the window's mean speed, which the system's damping holds. A coupling has
+    the compliance beside its law by which its twist never falls, and its law is about the window's mean torque. What
+    the record does to the speed is no part of the rig.
     """
-    rigs = {}
-    for row, window_model in _models_of(examination, "window_set").items():
-        number = int(examination["window_set"].values[row])
-        speed, torque = (examination[f"law_{name}"].values[number] for name in ("speed", "torque"))
-        law = None
-        if np.isfinite(torque).all():
-            mean = float(examination["coordinates"].sel(coordinate="mean_speed").values[row])
-            slope = np.interp(mean, speed, np.gradient(torque, speed))
-            law = SpeedLaw(speed, torque - np.interp(mean, speed, torque) - slope * (speed - mean))
-        rigs[row] = NonlinearRig(window_model.system, law=law)
-    return rigs
+    return {
+        row: NonlinearRig(
+            window_model.system, law=_bit_law(examination, row), coupling=_coupling(examination, row, window_model)
+        )
+        for row, window_model in _models_of(examination, "window_set").items()
+    }
+
+
+def _bit_law(examination: xr.Dataset, row: int) -> SpeedLaw | None:
+    number = int(examination["window_set"].values[row])
+    speed, torque = (examination[f"law_{name}"].values[number] for name in ("speed", "torque"))
+    if not np.isfinite(torque).all():
+        return None
+    mean = float(examination["coordinates"].sel(coordinate="mean_speed").values[row])
+    return SpeedLaw(speed, _less_tangent(speed, torque, mean), float(examination["law_memory"].values[number]))
+
+
+def _coupling(examination: xr.Dataset, row: int, window_model: WindowModel) -> TwistLaw | None:
+    number = int(examination["window_set"].values[row])
+    torque, twist = (examination[f"coupling_{name}"].values[number] for name in ("torque", "twist"))
+    if not np.isfinite(twist).all():
+        return None
+    length = float(sum(section.length for section in window_model.system.string))
+    mean = float(examination["coordinates"].sel(coordinate="mean_torque").values[row])
+    bend = _less_tangent(torque, twist, mean)
+    least = max(0.0, -float(np.diff(bend).min()) / float(torque[1] - torque[0]))
+    return TwistLaw(float(examination["coupling_place"].values[number]) * length, torque, bend + least * torque)
+
+
+def _less_tangent(place: Floats, value: Floats, mean: float) -> Floats:
+    slope = np.interp(mean, place, np.gradient(value, place))
+    return np.asarray(value - np.interp(mean, place, value) - slope * (place - mean), dtype=float)

@@ -12,6 +12,7 @@ from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue import WindowModel
 from drillid.discrepancy.inference.held_out_gain import trained_without
 from drillid.discrepancy.inference.set_model import Extension, Point
+from drillid.discrepancy.learning.examined_law import law_window
 from drillid.physics.responses import laplace
 
 if TYPE_CHECKING:
@@ -36,8 +37,8 @@ class Prediction:
         return np.asarray(response[self.row if response.shape[0] > 1 else 0], dtype=complex)
 
 
-def held_out_predictions(examination: Examination) -> tuple[int, Prediction, Prediction]:
-    """The middle window of a set, and its prediction by base and extended model.
+def held_out_predictions(examination: Examination, row: int | None = None) -> tuple[int, Prediction, Prediction]:
+    """One window of a set, the middle one where none is given, and its prediction by base and extended model.
 
     Both are fitted to the other windows; damping and inertia at the bit and along the string, which vary from window
     to window, are then fitted to the held-out window by both alike. Of a single window every other frequency is held
@@ -45,7 +46,8 @@ def held_out_predictions(examination: Examination) -> tuple[int, Prediction, Pre
     """
     model, extensions = examination.model, examination.extensions
     evidence = model.evidence
-    row = int(np.argsort(evidence.operating_points.hole_depth)[evidence.windows // 2])
+    if row is None:
+        row = int(np.argsort(evidence.operating_points.hole_depth)[evidence.windows // 2])
     held = np.zeros(evidence.used.shape, dtype=bool)
     held[row, :: 2 if evidence.windows == 1 else 1] = True
 
@@ -94,3 +96,26 @@ def driven(mobility: Callable[[Floats], Complex], sweep: Floats, period: float, 
     speed = np.zeros_like(lines)
     speed[inside] = lines[inside] * mobility(frequency[inside])
     return np.fft.irfft(speed, PHASES)
+
+
+def added_by_law(
+    examination: Examination, row: int, channels: tuple[Floats, Floats], rate: float, band: tuple[float, float]
+) -> Floats:
+    """What the learnt law adds to the speed (rad/s) of a window within a band over one period of its sweep, (PHASES,).
+
+    Parameters
+    ----------
+    row : of the window in the set
+    channels, rate : sweep (N m) and speed (rad/s) of the window, (samples,) each, and their rate, Hz
+    """
+    law = examination.law
+    window = law_window(examination.model, examination.base, row, lambda _: channels, rate)
+    if law is None or window is None:
+        return np.zeros(PHASES)
+    curve = law.curvature.drawn(law.kind.mean(window))
+    frequency, lines = window.s.imag / (2 * np.pi), law.kind.added(window, *curve)
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    spectrum = np.zeros(PHASES // 2 + 1, dtype=complex)
+    places = np.rint(frequency[inside] * window.seconds).astype(int)
+    spectrum[places] = PHASES * lines[inside]
+    return np.asarray(np.fft.irfft(spectrum, PHASES), dtype=float)

@@ -81,24 +81,50 @@ def residual_chart(results: WellResults, number: int) -> Any:
 
 
 def law_chart(results: WellResults, number: int) -> Any | None:
-    """The learnt law of the bit with its 95 % band, kN m against rpm; None where none is offered."""
+    """The learnt law with its 95 % band: of the bit kN m against rpm, of a coupling mrad against kN m; None where none
+    is offered.
+    """
     examined = results.examination.isel(set=number)
-    speed, torque, error = (examined[f"law_{name}"].values for name in ("speed", "torque", "error"))
-    if not np.isfinite(torque).all():
-        return None
-    margin = TWO_SIDED * error
-    columns = {"speed": speed / RPM, "torque": torque / 1e3}
-    columns |= {"low": (torque - margin) / 1e3, "high": (torque + margin) / 1e3}
+    for names, units, scales, words in _LAWS:
+        place, value, error = (examined[name].values for name in names)
+        if np.isfinite(value).all():
+            columns = place / scales[0], value / scales[1], TWO_SIDED * error / scales[1]
+            return _law_chart(*columns, units, words)
+    return None
+
+
+_LAWS = (
+    (
+        ("law_speed", "law_torque", "law_error"),
+        ("rpm", "kN m"),
+        (RPM, 1e3),
+        ("Law of the bit that was learnt", "Bit speed", "Torque about that at the mean speed"),
+    ),
+    (
+        ("coupling_torque", "coupling_twist", "coupling_error"),
+        ("kN m", "mrad"),
+        (1e3, 1e-3),
+        ("Law of a coupling that was learnt", "Torque", "Twist less its tangent"),
+    ),
+)
+"""Variables of each kind of law, its units, their sizes in SI, and title and axes."""
+
+
+def _law_chart(
+    place: Floats, value: Floats, margin: Floats, units: tuple[str, str], words: tuple[str, str, str]
+) -> Any:
+    columns = {"place": place, "value": value, "low": value - margin, "high": value + margin}
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
-    chart = new_chart(None, _HEIGHT, title="Law of the bit that was learnt, with its 95 % band", tools=_TOOLS)
+    chart = new_chart(None, _HEIGHT, title=f"{words[0]}, with its 95 % band", tools=_TOOLS)
     chart.toolbar.update(logo=None, autohide=True)
-    band = chart.varea("speed", "low", "high", source=data, fill_alpha=0.25)
+    band = chart.varea("place", "low", "high", source=data, fill_alpha=0.25)
     coloured(band, fill_color="ink")
-    line = chart.line("speed", "torque", source=data, line_width=2)
+    line = chart.line("place", "value", source=data, line_width=2)
     coloured(line, line_color="joint")
-    chart.add_tools(hover([("Torque", "@torque{0.00}", "kN m"), ("Bit speed", "@speed{0}", "rpm")], [line]))
-    label_axis(chart.xaxis[0], "Bit speed", unit="rpm", joint=" ")
-    label_axis(chart.yaxis[0], "Torque about that at the mean speed", unit="kN m", joint=" ")
+    rows = [(words[2].split()[0], "@value{0.00}", units[1]), (words[1], "@place{0.0}", units[0])]
+    chart.add_tools(hover(rows, [line]))
+    label_axis(chart.xaxis[0], words[1], unit=units[0], joint=" ")
+    label_axis(chart.yaxis[0], words[2], unit=units[1], joint=" ")
     return chart
 
 

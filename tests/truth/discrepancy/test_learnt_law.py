@@ -14,7 +14,7 @@ from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import fit_base
-from drillid.discrepancy.learning import law
+from drillid.discrepancy.learning import law_window
 from drillid.discrepancy.learning.examined_law import law_windows, with_law
 from drillid.discrepancy.learning.law import LearntLaw, learnt_law
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, simulated_rigs
@@ -80,9 +80,9 @@ def test_drag_that_grows_with_the_square_is_learnt_with_its_size(growing: tuple[
     own = found.curvature
     speed, torque, error = found.drawn()
     inner = (speed > own.low) & (speed < own.high)
-    mean = found.mean_speed
+    mean = found.mean
     truth = DRAG * (speed - mean) ** 2
-    bend = torque - found.damping * (speed - mean)
+    bend = torque - found.slope * (speed - mean)
     assert np.abs(bend - truth)[inner].max() < 0.35 * truth[inner].max()
     assert np.mean(np.abs(bend - truth)[inner] < 3 * error[inner] + 0.05 * truth[inner].max()) > 0.9
 
@@ -108,10 +108,12 @@ def test_the_stored_law_is_simulated_as_it_was_learnt(growing: tuple[Examination
         f"law_{name}": (("set", "law_point"), values[None])
         for name, values in (("speed", speed), ("torque", torque), ("error", error))
     }
+    missing = ("set", "law_point"), np.full((1, speed.size), np.nan)
+    variables |= {"law_memory": ("set", [0.0]), "coupling_torque": missing, "coupling_twist": missing}
     rig = simulated_rigs(xr.Dataset(variables, {"coordinate": list(COORDINATES)}))[1]
     assert rig.law is not None
-    own = told.law.curvature.law_at(windows[1].speed.mean())
-    np.testing.assert_allclose(rig.law.torque, own.torque, atol=0.05 * np.ptp(own.torque))
+    _, own = told.law.curvature.drawn(windows[1].speed.mean())
+    np.testing.assert_allclose(rig.law.torque, own, atol=0.05 * np.ptp(own))
     still = np.zeros(400)
     result = simulate(rig, still, still + windows[1].speed.mean(), still)
     np.testing.assert_allclose(result.bit_speed, windows[1].speed.mean(), rtol=1e-3)
@@ -122,7 +124,7 @@ def test_a_rig_that_cannot_be_simulated_keeps_its_verdict(
 ) -> None:
     examination, windows = growing
     # a wave passes the collars within such a step
-    monkeypatch.setattr(law, "_TIME_STEP", 0.02)
+    monkeypatch.setattr(law_window, "_TIME_STEP", 0.02)
     assert with_law(examination, lambda row: (windows[row].sweep, windows[row].speed), RATE) is examination
 
 
