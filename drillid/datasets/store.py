@@ -139,15 +139,19 @@ class WellFolders:
             _cut(temporary, kept, self.provenance)
 
         def append(piece: xr.Dataset) -> None:
+            from drillid.datasets.direct import DirectStore, without_threads
+
             conformed = DATASETS[name].conform(piece, well=self.name or self.well, **self.provenance, **attributes)
-            if temporary.exists():
-                conformed.to_zarr(temporary, append_dim="time", consolidated=False)
-            else:
-                conformed.to_zarr(temporary, mode="w", consolidated=False, encoding=_series_encoding(conformed))
+            begun = temporary.exists()
+            how: dict[str, Any] = {"append_dim": "time"} if begun else {"encoding": _series_encoding(conformed)}
+            with without_threads():
+                conformed.to_zarr(DirectStore(temporary), mode="a" if begun else "w", consolidated=False, **how)
 
         yield append
         if temporary.exists():
-            _consolidate(str(temporary))
+            from drillid.datasets.direct import DirectStore
+
+            _consolidate(DirectStore(temporary))
             write_checksums(temporary, path.with_suffix(SUFFIX), earlier, untouched)
             _rename(temporary, path)
         else:
@@ -180,8 +184,12 @@ def _write_whole(dataset: xr.Dataset, path: Path, sums: Path | None = None) -> N
     """
     from zarr.storage import MemoryStore
 
+    from drillid.datasets.direct import DirectZstd
+
     held: dict[str, Any] = {}
-    store = MemoryStore(held)
+    store, codec, dataset = MemoryStore(held), DirectZstd(), dataset.copy(deep=False)
+    for variable in dataset.variables.values():
+        variable.encoding = {"compressors": (codec,), **variable.encoding}
     dataset.to_zarr(store, mode="w", consolidated=False)
     _consolidate(store)
     files = {name: held[name].to_bytes() for name in sorted(held)}
@@ -214,11 +222,13 @@ def _rename(temporary: Path, path: Path) -> None:
 
 def _opened(folder: Path, stage: str, name: str) -> xr.Dataset:
     from drillid.datasets.checked_store import CheckedStore
+    from drillid.datasets.direct import without_threads
 
     long = "time" in DATASETS[name].variables
     store = CheckedStore(folder / f"{name}.zarr", stage)
     # without dask, whose graph takes longer than the reading of a window's samples
-    dataset: xr.Dataset = xr.open_zarr(store, chunks=None, create_default_indexes=not long)
+    with without_threads():
+        dataset: xr.Dataset = xr.open_zarr(store, chunks=None, create_default_indexes=not long)
     return dataset
 
 
@@ -226,7 +236,9 @@ def _cut(path: Path, samples: int, attributes: Mapping[str, str]) -> None:
     """Shorten a series in place; its last chunk is filled up as that of a series which never was longer."""
     import zarr
 
-    group = zarr.open_group(str(path), mode="r+", use_consolidated=False)
+    from drillid.datasets.direct import DirectStore
+
+    group = zarr.open_group(DirectStore(path), mode="r+", use_consolidated=False)
     group.attrs.update(attributes)
     for _, array in group.arrays():
         whole = -(-samples // array.chunks[0]) * array.chunks[0]
@@ -237,9 +249,9 @@ def _cut(path: Path, samples: int, attributes: Mapping[str, str]) -> None:
 
 def _series_encoding(series: xr.Dataset) -> dict[str, dict[str, Any]]:
     """Chunks along time and the compression that suits rig channels; times as whole nanoseconds."""
-    from zarr.codecs import BloscCodec
+    from drillid.datasets.direct import DirectBlosc
 
-    codec = BloscCodec(cname="zstd", clevel=1, shuffle="bitshuffle")
+    codec = DirectBlosc(cname="zstd", clevel=1, shuffle="bitshuffle")
     encoding: dict[str, dict[str, Any]] = {
         str(name): {"chunks": (_SERIES_CHUNK,), "compressors": (codec,)} for name in series.variables
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 _STATE_CHANNELS = (*NEEDED, "bit_depth", "weight_on_bit", "flow")
 _PLACE = ("first_sample", "samples")
 _REMAINDER, _REPAIRED, _USED = range(3)
+_OF_WINDOW = ["hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure", *CHANNELS, "flags", "time"]
+_BLOCK = 250_000
+"""Samples that are in memory at once, but for a window that is longer."""
 _STEADY_S = 60.0
 """Where no set point is logged, it is replaced by the mean speed over this time, s."""
 
@@ -109,7 +112,7 @@ def _divided(segment: Segment, records: xr.Dataset, rate: float, settings: Windo
     rows, windows = [], []
     for row, places in _windows_of(segment, records, rate, settings):
         rows.append(row.content(segment.first))
-        windows += [_window(records, *place, rate) for place in places]
+        windows += [_window(block, *place, rate) for block, place in _loaded(records, places)]
     return {
         "rows": rows,
         "windows": [row | {"first_sample": row["first_sample"] - segment.first} for row in windows],
@@ -161,11 +164,26 @@ def _reason(label: int, seconds: float, share: float, settings: WindowsSettings)
     return ""
 
 
-def _window(records: xr.Dataset, first: int, samples: int, rate: float) -> dict[str, Any]:
-    """Variables of one window, by the names of the WINDOWS schema."""
-    slow = ("hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure")
-    names = [*slow, *CHANNELS, "flags", "time"]
-    part = records[names].isel(time=slice(first, first + samples)).load()
+def _loaded(
+    records: xr.Dataset, places: Sequence[tuple[int, int]]
+) -> Iterator[tuple[tuple[int, xr.Dataset], tuple[int, int]]]:
+    """Places of windows, each with the samples in memory that hold it, and the place of their first.
+
+    Windows beside each other are read together, as a file costs much more than the samples that are taken from it.
+    """
+    block, end = (0, records), 0
+    for place in places:
+        first, stop = place[0], sum(place)
+        if stop > end:
+            end = max(stop, *(sum(other) for other in places if first <= other[0] and sum(other) <= first + _BLOCK))
+            block = first, records[_OF_WINDOW].isel(time=slice(first, end)).load()
+        yield block, place
+
+
+def _window(block: tuple[int, xr.Dataset], first: int, samples: int, rate: float) -> dict[str, Any]:
+    """Variables of one window, by the names of the WINDOWS schema, from samples that hold it."""
+    begin, held = block
+    part = held.isel(time=slice(first - begin, first - begin + samples))
     repaired = (part["flags"].values & np.uint8(RecordFlag.INTERPOLATED | RecordFlag.SPIKE)) > 0
     depth, time = part["hole_depth"].values.astype(float), part["time"].values
     bit_depth = _mean(part["bit_depth"].values)
