@@ -105,3 +105,30 @@ def fit_start_up(
     for row in errors:
         typer.echo(line.format(**row))
     typer.echo(f"written to {output}")
+
+
+@simulations.command("window")
+def simulate_window(
+    results: Annotated[Path, typer.Argument(help="Folder of a run's results.")],
+    well: Annotated[str, typer.Argument(help="Name of a well in it.")],
+    window: Annotated[int, typer.Option(min=0, help="Number of a window of the well that was examined.")] = 0,
+    output: Annotated[Path, typer.Option(help="CSV that is written.")] = Path("results/window.csv"),
+    as_json: Json = False,
+) -> None:
+    """A drilled window in time, by the rig that was identified in it, with what was named or learnt.
+
+    The output has the columns t_s, torque_sweep_knm and td_rpm_measured as recorded, and td_rpm, torque_command_knm and
+    bit_rpm as simulated under that sweep.
+
+    Example: drillid simulate window results/main W1 --window 3
+    """
+    from drillid.discrepancy.products.simulated_window import simulated_window
+
+    with faults_told():
+        simulated = simulated_window(results, well, window)
+        simulated.write(output)
+    if as_json:
+        print_json({"output": output, "summary": simulated.summary.splitlines()})
+        return
+    typer.echo(simulated.summary)
+    typer.echo(f"written to {output}")

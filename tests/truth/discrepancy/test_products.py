@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
 from drillid.arrays import Complex, Floats
+from drillid.commands import app
 from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
@@ -22,6 +24,7 @@ from drillid.discrepancy.products.extended_model import coordinates, identified_
 from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.discrepancy.products.prediction import PHASES, in_band, mean_period
 from drillid.discrepancy.products.reflectogram import Reflectogram, reflectogram
+from drillid.discrepancy.products.simulated_window import COLUMNS
 from drillid.discrepancy.sets import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
 from drillid.discrepancy.verdicts import from_responses as linear_verdicts
 from drillid.discrepancy.verdicts.engine import examine
@@ -31,7 +34,8 @@ from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import bit_mobility, laplace
 from drillid.physics.top_drive import control
 from drillid.simulation.simulate import TIME_STEP
-from tests.simulated import SHALLOW, Processed, Truth, drilled
+from drillid.units import RPM
+from tests.simulated import RATE, SHALLOW, Processed, Truth, drilled
 from tests.truth.discrepancy.wells import processed_well
 
 LAG = 0.04
@@ -323,6 +327,32 @@ def test_the_control_can_be_tuned_for_the_extended_rig(lagging: Processed) -> No
     )
     assert reached.modulus == pytest.approx(truth.modulus, rel=0.1)
     assert reached.delay == pytest.approx(truth.delay, rel=0.2)
+
+
+def test_a_window_is_simulated_as_the_rig_without_noise_turns(lagging: Processed, tmp_path: Path) -> None:
+    quiet = drilled(replace(LAGGING, bit_noise=0.0), 600.0, 1)
+    path = tmp_path / "window.csv"
+    words = ["simulate", "window", str(lagging.folders.results), "well", "--output", str(path)]
+    told = CliRunner().invoke(app, words)
+    assert told.exit_code == 0, told.output
+    table = pd.read_csv(path)
+    assert tuple(table.columns) == COLUMNS
+    # the simulated lead-in of the record is no part of the window, so its first period starts from rest
+    later = slice(round(120 * RATE), None)
+    speed = table["td_rpm"].to_numpy()[later] * RPM
+    truth = quiet["speed"][: table.shape[0]][later]
+    assert np.std(speed - truth) < 0.15 * np.std(truth)
+    assert np.mean(speed) == pytest.approx(np.mean(truth), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("well", "window", "match"), [("well", "99", "Examined are: 0, 1"), ("other", "0", "Give the res")]
+)
+def test_what_was_not_examined_is_not_simulated(lagging: Processed, well: str, window: str, match: str) -> None:
+    words = ["simulate", "window", str(lagging.folders.results), well, "--window", window]
+    told = CliRunner().invoke(app, words)
+    assert told.exit_code == 1
+    assert match in told.output
 
 
 def _echoes(result: Reflectogram) -> list[tuple[float, float]]:
