@@ -1,5 +1,5 @@
 """An examination with a law that is learnt in time, where its verdict is unknown and nothing linear is offered, or
-where the linear responses show nothing and the harmonics of the sweep's period do.
+where the harmonics of the sweep's period show what its model lacks.
 """
 
 from collections.abc import Callable
@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LearntLaw, learnt_law
 from drillid.discrepancy.learning.law_kinds import law_p_value
 from drillid.discrepancy.learning.law_window import LawWindow
@@ -27,8 +25,8 @@ _HARMONICS, _HIGHEST_SHARE = 2.0, 0.3
 def with_law(
     examination: Examination, channels: Callable[[int], tuple[Floats, Floats]], rate: float, error_rate: float = 0.05
 ) -> Examination:
-    """The examination with a law, where the verdict is unknown and no linear extension is offered; a verdict none
-    becomes unknown where a law is offered that surely shows.
+    """The examination with a law beside its extended model, where the verdict is unknown and no linear extension was
+    learnt, or where a law surely shows: a verdict none becomes unknown, and a named cause gets that beside it.
 
     Parameters
     ----------
@@ -36,14 +34,15 @@ def with_law(
     rate : Hz
     error_rate : chance that a set in which nothing is wrong gets another verdict than none
     """
-    verdicts = {verdict.verdict for verdict in examination.verdicts}
-    if examination.extensions or not verdicts.intersection((NONE, UNKNOWN)):
+    if examination.fingerprint is not None:
         return examination
-    windows = law_windows(examination.model, examination.base, channels, rate)
+    windows = law_windows(examination, channels, rate)
     if not windows:
         return examination
     p_value = law_p_value(windows)
-    if UNKNOWN not in verdicts and p_value >= error_rate * LAW_SHARE:
+    examination = replace(examination, law_p_value=p_value)
+    is_unknown = any(verdict.verdict == UNKNOWN for verdict in examination.verdicts)
+    if not is_unknown and p_value >= error_rate * LAW_SHARE:
         return examination
     try:
         law = learnt_law(windows)
@@ -52,25 +51,29 @@ def with_law(
         return examination
     if not law.offered:
         return examination
-    told = tuple(_told(examination, verdict, law, p_value) for verdict in examination.verdicts)
+    verdicts = tuple(verdict for verdict in examination.verdicts if verdict.verdict != NONE)
+    if not is_unknown:
+        verdicts = (*verdicts, _unknown(examination, law, p_value))
+    told = tuple(_with_gain(verdict, law) if verdict.verdict == UNKNOWN else verdict for verdict in verdicts)
     return replace(examination, verdicts=told, law=law, fingerprint=law.fingerprint)
 
 
-def _told(examination: Examination, verdict: Verdict, law: LearntLaw, p_value: float) -> Verdict:
-    """The verdict with the law, where it is unknown or none."""
-    if verdict.verdict == NONE:
-        unknown = Verdict(
-            UNKNOWN,
-            law.kind.family,
-            examination.base_rates.probability([UNKNOWN], law.evidence),
-            verdict.from_m,
-            verdict.to_m,
-            evidence_nats=law.evidence,
-            evidence=f"harmonics of the sweep's period, p-value {p_value:.2g} where all is linear",
-        )
-        verdict = calibrated(unknown)
-    if verdict.verdict != UNKNOWN:
-        return verdict
+def _unknown(examination: Examination, law: LearntLaw, p_value: float) -> Verdict:
+    """The verdict on a law where the linear responses show nothing unknown."""
+    depth = examination.model.evidence.operating_points.hole_depth
+    verdict = Verdict(
+        UNKNOWN,
+        law.kind.family,
+        examination.base_rates.probability([UNKNOWN], law.evidence),
+        float(depth.min()),
+        float(depth.max()),
+        evidence_nats=law.evidence,
+        evidence=f"harmonics of the sweep's period, p-value {p_value:.2g} where all is linear",
+    )
+    return calibrated(verdict)
+
+
+def _with_gain(verdict: Verdict, law: LearntLaw) -> Verdict:
     return replace(
         verdict,
         predictive_gain=law.gain.value,
@@ -82,25 +85,27 @@ def _told(examination: Examination, verdict: Verdict, law: LearntLaw, p_value: f
 
 
 def law_windows(
-    model: SetModel, base: SetFit, channels: Callable[[int], tuple[Floats, Floats]], rate: float
+    examination: Examination, channels: Callable[[int], tuple[Floats, Floats]], rate: float
 ) -> list[LawWindow]:
     """Windows of a set from which a law can be learnt, at most MOST_WINDOWS; `channels` and `rate` as in `with_law`."""
-    chosen = np.unique(np.linspace(0, model.evidence.windows - 1, MOST_WINDOWS).round().astype(int))
-    found = [law_window(model, base, row, channels, rate) for row in chosen.tolist()]
+    last = examination.model.evidence.windows - 1
+    chosen = np.unique(np.linspace(0, last, MOST_WINDOWS).round().astype(int))
+    found = [law_window(examination, row, channels, rate) for row in chosen.tolist()]
     return [window for window in found if window is not None]
 
 
 def law_window(
-    model: SetModel, base: SetFit, row: int, channels: Callable[[int], tuple[Floats, Floats]], rate: float
+    examination: Examination, row: int, channels: Callable[[int], tuple[Floats, Floats]], rate: float
 ) -> LawWindow | None:
-    """One window of a set; None where its sweep does not repeat, or nothing of it is used."""
-    evidence = model.evidence
+    """One window of a set by its extended model; None where its sweep does not repeat, or nothing of it is used."""
+    model, evidence = examination.model, examination.model.evidence
     sweep, speed = channels(row)
     used = evidence.frequency[model.weight[row] > 0]
     if not used.size or not (np.isfinite(sweep).all() and np.isfinite(speed).all()):
         return None
     period = sweep_period(sweep, rate, float(evidence.frequency[0]))
     band = float(used.min()), min(_HARMONICS * float(used.max()), _HIGHEST_SHARE * rate)
-    own = of_window(model.window_model_at(base.point), (row,), (evidence.windows,))
+    whole = model.window_model_at(examination.extended.point, examination.extensions)
+    own = of_window(whole, (row,), (evidence.windows,))
     torque = float(np.nan_to_num(evidence.operating_points.torque[row]))
     return LawWindow.of(own, (sweep, speed), rate, period, band, torque, row)

@@ -14,6 +14,7 @@ from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.datasets.reuse import Memo
 from drillid.discrepancy.products.dataset import examination_dataset
+from drillid.discrepancy.rules import LAW_SHARE
 from drillid.discrepancy.sets import ExaminedSet, WellData, examine_set, shared_error_rate, window_sets
 from drillid.discrepancy.verdicts.engine import decisions
 from drillid.discrepancy.verdicts.verdict import Verdict
@@ -88,13 +89,19 @@ def examine_well(
 def _decided(examination: Examination, share: float) -> dict[str, Any]:
     """What the set's share of the error rate has decided in its examination, and by which p-values."""
     misfit, detections = float(examination.before.p_value), [float(each.p_value) for each in examination.detections]
-    return {"p_values": [misfit, detections], "decisions": decisions(misfit, detections, share)}
+    of_law = float(examination.law_p_value)
+    return {"p_values": [misfit, detections, of_law], "decisions": _decisions(misfit, detections, of_law, share)}
 
 
 def _decides_alike(content: Mapping[str, Any], share: float) -> bool:
     """Whether another share of the error rate, as the well has more sets, leaves the examination as it is."""
-    misfit, detections = content["p_values"]
-    return bool(decisions(misfit, detections, share) == content["decisions"])
+    misfit, detections, of_law = content["p_values"]
+    return bool(_decisions(misfit, detections, of_law, share) == content["decisions"])
+
+
+def _decisions(misfit: float, detections: Sequence[float], of_law: float, share: float) -> list[bool]:
+    """As `decisions`, and whether a law is looked for."""
+    return [*decisions(misfit, detections, share), of_law < share * LAW_SHARE]
 
 
 def _of_set(examination: xr.Dataset, number: int) -> xr.Dataset:

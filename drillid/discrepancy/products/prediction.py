@@ -109,7 +109,7 @@ def added_by_law(
     channels, rate : sweep (N m) and speed (rad/s) of the window, (samples,) each, and their rate, Hz
     """
     law = examination.law
-    window = law_window(examination.model, examination.base, row, lambda _: channels, rate)
+    window = law_window(examination, row, lambda _: channels, rate)
     if law is None or window is None:
         return np.zeros(PHASES)
     curve = law.curvature.drawn(law.kind.mean(window))

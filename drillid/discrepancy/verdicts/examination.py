@@ -42,7 +42,9 @@ class Examination:
     fingerprint: Fingerprint | None = None
     """Of what was learnt, where that is offered."""
     law: LearntLaw | None = None
-    """Of the bit, where that is offered."""
+    """Where one is offered."""
+    law_p_value: float = 1.0
+    """Of the model against a law of any kind; 1 where none is looked for."""
 
 
 def unextended(examination: Examination) -> Examination:

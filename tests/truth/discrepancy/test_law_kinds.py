@@ -56,7 +56,7 @@ def windows_of(examination: Examination, series: list[Series]) -> list[LawWindow
     def channels(row: int) -> tuple[Floats, Floats]:
         return series[row].sweep, series[row].speed
 
-    return law_windows(examination.model, examination.base, channels, RATE)
+    return law_windows(examination, channels, RATE)
 
 
 @pytest.fixture(scope="module")
@@ -127,5 +127,8 @@ def test_a_law_that_surely_shows_makes_unknown_of_none() -> None:
     assert verdict.family == "bit"
     assert "where all is linear" in verdict.evidence
     assert told(nothing).fingerprint is not None
-    named = replace(before, verdict="drive_lag", family="drive")
-    assert told(named).verdicts == (named,)
+    named = replace(before, verdict="quantisation", family="sensor")
+    first, second = told(named).verdicts
+    assert first == named
+    assert second.verdict == UNKNOWN
+    assert told(nothing, fingerprint=told(nothing).fingerprint).verdicts == (nothing,)
