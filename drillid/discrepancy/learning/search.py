@@ -28,6 +28,8 @@ PLACES = tuple((np.arange(21) / 20).tolist())
 """Places along the string that are screened."""
 _STEP, _FINEST = 0.08, 0.004
 """First and last step of the search over places."""
+_WORTH = 0.1
+"""Nats by which another place must be better."""
 _COARSE = (0.1, 0.3, 0.5, 0.7, 0.9)
 """Places at which a resonance is begun with where the misfit is strong."""
 _STRONG = 5.0
@@ -218,7 +220,8 @@ def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -
                 fit = fit_set(model, best.fit.point, extensions, best.fit.cost)
                 tried.append(replace(best, place=place, extensions=extensions, fit=fit))
         closest = min(tried, key=lambda each: each.fit.cost)
-        if closest.fit.cost < best.fit.cost:
+        # a fit that is taken up again falls a little by itself, at any place
+        if closest.fit.cost < best.fit.cost - _WORTH:
             best = closest
         else:
             step /= 2
