@@ -76,7 +76,9 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
     learnt = [(each, size) for each, size in zip(extensions, sizes.tolist(), strict=True) if each.cause.name in TERMS]
     if not learnt:
         raise SettingsError(
-            "promotion", f"{source} has no learnt extension", "Choose a set whose evidence tells of one"
+            "promotion",
+            f"{source} has no learnt extension of the responses",
+            "Choose a set whose evidence tells of one; a law that is not linear needs a class of its own",
         )
     terms = [
         f'    ("{each.cause.name}", {each.shape!r}, {size:.6g}, {each.cause.name not in FIXED}),'
