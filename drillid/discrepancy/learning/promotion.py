@@ -21,12 +21,14 @@ from drillid.errors import SettingsError
 FIXED = ("mount_frequency", "mount_loss", "drag_rate")
 """Terms that do not grow with the cause's size."""
 _FAMILIES = {"drive": "drive", "control": "control", "record": "sensor", "top": "top", "bit": "bit"}
-_TEMPLATE = '''"""{meaning}: learnt from {source}. Correct these words, and those of the class, before it is used."""
+_TEMPLATE = '''"""{sentence}: learnt, and to be read and named before it is used.
+
+From {source}.
+"""
 
 from typing import Any
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
-from drillid.discrepancy.learning.elements import TERMS
 
 _TERMS = (
 {terms}
@@ -35,7 +37,7 @@ _TERMS = (
 
 
 class {title}(Cause):
-    """{meaning}, as it was learnt; the size is the share of it."""
+    """{sentence}, as it was learnt; the size is the share of it."""
 
     name, family, port = "{name}", "{family}", "{port}"
     meaning = "{meaning}"
@@ -47,6 +49,9 @@ class {title}(Cause):
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """All terms, those that grow in proportion to the size."""
+        # late, as the terms are causes and stand on the catalogue
+        from drillid.discrepancy.learning.elements import TERMS
+
         for term, place, value, grows in _TERMS:
             own = value * size if grows else value
             window_model = TERMS[term].extend(window_model, own, place, operating_point)
@@ -89,6 +94,7 @@ def module_source(name: str, extensions: Sequence[Extension], sizes: Floats, sou
         name=name,
         title="".join(word.capitalize() for word in name.split("_")),
         meaning=cause.meaning,
+        sentence=cause.meaning[0].upper() + cause.meaning[1:],
         family=_FAMILIES.get(cause.port, "string"),
         port=_FAMILIES.get(cause.port, "string"),
         source=source,

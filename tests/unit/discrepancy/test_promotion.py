@@ -1,6 +1,10 @@
 """What was learnt becomes a module of the catalogue, whose cause at size one is the extension and at zero nothing."""
 
 import importlib.util
+import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +12,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
+import drillid.discrepancy.catalogue
 from drillid.commands import app
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension
@@ -68,6 +73,31 @@ def test_the_generated_cause_is_what_was_learnt(
     assert cause.name == "shaker"
     assert cause.family == family
     assert cause.is_linear
+
+
+def test_the_module_joins_the_catalogue_without_a_circle(tmp_path: Path) -> None:
+    package = Path(drillid.discrepancy.catalogue.__file__)
+    shutil.copytree(package.parents[2], tmp_path / "drillid", ignore=shutil.ignore_patterns("__pycache__"))
+    source = module_source("soft_joint", [Extension(TERMS["learnt_joint"], 0.5)], np.array([1e-5]), "a well")
+    catalogue = tmp_path / "drillid/discrepancy/catalogue"
+    (catalogue / "soft_joint.py").write_text(source)
+    text = (catalogue / "__init__.py").read_text()
+    for before, after in (
+        ("import bit, sensor", "import bit, sensor, soft_joint"),
+        ("string, bit, time)", "string, bit, time, soft_joint)"),
+    ):
+        assert before in text
+        text = text.replace(before, after)
+    (catalogue / "__init__.py").write_text(text)
+    told = subprocess.run(
+        [sys.executable, "-c", "from drillid.discrepancy import CATALOGUE; print(CATALOGUE['soft_joint'].name)"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert told.stdout.strip() == "soft_joint", told.stderr
 
 
 def test_a_name_that_is_none_and_a_set_without_anything_learnt_are_refused() -> None:
