@@ -116,8 +116,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
-    skewness = top_drive.hold_skewness, recording.hold_skewness
-    constants = [controller.compensated_inertia, controller.compensation_filter, *skewness, *lines.constants]
+    constants = [controller.compensated_inertia, controller.compensation_filter, *lines.constants]
     is_shaped = any(part.shaping is not None for part in (top_drive, controller, recording))
     is_known = bit is not None and None not in sections and controller.matching is None and not is_shaped
     if bit is None or not is_known or any(isinstance(constant, Dual) for constant in constants):
@@ -139,8 +138,9 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
     quantities = [
         *(recording.scale, recording.clock_offset, clock_variance, recording.filter_frequency),
+        recording.hold_skewness,
         *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter),
-        *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag),
+        *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag, top_drive.hold_skewness),
         *(motor.stiffness, motor.damping, motor.inertia),
         *(system.bit.inertia, bit.amplitude, bit.blade_time),
         *(bit.damping if isinstance(more, float) and more == 0 else bit.damping + more for more in course),

@@ -15,77 +15,24 @@ A recorder whose clock is late by t₀ against the control's holds what the read
 t₀: its time stamps have the difference of v, and of κ, at T_d + t₀ and at T_d.
 """
 
-import numpy as np
-from numpy.typing import ArrayLike
-from scipy.special import ndtri
+from typing import Any
 
-from drillid.arrays import Floats
+import numpy as np
+
+from drillid.physics.dual_numbers import primal
 
 LONGEST = 0.05
 """s, beyond which hardly any speed control has its interval."""
-_USUAL = LONGEST / 2
+USUAL = LONGEST / 2
 """s, scale of the half-normal prior of an interval that is not known."""
-_QUANTILES = 64
-_SHARES = (np.arange(_QUANTILES) + 0.5) / _QUANTILES
 
 
-def hold_variance(interval: ArrayLike, delay: ArrayLike) -> Floats:
-    """V of the drive, s², from the interval h and the whole delay T_d, which includes h/2; both in s, and broadcast."""
-    interval = np.asarray(interval, dtype=float)
-    return _spread(interval, np.asarray(delay, dtype=float) - interval / 2) - interval**2 / 12
+def cumulants(interval: Any, delay: Any) -> tuple[Any, Any]:
+    """v (s²) and κ (s³) of the drive at an interval h and a whole delay T_d, which includes h/2; both in s, and broadcast.
 
-
-def hold_skewness(interval: float, delay: ArrayLike) -> Floats:
-    """κ of the drive, s³, from the interval h and the whole delays T_d, which include h/2, s; zero where h is NaN."""
-    beyond = np.mod(np.asarray(delay, dtype=float) / interval - 0.5, 1.0)
-    return np.asarray(np.nan_to_num(interval**3 * beyond * (1 - beyond) * (1 - 2 * beyond)), dtype=float)
-
-
-def reading_skewness(interval: float, delay: ArrayLike, clock_offset: ArrayLike) -> Floats:
-    """κ of a recorder's time stamps, s³, whose clock is late by some times, s; zero where h is NaN."""
-    later = np.asarray(delay, dtype=float) + np.asarray(clock_offset, dtype=float)
-    return hold_skewness(interval, later) - hold_skewness(interval, delay)
-
-
-def hold_variance_prior(interval: float, delay: float, delay_error: float) -> tuple[float, float]:
-    """Mean and standard deviation of v of the drive, s².
-
-    Parameters
-    ----------
-    interval : s; NaN where it is not known, which is then half-normal
-    delay, delay_error : s, T_d and its standard uncertainty, infinite where it is not known
+    Either may be a Dual. Both are continuous where T_d is a multiple of h and a half, though v has a kink there.
     """
-    intervals, delays = _intervals_and_delays(interval, delay, delay_error)
-    return _moments(hold_variance(intervals, delays))
-
-
-def reading_variance_prior(
-    interval: float, delay: float, delay_error: float, clock_error: float
-) -> tuple[float, float]:
-    """Mean and standard deviation of v of a recorder's time stamps, s², whose clock is off by `clock_error` (s).
-
-    Parameters
-    ----------
-    interval, delay, delay_error : as for the drive
-    """
-    intervals, delays = _intervals_and_delays(interval, delay, delay_error)
-    later = delays[..., None] + clock_error * ndtri(_SHARES)
-    return _moments(hold_variance(intervals[..., None], later) - hold_variance(intervals, delays)[..., None])
-
-
-def _spread(interval: Floats, time: Floats) -> Floats:
-    """h² g(1 − g), s², where a time is beyond whole intervals by a part g."""
-    beyond = np.mod(time / interval, 1.0)
-    return np.asarray(interval**2 * beyond * (1 - beyond), dtype=float)
-
-
-def _intervals_and_delays(interval: float, delay: float, delay_error: float) -> tuple[Floats, Floats]:
-    """The interval alone, or quantiles of its prior where it is not known; and quantiles of the delay, s."""
-    intervals = np.array([interval]) if np.isfinite(interval) else -_USUAL * ndtri(_SHARES / 2)
-    # of a delay that is not known, any part of an interval is as likely as another
-    known = np.isfinite(delay_error)
-    return intervals, delay + delay_error * ndtri(_SHARES)[:, None] if known else intervals * _SHARES[:, None]
-
-
-def _moments(values: Floats) -> tuple[float, float]:
-    return float(values.mean()), float(values.std())
+    beyond = delay / interval - 0.5
+    part = beyond - np.floor(primal(beyond))
+    spread = part * (1 - part)
+    return interval**2 * (spread - 1 / 12), interval**3 * spread * (1 - 2 * part)

@@ -16,16 +16,15 @@ import numpy as np
 from drillid.arrays import Floats, Integers
 from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, root, through_section
 
-RECORDING, CONTROL, TOP_DRIVE, MOTOR, BIT, COURSE = 0, 4, 8, 13, 16, 19
-"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock and filter frequency of
-the recording; P, I and the filters of speed and torque; inertia, delay, variance of the delay, gain and lag of the top
-drive; stiffness, damping and inertia of the motor; inertia of the bit, amplitude and blade time of its regenerative
-cutting; damping at the bit in every part of the window. κ, δ, drag and loss factor of every line follow, then length
-and polar moment of every section."""
+RECORDING, CONTROL, TOP_DRIVE, MOTOR, BIT, COURSE = 0, 5, 9, 15, 18, 21
+"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock, filter frequency and
+third cumulant of the clock of the recording; P, I and the filters of speed and torque; inertia, delay, its variance,
+gain, lag and third cumulant of the delay of the top drive; stiffness, damping and inertia of the motor; inertia of the
+bit, amplitude and blade time of its regenerative cutting; damping at the bit in every part of the window. κ, δ, drag
+and loss factor of every line follow, then length and polar moment of every section."""
 PER_LINE, PER_SECTION = 4, 2
-FIXED = 4
-"""Number of constants before those of the lines: compensated inertia, the filter of its compensation, and the third
-cumulants of the drive's delay and of the recording's clock."""
+FIXED = 2
+"""Number of constants before those of the lines: compensated inertia, and the filter of its compensation."""
 FIXED_PER_LINE = 3
 """Density, shear modulus and reference frequency of the loss factor."""
 
@@ -85,9 +84,9 @@ def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> N
     clock_variance, offset = values[RECORDING + 2], values[RECORDING + 1]
     proportional, integral = values[CONTROL], values[CONTROL + 1]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
-    delay, variance, gain, lag = values[9], values[10], values[11], values[12]
+    delay, variance, gain = values[TOP_DRIVE + 1], values[TOP_DRIVE + 2], values[TOP_DRIVE + 3]
+    lag, of_delay, of_clock = values[TOP_DRIVE + 4], values[TOP_DRIVE + 5] / 6, values[RECORDING + 4] / 6
     compensated, compensation_filter = constants[0], constants[1]
-    of_delay, of_clock = constants[2] / 6, constants[3] / 6
     for j in range(BLOCK):
         s = complex(0.0, omega[j])
         compensation = compensated * s * inverse(1.0 + compensation_filter * s)
@@ -256,25 +255,26 @@ def _down_bit(
 @compiled
 def _down_drive(values: Floats, omega: Floats, table: Floats, slopes: Floats, of_control: Floats) -> None:
     """Derivatives to the quantities of drive and control; those of the control's own response beside them."""
-    gain, lag = values[11], values[12]
+    gain, lag = values[TOP_DRIVE + 3], values[TOP_DRIVE + 4]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
     for j in range(BLOCK):
         s, drive, response = complex(0.0, omega[j]), read(table, _DRIVE, j), read(table, CONTROL_ROW, j)
         to_drive, to_control = read(table, _TO_DRIVE, j) * drive, read(table, _TO_CONTROL, j)
-        write(slopes, 9, j, -s * to_drive)
-        write(slopes, 10, j, -0.5 * omega[j] * omega[j] * to_drive)
-        write(slopes, 11, j, to_drive * (1.0 / gain))
-        write(slopes, 12, j, -s * to_drive * inverse(1.0 + lag * s))
+        write(slopes, TOP_DRIVE + 1, j, -s * to_drive)
+        write(slopes, TOP_DRIVE + 2, j, -0.5 * omega[j] * omega[j] * to_drive)
+        write(slopes, TOP_DRIVE + 3, j, to_drive * (1.0 / gain))
+        write(slopes, TOP_DRIVE + 4, j, -s * to_drive * inverse(1.0 + lag * s))
+        write(slopes, TOP_DRIVE + 5, j, -s * s * s * to_drive * (1.0 / 6.0))
         on_speed, on_torque = inverse(1.0 + speed_filter * s), inverse(1.0 + torque_filter * s)
         filters, per_s = on_speed * on_torque, complex(0.0, -1.0 / omega[j])
-        write(of_control, 4, j, filters)
-        write(of_control, 5, j, filters * per_s)
-        write(of_control, 6, j, -s * response * on_speed)
-        write(of_control, 7, j, -s * response * on_torque)
-        write(slopes, 4, j, to_control * filters)
-        write(slopes, 5, j, to_control * filters * per_s)
-        write(slopes, 6, j, -to_control * s * response * on_speed)
-        write(slopes, 7, j, -to_control * s * response * on_torque)
+        write(of_control, CONTROL, j, filters)
+        write(of_control, CONTROL + 1, j, filters * per_s)
+        write(of_control, CONTROL + 2, j, -s * response * on_speed)
+        write(of_control, CONTROL + 3, j, -s * response * on_torque)
+        write(slopes, CONTROL, j, to_control * filters)
+        write(slopes, CONTROL + 1, j, to_control * filters * per_s)
+        write(slopes, CONTROL + 2, j, -to_control * s * response * on_speed)
+        write(slopes, CONTROL + 3, j, -to_control * s * response * on_torque)
 
 
 @compiled
@@ -291,17 +291,20 @@ def _recorded(
         write(table, MOBILITY_ROW, j, mobility)
         write(table, CONTROL_ROW, j, response)
         s, half_square = complex(0.0, omega[j]), 0.5 * omega[j] * omega[j]
-        write(slopes, 0, j, mobility * (1.0 / scale))
-        write(slopes, 1, j, -s * mobility)
-        write(slopes, 2, j, -half_square * mobility)
-        write(of_control, 0, j, -response * (1.0 / scale))
-        write(of_control, 1, j, s * response)
-        write(of_control, 2, j, half_square * response)
+        sixth_cube = s * s * s * (1.0 / 6.0)
+        write(slopes, RECORDING, j, mobility * (1.0 / scale))
+        write(slopes, RECORDING + 1, j, -s * mobility)
+        write(slopes, RECORDING + 2, j, -half_square * mobility)
+        write(slopes, RECORDING + 4, j, -sixth_cube * mobility)
+        write(of_control, RECORDING, j, -response * (1.0 / scale))
+        write(of_control, RECORDING + 1, j, s * response)
+        write(of_control, RECORDING + 2, j, half_square * response)
+        write(of_control, RECORDING + 4, j, sixth_cube * response)
     if is_filtered:
         for j in range(BLOCK):
             logarithm = read(table, _LOGARITHM, j)
-            write(slopes, 3, j, -logarithm * read(table, MOBILITY_ROW, j))
-            write(of_control, 3, j, logarithm * read(table, CONTROL_ROW, j))
+            write(slopes, RECORDING + 3, j, -logarithm * read(table, MOBILITY_ROW, j))
+            write(of_control, RECORDING + 3, j, logarithm * read(table, CONTROL_ROW, j))
 
 
 @compiled

@@ -1,6 +1,6 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,8 @@ from drillid.discrepancy.inference.set_model import (
     FURTHEST_SHAPE,
     HEAVY_TAILED,
     HIGHEST,
+    INTERVAL,
+    INTERVALS,
     LOCAL,
     LOWEST,
     SHARED,
@@ -86,11 +88,11 @@ class SetFit:
     windows_information: float
     """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
-    """(13,) how far the shared coordinates lie off their priors, in standard deviations of these."""
+    """(12,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
     @property
     def pulls(self) -> Floats:
-        """(13,) the same as normal variables of the same log density relative to its peak: half their squares add to
+        """(12,) the same as normal variables of the same log density relative to its peak: half their squares add to
         the cost.
         """
         return np.sign(self.off_data_sheet) * np.sqrt(2 * off_cost(self.off_data_sheet))
@@ -202,9 +204,29 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
 def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
     """The model of a set without extensions, and its fit from both starts, outlier windows brought back."""
     model = SetModel(evidence)
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+    base = fit_from(model, [model.start(), model.expected()])
+    if not model.interval_is_known:
+        base = min(base, fit_from(model, at_other_intervals(base.point)), key=lambda fit: fit.cost)
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
+
+
+def fit_from(model: SetModel, starts: Iterable[Point], extensions: tuple[Extension, ...] = ()) -> SetFit:
+    """The best of the fits from some starts; those that fall too slowly to be the best are stopped early."""
+    fits: list[SetFit] = []
+    for start in starts:
+        fits.append(fit_set(model, start, extensions, min((fit.cost for fit in fits), default=np.inf)))
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def at_other_intervals(point: Point) -> list[Point]:
+    """A point at some intervals of the control, as the fit at one may have ended at a minimum far from others."""
+    points = []
+    for interval in INTERVALS:
+        shared = point.shared.copy()
+        shared[INTERVAL] = interval
+        points.append(replace(point, shared=shared))
+    return points
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:

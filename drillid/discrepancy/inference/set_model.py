@@ -1,8 +1,8 @@
 """One model of a set of windows: coordinates shared by all, coordinates that vary from window to window, causes.
 
-Thirteen parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
-between the clocks of speed and torque, and what control that samples and holds adds to the variances of the delay and
-of the speed's time stamps; scaled to be of order one they are the model's coordinates. They are shared by the set, and
+Twelve parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
+between the clocks of speed and torque, and the interval of a control that samples and holds; scaled to be of order one
+they are the model's coordinates. They are shared by the set, and
 four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window to window.
 Each has a prior: from the data sheets where they state a value, else as wide as rigs differ. It is Gaussian, or
 Student's t where a value is now and then plainly wrong.
@@ -22,14 +22,9 @@ from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.control_errors import control_errors
 from drillid.discrepancy.inference.rows import Linearised, Products, products_of, weighted
 from drillid.physics.compiled_system import compiled_system, data_of
-from drillid.physics.dual_numbers import Dual, primal
+from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import (
-    hold_skewness,
-    hold_variance_prior,
-    reading_skewness,
-    reading_variance_prior,
-)
+from drillid.physics.held_control import LONGEST, USUAL, cumulants
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -49,8 +44,7 @@ COORDINATES = (
     "P",
     "I",
     "clock",
-    "hold",
-    "reading",
+    "interval",
 )
 """Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes."""
 SHARED = len(COORDINATES)
@@ -62,11 +56,17 @@ DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
 """Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
 Student's t with STUDENT_TAIL degrees of freedom."""
-_KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _HOLD = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 1e-4
+_KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _INTERVAL = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 0.01
+INTERVAL = COORDINATES.index("interval")
+"""Index of the interval of the control."""
+INTERVALS = np.array([0.01, 0.025, LONGEST]) / _INTERVAL
+"""Scaled intervals from which fits start where it is not known, as the cost has several minima."""
+_INTERVAL_RELATIVE = 0.01
+"""Relative standard uncertainty of an interval that is stated or seen in the log."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
-LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, -10.0, -10.0])
-HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 20.0])
+LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01])
+HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 FURTHEST_SHAPE = 2.5
 """Bound of the fitted coordinates of shapes, in standard deviations."""
@@ -105,7 +105,7 @@ class Point:
     """Coordinates of a set, and sizes and shapes of its causes."""
 
     shared: Floats
-    """(13,) coordinates shared by all windows."""
+    """(12,) coordinates shared by all windows."""
     local: Floats
     """(W, 4) deviations of each window from them."""
     sizes: Floats
@@ -155,7 +155,7 @@ class SetModel:
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
-        """Prior mean and standard deviation of the shared coordinates, each (13,)."""
+        """Prior mean and standard deviation of the shared coordinates, each (12,)."""
         sheet = self.evidence.data_sheet
         lump = np.hypot(1.0, sheet.collar_relative * self.collar_inertia / _LUMP)
         mean = [1.5, 0.0, 0.0, 0.0, sheet.delay / _DELAY, sheet.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -163,10 +163,16 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
-        held = hold_variance_prior(sheet.control_interval, sheet.delay, sheet.delay_error)
-        read = reading_variance_prior(sheet.control_interval, sheet.delay, sheet.delay_error, sheet.clock_error)
-        mean, error = [*mean, held[0] / _HOLD, read[0] / _HOLD], [*error, held[1] / _HOLD, read[1] / _HOLD]
+        interval = sheet.control_interval / _INTERVAL
+        # half-normal where it is not known
+        mean.append(interval if self.interval_is_known else 0.0)
+        error.append(_INTERVAL_RELATIVE * interval if self.interval_is_known else USUAL / _INTERVAL)
         return np.array(mean), np.minimum(error, _WIDE)
+
+    @property
+    def interval_is_known(self) -> bool:
+        """Whether the data sheets state the interval of the control, or the log shows it."""
+        return bool(np.isfinite(self.evidence.data_sheet.control_interval))
 
     @property
     def collar_inertia(self) -> float:
@@ -221,18 +227,19 @@ class SetModel:
         shared[3] = _middle(fitted, 3) / self.polar_moment - 1
         shared[4], shared[5] = _middle(fitted, 4) / _DELAY, _middle(fitted, 5) / _INERTIA
         shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP
+        if not self.interval_is_known:
+            shared[INTERVAL] = INTERVALS[0]
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
         """The point that the data sheets state, and the windows' own fits where they do not."""
         fitted, unstated = self.start(), self.prior_error >= _WIDE
+        unstated[INTERVAL] = not self.interval_is_known
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
-        """The model of all windows from their thirteen coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, hold, reading = (
-            coordinates
-        )
+        """The model of all windows from their twelve coordinates, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, interval = coordinates
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
@@ -243,19 +250,21 @@ class SetModel:
             proportional=self.controller.proportional * (1 + proportional),
             integral=self.controller.integral * (1 + integral),
         )
-        held = hold_skewness(sheet.control_interval, primal(_DELAY * delay))
-        read = reading_skewness(sheet.control_interval, primal(_DELAY * delay), primal(_CLOCK * clock))
+        held = cumulants(_INTERVAL * interval, _DELAY * delay)
+        later = cumulants(_INTERVAL * interval, _DELAY * delay + _CLOCK * clock)
         top_drive = TopDrive(
-            _INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold, hold_skewness=held
+            _INERTIA * inertia, _DELAY * delay, controller, hold_variance=held[0], hold_skewness=held[1]
         )
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
-            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading, hold_skewness=read),
+            Recording(
+                clock_offset=_CLOCK * clock, hold_variance=later[0] - held[0], hold_skewness=later[1] - held[1]
+            ),
         )
 
     def coordinates(self, point: Point) -> Floats:
-        """Coordinates of every window, shape (13, W, 1)."""
+        """Coordinates of every window, shape (12, W, 1)."""
         values = np.tile(point.shared[:, None], (1, self.evidence.windows))
         values[list(LOCAL)] += point.local.T
         return values[..., None]

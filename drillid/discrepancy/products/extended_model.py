@@ -75,9 +75,11 @@ def window_model_of(
     collars = replace(pipe, length=column["collar_length"], polar_moment=column["collar_polar_moment"])
     string = (pipe, collars) if np.any(column["collar_length"] > 0) else (pipe,)
     controller = Controller(column["proportional"], column["integral"], column["speed_filter"], column["torque_filter"])
-    top_drive = TopDrive(column["inertia_td"], column["delay"], controller, hold_variance=column["delay_variance"])
+    held = {"hold_variance": column["delay_variance"], "hold_skewness": column["delay_skewness"]}
+    top_drive = TopDrive(column["inertia_td"], column["delay"], controller, **held)
     system = DrillingSystem(top_drive, string, Bit(column["inertia_bit"], column["damping_bha"]))
-    recording = Recording(clock_offset=column["clock_offset"], hold_variance=column["clock_variance"])
+    held = {"hold_variance": column["clock_variance"], "hold_skewness": column["clock_skewness"]}
+    recording = Recording(clock_offset=column["clock_offset"], **held)
     window_model = WindowModel(system, recording)
     operating_point = OperatingPoint(column["mean_speed"], column["mean_torque"], column["depth_length"])
     for extension, size in zip(extensions, sizes, strict=True):

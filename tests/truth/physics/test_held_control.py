@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
+from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import (
-    LONGEST,
-    hold_skewness,
-    hold_variance,
-    hold_variance_prior,
-    reading_skewness,
-    reading_variance_prior,
-)
+from drillid.physics.held_control import cumulants
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
@@ -25,8 +19,8 @@ def test_an_inertia_under_held_torque_moves_as_by_a_delay_of_these_cumulants(int
     delay = (whole + part + 0.5) * interval
     z = np.exp(s * interval)
     exact = z**-whole * (1 - part + part / z) * interval / (z - 1)
-    cumulants = float(hold_variance(interval, delay)), float(hold_skewness(interval, delay))
-    held = TopDrive(1.0, delay, Controller(0.0), hold_variance=cumulants[0], hold_skewness=cumulants[1])
+    variance, skewness = cumulants(interval, delay)
+    held = TopDrive(1.0, delay, Controller(0.0), hold_variance=variance, hold_skewness=skewness)
     np.testing.assert_allclose(drive(held, s) / s, exact, rtol=4e-4)
 
 
@@ -42,27 +36,23 @@ def test_a_clock_that_is_late_holds_the_speed_between_two_readings(offset: float
         held = np.floor((time - begin) / interval)
         return np.exp(s * held * interval) * (interval / (np.exp(s * interval) - 1) + time - begin - held * interval)
 
-    record = Recording(
-        clock_offset=offset,
-        hold_variance=float(hold_variance(interval, delay + offset) - hold_variance(interval, delay)),
-        hold_skewness=float(reading_skewness(interval, delay, offset)),
-    )
+    variance, skewness = np.subtract(cumulants(interval, delay + offset), cumulants(interval, delay))
+    record = Recording(clock_offset=offset, hold_variance=variance, hold_skewness=skewness)
     np.testing.assert_allclose(record.transfer(s), speed(-offset) / speed(0.0), rtol=6e-4)
 
 
-def test_the_prior_of_a_known_interval_is_that_of_its_delays() -> None:
-    interval, delay = 0.03, 0.05
-    mean, deviation = hold_variance_prior(interval, delay, 1e-6)
-    assert mean == pytest.approx(float(hold_variance(interval, delay)), rel=1e-3)
-    assert deviation < 1e-3 * interval**2
-    mean, deviation = hold_variance_prior(interval, delay, np.inf)
-    assert mean == pytest.approx(interval**2 / 12, rel=0.1)
-    assert deviation == pytest.approx(interval**2 / np.sqrt(180), rel=0.1)
+@pytest.mark.parametrize("delay", [0.047, 0.061])
+def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float) -> None:
+    interval, step = 0.03, 1e-7
+    slopes = cumulants(Dual(interval, [1.0, 0.0]), Dual(delay, [0.0, 1.0]))
+    of_interval = np.subtract(cumulants(interval + step, delay), cumulants(interval - step, delay)) / (2 * step)
+    of_delay = np.subtract(cumulants(interval, delay + step), cumulants(interval, delay - step)) / (2 * step)
+    for cumulant, *expected in zip(slopes, of_interval, of_delay, strict=True):
+        np.testing.assert_allclose(cumulant.full_tangents(), expected, rtol=1e-5)
 
 
-def test_an_unknown_interval_may_be_any_up_to_the_longest() -> None:
-    mean, deviation = hold_variance_prior(np.nan, 0.05, np.inf)
-    assert 0 < mean < LONGEST**2 / 12
-    assert mean + 4 * deviation > LONGEST**2 / 6
-    short, unknown = (reading_variance_prior(interval, 0.05, np.inf, 0.002) for interval in (1e-4, np.nan))
-    assert short[1] < 1e-8 < unknown[1]
+def test_the_cumulants_have_no_steps() -> None:
+    interval = 0.03
+    for whole in (1, 2):
+        below, above = (cumulants(interval, (whole + 0.5) * interval + side) for side in (-1e-12, 1e-12))
+        np.testing.assert_allclose(below, above, atol=1e-12)
