@@ -11,28 +11,45 @@ exactly: where the drive itself is late by m + f intervals, m whole ones and a p
 so that altogether the variance is v = h² (f(1 − f) − 1/12): h²/12 in the mean over f, and between −h²/12 and h²/6. The
 next term of the logarithm is −s³ κ/6 with the third cumulant κ = h³ f(1 − f)(1 − 2f), at most 0.1 h³.
 
-A recorder whose clock is late by t₀ against the control's holds what the readings would be if the drive were later by
-t₀: its time stamps have the difference of v, and of κ, at T_d + t₀ and at T_d.
+What depends on f is folded, nearly all of it from the first multiple of the rate. A filter G between command and
+reading shifts f by the phase of G there, and weakens what depends on f by |G|. A recorder that keeps the readings holds
+what they would be if the drive were followed by the recorder's clock and filter in place of the control's: its time
+stamps have the difference of v, and of κ, with the one and with the other.
 """
 
 from typing import Any
 
 import numpy as np
 
-from drillid.physics.dual_numbers import primal
+from drillid.physics.dual_numbers import linear, primal
 
-LONGEST = 0.05
-"""s, beyond which hardly any speed control has its interval."""
-USUAL = LONGEST / 2
+USUAL = 0.025
 """s, scale of the half-normal prior of an interval that is not known."""
+INTERVALS = (1e-4, *np.geomspace(0.01, 0.05, 15).tolist())
+"""s, intervals that are tried where it is not known: as good as none, and up to where hardly any speed control has its
+interval, so close that none between them fits much better.
+"""
+_NONE = 1e-200
+"""In place of a response that vanishes, whose phase does not matter."""
 
 
-def cumulants(interval: Any, delay: Any) -> tuple[Any, Any]:
-    """v (s²) and κ (s³) of the drive at an interval h and a whole delay T_d, which includes h/2; both in s, and broadcast.
+def cumulants(interval: Any, delay: Any, filters: Any = None) -> tuple[Any, Any]:
+    """v (s²) and κ (s³) of a command that is held and then read; any argument may be a Dual.
 
-    Either may be a Dual. Both are continuous where T_d is a multiple of h and a half, though v has a kink there.
+    Both are continuous where the whole delay is a multiple of h and a half; v has a kink there.
+
+    Parameters
+    ----------
+    interval, delay : h and T_d, which includes h/2; s
+    filters : response of all other filters from the command to the reading at s = 2πi/h; None without any
     """
     beyond = delay / interval - 0.5
+    if filters is None:
+        part = beyond - np.floor(primal(beyond))
+        spread = part * (1 - part)
+        return interval**2 * (spread - 1 / 12), interval**3 * (spread * (1 - 2 * part))
+    logarithm = np.log(filters + _NONE)
+    weakened, beyond = np.exp(linear(np.real, logarithm)), beyond - linear(np.imag, logarithm) / (2 * np.pi)
     part = beyond - np.floor(primal(beyond))
     spread = part * (1 - part)
-    return interval**2 * (spread - 1 / 12), interval**3 * spread * (1 - 2 * part)
+    return interval**2 * (weakened * (spread - 1 / 6) + 1 / 12), interval**3 * (weakened * spread * (1 - 2 * part))

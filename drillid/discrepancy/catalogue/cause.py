@@ -6,12 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
+
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
+from drillid.physics.dual_numbers import primal
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
+from drillid.physics.held_control import cumulants
 from drillid.physics.responses import command_mobility
 from drillid.physics.sensor import Recording
-from drillid.physics.top_drive import control
+from drillid.physics.top_drive import control, drive
 
 
 @dataclass(frozen=True)
@@ -23,15 +27,52 @@ class WindowModel:
     recording: Recording
     course: tuple[Any, ...] = (0.0,)
     """N m s/rad, deviation of the damping at the bit from its mean in successive, equally long parts of the window."""
+    control_interval: Any = 0.0
+    """s, at which the control samples and holds; 0 where it is continuous."""
 
     def mobility(self, s: Any) -> Any:
         """Recorded speed per sweep torque in the mean over the window, rad/(N m s)."""
-        first, *further = (command_mobility(self._with_bit_damping(more), s) for more in self.course)
-        return self.recording.transfer(s) * (sum(further, first) / len(self.course) if further else first)
+        held = self.held()
+        first, *further = (command_mobility(held._with_bit_damping(more), s) for more in self.course)
+        return held.recording.transfer(s) * (sum(further, first) / len(self.course) if further else first)
 
     def control(self, s: Any) -> Any:
         """Response of the speed control: torque opposing the speed per recorded speed, N m s/rad."""
-        return control(self.system.top_drive.controller, s) / self.recording.transfer(s)
+        held = self.held()
+        return control(held.system.top_drive.controller, s) / held.recording.transfer(s)
+
+    def held(self) -> WindowModel:
+        """The same with continuous control, and what holding adds to the delays of drive and recording in its place."""
+        interval = self.control_interval
+        if not np.any(primal(interval)):
+            return self
+        top_drive, recording = self.system.top_drive, self.recording
+        read = cumulants(interval, top_drive.delay, self._filters(read=True))
+        kept = cumulants(interval, top_drive.delay + recording.clock_offset, self._filters(read=False))
+        return replace(
+            self.with_top_drive(
+                hold_variance=top_drive.hold_variance + read[0], hold_skewness=top_drive.hold_skewness + read[1]
+            ).with_recording(
+                hold_variance=recording.hold_variance + kept[0] - read[0],
+                hold_skewness=recording.hold_skewness + kept[1] - read[1],
+            ),
+            control_interval=0.0,
+        )
+
+    def _filters(self, *, read: bool) -> Any:
+        """Response without delays at the rate of the control, from its command to what it reads or to what is kept."""
+        top_drive, recording = self.system.top_drive, self.recording
+        speed_filter = top_drive.controller.speed_filter
+        own = top_drive.lag, top_drive.delay_jitter
+        then = (speed_filter,) if read else (recording.clock_jitter, recording.hold_variance)
+        filters_record = not read and np.any(np.isfinite(primal(recording.filter_frequency)))
+        if not filters_record and not any(np.any(primal(part)) for part in (*own, *then)):
+            return None
+        s = 2j * np.pi / self.control_interval
+        late = drive(replace(top_drive, delay=0.0, gain=1.0, shaping=None), s)
+        if read:
+            return late / (1 + s * speed_filter)
+        return late * replace(recording, clock_offset=0.0, scale=1.0, shaping=None).transfer(s)
 
     def _with_bit_damping(self, more: Any) -> DrillingSystem:
         bit = self.system.bit

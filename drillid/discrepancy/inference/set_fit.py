@@ -1,6 +1,6 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,8 +13,6 @@ from drillid.discrepancy.inference.set_model import (
     FURTHEST_SHAPE,
     HEAVY_TAILED,
     HIGHEST,
-    INTERVAL,
-    INTERVALS,
     LOCAL,
     LOWEST,
     SHARED,
@@ -25,6 +23,7 @@ from drillid.discrepancy.inference.set_model import (
 )
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
+from drillid.physics.held_control import INTERVALS, USUAL
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
@@ -202,31 +201,34 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
 
 
 def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
-    """The model of a set without extensions, and its fit from both starts, outlier windows brought back."""
-    model = SetModel(evidence)
-    base = fit_from(model, [model.start(), model.expected()])
-    if not model.interval_is_known:
-        base = min(base, fit_from(model, at_other_intervals(base.point)), key=lambda fit: fit.cost)
+    """The model of a set without extensions, and its fit from both starts, outlier windows brought back.
+
+    Where the interval of the control is not known it is the likeliest of some that speed controls have.
+    """
+    intervals = [evidence.data_sheet.control_interval]
+    if np.isnan(intervals[0]):
+        intervals = list(INTERVALS)
+    model, base = _at_interval(evidence, intervals[0], ())
+    least = base.cost
+    for interval in intervals[1:]:
+        other, fit = _at_interval(evidence, interval, (base.point,), base.cost)
+        cost = fit.cost + 0.5 * (interval / USUAL) ** 2
+        if cost < least:
+            model, base, least = other, fit, cost
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
 
 
-def fit_from(model: SetModel, starts: Iterable[Point], extensions: tuple[Extension, ...] = ()) -> SetFit:
-    """The best of the fits from some starts; those that fall too slowly to be the best are stopped early."""
-    fits: list[SetFit] = []
-    for start in starts:
-        fits.append(fit_set(model, start, extensions, min((fit.cost for fit in fits), default=np.inf)))
-    return min(fits, key=lambda fit: fit.cost)
-
-
-def at_other_intervals(point: Point) -> list[Point]:
-    """A point at some intervals of the control, as the fit at one may have ended at a minimum far from others."""
-    points = []
-    for interval in INTERVALS:
-        shared = point.shared.copy()
-        shared[INTERVAL] = interval
-        points.append(replace(point, shared=shared))
-    return points
+def _at_interval(
+    evidence: Evidence, interval: float, starts: Sequence[Point], enough: float = np.inf
+) -> tuple[SetModel, SetFit]:
+    """The model of a set whose control has an interval (s), and its best fit from some starts, or from both usual ones;
+    `enough` as in `fit_set`.
+    """
+    model = SetModel(replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval)))
+    own = [replace(start, shared=np.append(start.shared[:-1], model.prior_mean[-1])) for start in starts]
+    fits = (fit_set(model, start, enough=enough) for start in own or (model.start(), model.expected()))
+    return model, min(fits, key=lambda fit: fit.cost)
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:

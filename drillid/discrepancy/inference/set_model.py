@@ -24,7 +24,6 @@ from drillid.discrepancy.inference.rows import Linearised, Products, products_of
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import LONGEST, USUAL, cumulants
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -57,12 +56,8 @@ HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
 """Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
 Student's t with STUDENT_TAIL degrees of freedom."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _INTERVAL = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 0.01
-INTERVAL = COORDINATES.index("interval")
-"""Index of the interval of the control."""
-INTERVALS = np.array([0.01, 0.025, LONGEST]) / _INTERVAL
-"""Scaled intervals from which fits start where it is not known, as the cost has several minima."""
-_INTERVAL_RELATIVE = 0.01
-"""Relative standard uncertainty of an interval that is stated or seen in the log."""
+_INTERVAL_ERROR = 0.03, 1e-3
+"""Relative standard uncertainty of the control's interval, and the least one."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01])
@@ -137,6 +132,7 @@ class SetModel:
 
     Parameters
     ----------
+    evidence : whose data sheet states the interval of the control
     deviation : prior standard deviation of the windows from the set, scaled, (4,)
     """
 
@@ -163,16 +159,9 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
-        interval = sheet.control_interval / _INTERVAL
-        # half-normal where it is not known
-        mean.append(interval if self.interval_is_known else 0.0)
-        error.append(_INTERVAL_RELATIVE * interval if self.interval_is_known else USUAL / _INTERVAL)
+        interval, (relative, least) = sheet.control_interval / _INTERVAL, _INTERVAL_ERROR
+        mean, error = [*mean, interval], [*error, max(relative * interval, least)]
         return np.array(mean), np.minimum(error, _WIDE)
-
-    @property
-    def interval_is_known(self) -> bool:
-        """Whether the data sheets state the interval of the control, or the log shows it."""
-        return bool(np.isfinite(self.evidence.data_sheet.control_interval))
 
     @property
     def collar_inertia(self) -> float:
@@ -227,14 +216,11 @@ class SetModel:
         shared[3] = _middle(fitted, 3) / self.polar_moment - 1
         shared[4], shared[5] = _middle(fitted, 4) / _DELAY, _middle(fitted, 5) / _INERTIA
         shared[7] = (_middle(fitted, 7) - self.collar_inertia) / _LUMP
-        if not self.interval_is_known:
-            shared[INTERVAL] = INTERVALS[0]
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
         """The point that the data sheets state, and the windows' own fits where they do not."""
         fitted, unstated = self.start(), self.prior_error >= _WIDE
-        unstated[INTERVAL] = not self.interval_is_known
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
@@ -250,17 +236,15 @@ class SetModel:
             proportional=self.controller.proportional * (1 + proportional),
             integral=self.controller.integral * (1 + integral),
         )
-        held = cumulants(_INTERVAL * interval, _DELAY * delay)
-        later = cumulants(_INTERVAL * interval, _DELAY * delay + _CLOCK * clock)
-        top_drive = TopDrive(
-            _INERTIA * inertia, _DELAY * delay, controller, hold_variance=held[0], hold_skewness=held[1]
-        )
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
-            DrillingSystem(top_drive, string, Bit(_LUMP * lump, _DAMPING * damping)),
-            Recording(
-                clock_offset=_CLOCK * clock, hold_variance=later[0] - held[0], hold_skewness=later[1] - held[1]
+            DrillingSystem(
+                TopDrive(_INERTIA * inertia, _DELAY * delay, controller),
+                string,
+                Bit(_LUMP * lump, _DAMPING * damping),
             ),
+            Recording(clock_offset=_CLOCK * clock),
+            control_interval=_INTERVAL * interval,
         )
 
     def coordinates(self, point: Point) -> Floats:
@@ -302,7 +286,7 @@ class SetModel:
     def products(self, point: Point, extensions: tuple[Extension, ...], windows: Indices | None = None) -> Products:
         """Sums over the rows of residuals and derivatives; of some windows alone where these are given."""
         count = coordinate_count(extensions)
-        window_model = self._differentiated(point, extensions)
+        window_model = self._differentiated(point, extensions).held()
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is None:
             return products_of(self._whitened(window_model, count), self.s.size)
@@ -352,6 +336,7 @@ class SetModel:
         return float(np.sum(np.abs(self.residual(point, extensions)) ** 2))
 
     def _whitened(self, window_model: WindowModel, count: int) -> Linearised:
+        window_model = window_model.held()
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is not None:
             return Linearised(*compiled.whitened(self._data, count))

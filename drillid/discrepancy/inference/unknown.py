@@ -65,7 +65,7 @@ def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], 
 
 def _sensitivity(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], port: str) -> tuple[Complex, Complex]:
     """Changes of the mobilities and of the control's responses, (W, F) each, by a unit disturbance at a port."""
-    window_model, s = model.window_model_at(fit.point, extensions), model.s
+    window_model, s = model.window_model_at(fit.point, extensions).held(), model.s
     shape = (model.evidence.windows, s.size)
     responses = window_model.mobility(s), window_model.control(s)
     mobility, control = (np.broadcast_to(response, shape) for response in responses)

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 COORDINATES = (
     *("kappa", "delta", "length", "polar_moment", "delay", "inertia_td", "damping_bha", "inertia_bit"),
     *("proportional", "integral", "speed_filter", "torque_filter", "clock_offset"),
-    *("delay_variance", "clock_variance", "delay_skewness", "clock_skewness"),
+    "control_interval",
     *("collar_length", "collar_polar_moment", "mean_speed", "mean_torque", "depth_length"),
 )
 """Parameters that describe a window before causes are added, SI: the eight of the transmission line, with the inertia
-below the collars; the control; the offset between the clocks; what held control adds to the variances of delay and
-clock; the collars; the operating point that causes depend on.
+below the collars; the control; the offset between the clocks; the interval at which the control samples and holds; the
+collars; the operating point that causes depend on.
 """
 
 
@@ -42,9 +42,7 @@ def coordinates(model: SetModel, point: Point) -> dict[str, Floats]:
     values = [pipe.kappa, pipe.delta, pipe.length, pipe.polar_moment, top_drive.delay, top_drive.inertia]
     values += [system.bit.damping, system.bit.inertia, controller.proportional, controller.integral]
     values += [controller.speed_filter, controller.torque_filter, window_model.recording.clock_offset]
-    values += [top_drive.hold_variance, window_model.recording.hold_variance]
-    values += [top_drive.hold_skewness, window_model.recording.hold_skewness]
-    values += [sheet.collar_length, sheet.collar_polar_moment]
+    values += [window_model.control_interval, sheet.collar_length, sheet.collar_polar_moment]
     values += [operating_point.speed, operating_point.torque, operating_point.length]
     shape = (model.evidence.windows, 1)
     return {
@@ -75,12 +73,10 @@ def window_model_of(
     collars = replace(pipe, length=column["collar_length"], polar_moment=column["collar_polar_moment"])
     string = (pipe, collars) if np.any(column["collar_length"] > 0) else (pipe,)
     controller = Controller(column["proportional"], column["integral"], column["speed_filter"], column["torque_filter"])
-    held = {"hold_variance": column["delay_variance"], "hold_skewness": column["delay_skewness"]}
-    top_drive = TopDrive(column["inertia_td"], column["delay"], controller, **held)
+    top_drive = TopDrive(column["inertia_td"], column["delay"], controller)
     system = DrillingSystem(top_drive, string, Bit(column["inertia_bit"], column["damping_bha"]))
-    held = {"hold_variance": column["clock_variance"], "hold_skewness": column["clock_skewness"]}
-    recording = Recording(clock_offset=column["clock_offset"], **held)
-    window_model = WindowModel(system, recording)
+    recording = Recording(clock_offset=column["clock_offset"])
+    window_model = WindowModel(system, recording, control_interval=column["control_interval"])
     operating_point = OperatingPoint(column["mean_speed"], column["mean_torque"], column["depth_length"])
     for extension, size in zip(extensions, sizes, strict=True):
         present = size * extension.present(len(column["kappa"]))
@@ -158,7 +154,7 @@ def _models_of(examination: xr.Dataset, variable: str) -> dict[int, WindowModel]
     models: dict[int, WindowModel] = {}
     numbers = np.unique(examination[variable].values)
     for number in numbers[numbers >= 0].astype(int).tolist():
-        window_model = extended_window_model(examination, number)
+        window_model = extended_window_model(examination, number).held()
         rows = np.flatnonzero(examination["window_set"].values == number).tolist()
         for index, row in enumerate(rows):
             models[row] = of_window(window_model, (index,), (len(rows),))

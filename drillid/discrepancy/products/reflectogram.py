@@ -63,7 +63,7 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
 
     Windows and frequencies are weighted by the noise of their reflection, and by a Hann window against ringing.
     """
-    window_model = model.window_model_at(fit.point, extensions)
+    window_model = model.window_model_at(fit.point, extensions).held()
     s, system, mobility = model.s, window_model.system, window_model.mobility(model.s)
     admittance, characteristic = string_admittance(system, s), propagation(system.string[0], s)[1]
     command, _ = torque_transfers(system.top_drive, s)

@@ -50,7 +50,7 @@ class RecorderEcho(Cause):
         recording = window_model.recording
         values = {field.name: getattr(recording, field.name) for field in fields(Recording)}
         echoing = EchoRecording(**values, echo=getattr(recording, "echo", 0.0) + size)
-        return WindowModel(window_model.system, echoing, window_model.course)
+        return replace(window_model, recording=echoing)
 
 
 class HumDetector(Detector):

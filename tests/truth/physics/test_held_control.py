@@ -1,5 +1,7 @@
 """What control that samples and holds adds to the cumulants of a delay, against the exact response at its readings."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -36,17 +38,49 @@ def test_a_clock_that_is_late_holds_the_speed_between_two_readings(offset: float
         held = np.floor((time - begin) / interval)
         return np.exp(s * held * interval) * (interval / (np.exp(s * interval) - 1) + time - begin - held * interval)
 
-    variance, skewness = np.subtract(cumulants(interval, delay + offset), cumulants(interval, delay))
+    late, prompt = (cumulants(interval, each) for each in (delay + offset, delay))
+    variance, skewness = np.subtract(late, prompt)
     record = Recording(clock_offset=offset, hold_variance=variance, hold_skewness=skewness)
     np.testing.assert_allclose(record.transfer(s), speed(-offset) / speed(0.0), rtol=6e-4)
 
 
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.5, 0.9])
+@pytest.mark.parametrize("relative", [0.1, 0.4])
+def test_a_filter_before_the_reading_moves_and_weakens_what_is_folded(part: float, relative: float) -> None:
+    interval, whole = 0.03, 2
+    s, time_constant = laplace(np.linspace(0.01, 0.05, 9) / interval), relative * interval
+    delay = (whole + part + 0.5) * interval
+    z = np.exp(s * interval)
+
+    def ramp(time: float) -> float:
+        """Speed of an inertia, filtered, at a time after a unit torque on it begins."""
+        return 0.0 if time <= 0 else time - time_constant * (1 - np.exp(-time / time_constant))
+
+    begin = delay - interval / 2
+    pulse = [ramp(k * interval - begin) - ramp((k - 1) * interval - begin) for k in range(60)]
+    response = sum(value * z**-k for k, value in enumerate(pulse))
+    # from there on the pulse has its final value, less what the filter still holds back
+    last = z**-59.0 / (1 - 1 / z)
+    exact = response + (pulse[-1] * last / z)
+    filtered = 1 / (1 + s * time_constant)
+    at_rate = 1 / (1 + 2j * np.pi / interval * time_constant)
+    variance, skewness = cumulants(interval, delay, at_rate)
+    held = TopDrive(1.0, delay, Controller(0.0), hold_variance=variance, hold_skewness=skewness)
+    # what is folded from the second multiple on has a phase of its own
+    np.testing.assert_allclose(drive(held, s) * filtered / s, exact, rtol=2e-3)
+
+
+@pytest.mark.parametrize("is_filtered", [False, True])
 @pytest.mark.parametrize("delay", [0.047, 0.061])
-def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float) -> None:
+def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float, is_filtered: bool) -> None:
     interval, step = 0.03, 1e-7
-    slopes = cumulants(Dual(interval, [1.0, 0.0]), Dual(delay, [0.0, 1.0]))
-    of_interval = np.subtract(cumulants(interval + step, delay), cumulants(interval - step, delay)) / (2 * step)
-    of_delay = np.subtract(cumulants(interval, delay + step), cumulants(interval, delay - step)) / (2 * step)
+
+    def of(interval: Any, delay: Any) -> tuple[Any, Any]:
+        return cumulants(interval, delay, 1 / (1 + 0.05j / interval) if is_filtered else None)
+
+    slopes = of(Dual(interval, [1.0, 0.0]), Dual(delay, [0.0, 1.0]))
+    of_interval = np.subtract(of(interval + step, delay), of(interval - step, delay)) / (2 * step)
+    of_delay = np.subtract(of(interval, delay + step), of(interval, delay - step)) / (2 * step)
     for cumulant, *expected in zip(slopes, of_interval, of_delay, strict=True):
         np.testing.assert_allclose(cumulant.full_tangents(), expected, rtol=1e-5)
 
@@ -54,5 +88,6 @@ def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float) ->
 def test_the_cumulants_have_no_steps() -> None:
     interval = 0.03
     for whole in (1, 2):
-        below, above = (cumulants(interval, (whole + 0.5) * interval + side) for side in (-1e-12, 1e-12))
+        ends = [(whole + 0.5) * interval + side for side in (-1e-12, 1e-12)]
+        below, above = (cumulants(interval, end) for end in ends)
         np.testing.assert_allclose(below, above, atol=1e-12)
