@@ -17,11 +17,13 @@ from benchmarks.blind.other_world.theory import (
     command_mobility,
     control_response,
     drive_response,
-    images,
+    images_kept,
+    images_read,
     laplace,
     linear_string,
     noise_response,
     recorded,
+    recorded_responses,
 )
 from benchmarks.blind.vocabulary import tone_frequency
 from drillid.arrays import Complex, Floats
@@ -50,12 +52,7 @@ class OtherResponses:
     ) -> list[tuple[Complex, Complex]]:
         """Recorded command mobility and response of the control at elapsed shares of a window, with causes."""
         rig = self.case.window(window, hidden, nuisances)
-        control = control_response(rig.control, s)
-        found = []
-        for share in shares:
-            through = recorded(rig.recording, s, share, WINDOW_S)
-            found.append((command_mobility(rig, s, share) * through, control / through))
-        return found
+        return [recorded_responses(rig, s, share, WINDOW_S) for share in shares]
 
     def lines(
         self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, shares: Sequence[float]
@@ -82,8 +79,11 @@ class OtherResponses:
         control = altered(control, proportional=top.proportional, integral=top.integral)
         drive = altered(drive, delay=top.delay, inertia=top.inertia)
         recording = altered(recording, offset=top.offset)
+        kept = recording, control.interval, drive, top.admittance, share
         return Ends(
-            *self._kept(s, (drive, control.interval, top.admittance), _driven),
+            self._kept(s, (drive, control.interval), drive_response),
+            self._kept(s, (control, drive, top.admittance), images_read),
+            self._kept(s, kept, _images_kept),
             top.inertia * s,
             self._kept(s, (control,), control_response),
             self._kept(s, (recording, share), _recorded),
@@ -113,9 +113,10 @@ class OtherResponses:
         return rig.speed / (2 * np.pi), hidden.size * rig.speed * float(np.abs(sensitivity[0]))
 
 
-def _driven(drive: Drive, interval: float, admittance: float, s: Complex) -> tuple[Complex, Complex]:
-    """Torque per command that is held for an interval, and what readings fold of it."""
-    return drive_response(drive, interval, s), images(drive, interval, admittance, s)
+def _images_kept(
+    recording: Recording, interval: float, drive: Drive, admittance: float, share: float, s: Complex
+) -> Complex:
+    return images_kept(recording, interval, drive, admittance, s, share, WINDOW_S)
 
 
 def _recorded(recording: Recording, share: float, s: Complex) -> Complex:

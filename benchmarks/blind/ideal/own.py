@@ -83,6 +83,7 @@ class OwnResponses:
         return Ends(
             self._kept(s, (driven,), drive),
             np.zeros_like(s),
+            np.zeros_like(s),
             top.inertia * s,
             self._kept(s, (gains,), control),
             self._kept(s, (altered(recorder, clock_offset=top.offset), share), _recorded),

@@ -54,8 +54,10 @@ class Ends(NamedTuple):
 
     drive: Complex
     """Torque per command."""
-    images: Complex
-    """Speed per command that readings fold into the band, rad/(N m s)."""
+    images_read: Complex
+    """Speed per command that the control's readings fold into the band, rad/(N m s)."""
+    images_kept: Complex
+    """The same of the recorder's samples."""
     inertia: Complex
     """Torque per speed of the top drive's inertia, N m s/rad."""
     control: Complex

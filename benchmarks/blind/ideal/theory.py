@@ -115,8 +115,9 @@ class Theory:
         parts = []
         for line in lines:
             ends = self._ends(line.top)
-            plant = ends.drive / (ends.inertia + self._load(line.string.tobytes(), line.blades)) + ends.images
-            parts.append((plant / (1 + plant * ends.control) * ends.recorded, ends.control / ends.recorded))
+            driven = ends.drive / (ends.inertia + self._load(line.string.tobytes(), line.blades))
+            plant, kept = driven + ends.images_read, (driven + ends.images_kept) * ends.recorded
+            parts.append((kept / (1 + plant * ends.control), ends.control * plant / kept))
         return self._joined(window, parts)
 
     def _joined(self, window: int, parts: Sequence[tuple[Complex, Complex]]) -> Floats:
@@ -169,15 +170,15 @@ class Theory:
         )
         per_total = 1 / (ends.inertia + load)
         driven = ends.drive * per_total
-        plant = driven + ends.images
-        per_closed = 1 / (1 + plant * ends.control)
-        to_plant = slope.drive * per_total - driven * per_total * (slope.inertia + to_load) + slope.images
-        to_mobility = (to_plant - plant**2 * slope.control) * per_closed**2
-        mobility = plant * per_closed
-        per_recorded = 1 / ends.recorded
+        plant, sampled = driven + ends.images_read, driven + ends.images_kept
+        kept, per_closed = sampled * ends.recorded, 1 / (1 + plant * ends.control)
+        to_driven = slope.drive * per_total - driven * per_total * (slope.inertia + to_load)
+        to_plant = to_driven + slope.images_read
+        to_kept = (to_driven + slope.images_kept) * ends.recorded + sampled * slope.recorded
+        to_loop = to_plant * ends.control + plant * slope.control
         return (
-            to_mobility * ends.recorded + mobility * slope.recorded,
-            (slope.control - ends.control * per_recorded * slope.recorded) * per_recorded,
+            (to_kept - kept * per_closed * to_loop) * per_closed,
+            (to_loop - ends.control * plant / kept * to_kept) / kept,
         )
 
     def _compute_end_slopes(self, top: Top, moved: tuple[Top, ...]) -> Ends:

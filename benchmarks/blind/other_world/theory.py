@@ -1,5 +1,7 @@
 """Closed-form responses of a window of the second world: a chain of transmission lines under its speed control."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.blind.hidden import altered
@@ -54,10 +56,15 @@ def control_response(control: Control, s: Complex) -> Complex:
     """
     step = 1 - np.exp(-s * control.interval)
     response = control.proportional + control.integral * control.interval / step
-    response = response / (1 + s * control.speed_filter) * _trapezoidal(s, control.interval, control.torque_filter)
+    response = response * read(control, s) * _trapezoidal(s, control.interval, control.torque_filter)
     if control.notch > 0:
         response = response * notch(s, control.interval, control.notch)
     return np.asarray(response, dtype=complex)
+
+
+def read(control: Control, s: Complex) -> Complex:
+    """Speed at the control's readings per speed: its analogue low pass."""
+    return np.asarray(1 / (1 + s * control.speed_filter), dtype=complex)
 
 
 def _trapezoidal(s: Complex, interval: float, time_constant: float) -> Complex:
@@ -101,15 +108,21 @@ def drive_response(drive: Drive, interval: float, s: Complex) -> Complex:
 
 def recorded(recording: Recording, s: Complex, share: float = 0.5, seconds: float = 600.0) -> Complex:
     """Recorded speed per speed, relative to how the other channels are recorded."""
+    response = recording.scale * sampled(recording, s, share, seconds)
+    if recording.held > 0:
+        response = response * held(s, recording.held)
+    return np.asarray(response, dtype=complex)
+
+
+def sampled(recording: Recording, s: Complex, share: float, seconds: float) -> Complex:
+    """Speed at the times of the control's readings as the recorder samples it, per speed."""
     offset = recording.offset + recording.drift * seconds * (share - 0.5)
-    response = recording.scale * np.exp(-s * offset)
+    response = np.exp(-s * offset)
     if recording.filter_order == 1:
         response = response / (1 + s * recording.filter_time)
     else:
         scaled = s * recording.filter_time
         response = response / (1 + np.sqrt(2) * scaled + scaled**2)
-    if recording.held > 0:
-        response = response * held(s, recording.held)
     return np.asarray(response, dtype=complex)
 
 
@@ -140,24 +153,53 @@ def loads(window: Window, s: Complex, share: float = 0.5) -> tuple[Complex, Comp
     return string_response(linear_string(window, share), s, blade_response(window, s))
 
 
-def images(drive: Drive, interval: float, admittance: float, s: Complex) -> Complex:
-    """What the readings fold of the steps that the held command adds at multiples of its rate, rad/(N m s).
+Filter = Callable[[Complex], Complex]
+"""A response of the Laplace variable."""
+
+
+def images(drive: Drive, interval: float, admittance: float, s: Complex, passed: Filter) -> Complex:
+    """What readings of a filtered speed fold of the steps that the held command adds at multiples of its rate,
+    rad/(N m s), relative to the filter's response in the band.
 
     There the top drive and the pipe's characteristic admittance (N m s/rad) are the load.
     """
     orders = np.arange(1, _IMAGES + 1)
     around = 2j * np.pi / max(interval, _EXACT_SWITCH) * np.concatenate([orders, -orders])
     folded = s + around[:, None]
-    response = drive_response(drive, interval, folded) / (drive.inertia * folded + admittance)
-    return np.asarray(response.sum(axis=0), dtype=complex)
+    response = drive_response(drive, interval, folded) / (drive.inertia * folded + admittance) * passed(folded)
+    return np.asarray(response.sum(axis=0) / passed(s), dtype=complex)
+
+
+def images_read(control: Control, drive: Drive, admittance: float, s: Complex) -> Complex:
+    """What the control's readings fold, rad/(N m s)."""
+    return images(drive, control.interval, admittance, s, lambda at: read(control, at))
+
+
+def images_kept(
+    recording: Recording, interval: float, drive: Drive, admittance: float, s: Complex, share: float, seconds: float
+) -> Complex:
+    """What the recorder folds, which samples at the control's readings; a slower device folds now this and now that."""
+    if recording.held > 0:
+        return np.zeros_like(s)
+    return images(drive, interval, admittance, s, lambda at: sampled(recording, at, share, seconds))
+
+
+def recorded_responses(
+    window: Window, s: Complex, share: float = 0.5, seconds: float = 600.0
+) -> tuple[Complex, Complex]:
+    """Command mobility (rad/(N m s)) and response of the control (N m s/rad) as recorded."""
+    drive, control, recording = window.drive, window.control, window.recording
+    driven = drive_response(drive, control.interval, s) / (drive.inertia * s + loads(window, s, share)[0])
+    admittance = window.string[0].admittance
+    plant = driven + images_read(control, drive, admittance, s)
+    kept = driven + images_kept(recording, control.interval, drive, admittance, s, share, seconds)
+    kept, response = kept * recorded(recording, s, share, seconds), control_response(control, s)
+    return np.asarray(kept / (1 + plant * response), dtype=complex), np.asarray(response * plant / kept, dtype=complex)
 
 
 def command_mobility(window: Window, s: Complex, share: float = 0.5) -> Complex:
     """Speed per torque added to the command, both at the control's readings, rad/(N m s)."""
-    drive, interval = window.drive, window.control.interval
-    plant = drive_response(drive, interval, s) / (drive.inertia * s + loads(window, s, share)[0])
-    plant = plant + images(drive, interval, window.string[0].admittance, s)
-    return np.asarray(plant / (1 + plant * control_response(window.control, s)), dtype=complex)
+    return recorded_responses(altered(window, recording=Recording()), s, share)[0]
 
 
 def noise_response(window: Window, s: Complex, share: float = 0.5) -> Complex:

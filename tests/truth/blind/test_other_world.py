@@ -124,6 +124,7 @@ RIPPLED = (*(replace(PIPE, length=290.0, moment=1.6e-5 * (1 + 0.3 * (-1) ** numb
 VARIANTS = {
     "lag": (WINDOW.with_drive(lag=0.03), 1e-3),
     "speed filter": (WINDOW.with_control(speed_filter=0.03), 1e-3),
+    "speed filter before rare readings": (WINDOW.with_control(interval=0.03, speed_filter=0.01), 1e-4),
     "torque filter": (WINDOW.with_control(torque_filter=0.03), 1e-3),
     "notch": (WINDOW.with_control(interval=0.03, notch=1.5), 1e-3),
     "resonant drive": (WINDOW.with_drive(resonance=4.0), 3e-3),
