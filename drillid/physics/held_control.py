@@ -34,7 +34,7 @@ _NONE = 1e-200
 
 
 def cumulants(interval: Any, delay: Any, filters: Any = None) -> tuple[Any, Any]:
-    """v (s²) and κ (s³) of a command that is held and then read; any argument may be a Dual.
+    """V (s²) and κ (s³) of a command that is held and then read; any argument may be a Dual.
 
     Both are continuous where the whole delay is a multiple of h and a half; v has a kink there.
 

@@ -1,6 +1,6 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -205,30 +205,43 @@ def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
 
     Where the interval of the control is not known it is the likeliest of some that speed controls have.
     """
-    intervals = [evidence.data_sheet.control_interval]
-    if np.isnan(intervals[0]):
-        intervals = list(INTERVALS)
-    model, base = _at_interval(evidence, intervals[0], ())
-    least = base.cost
-    for interval in intervals[1:]:
-        other, fit = _at_interval(evidence, interval, (base.point,), base.cost)
-        cost = fit.cost + 0.5 * (interval / USUAL) ** 2
-        if cost < least:
-            model, base, least = other, fit, cost
+    stated = evidence.data_sheet.control_interval
+    first = INTERVALS[0] if np.isnan(stated) else stated
+    model = SetModel(evidence_at(evidence, first))
+    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+    if np.isnan(stated):
+        model, base = at_likeliest_interval(model, base)
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
 
 
-def _at_interval(
-    evidence: Evidence, interval: float, starts: Sequence[Point], enough: float = np.inf
+def evidence_at(evidence: Evidence, interval: float) -> Evidence:
+    """The evidence with a data sheet that states the interval of the control, s."""
+    return replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval))
+
+
+def at_likeliest_interval(
+    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()
 ) -> tuple[SetModel, SetFit]:
-    """The model of a set whose control has an interval (s), and its best fit from some starts, or from both usual ones;
-    `enough` as in `fit_set`.
-    """
-    model = SetModel(replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval)))
-    own = [replace(start, shared=np.append(start.shared[:-1], model.prior_mean[-1])) for start in starts]
-    fits = (fit_set(model, start, enough=enough) for start in own or (model.start(), model.expected()))
-    return model, min(fits, key=lambda fit: fit.cost)
+    """The model and its fit at the interval of the control that is likeliest, of some and of the model's own."""
+    best, least = (model, fit), fit.cost + _interval_cost(model)
+    for interval in INTERVALS:
+        other = model.with_evidence(evidence_at(model.evidence, interval))
+        start = at_interval_of(other, best[1].point)
+        again = fit_set(other, start, extensions, least)
+        if again.cost + _interval_cost(other) < least:
+            best, least = (other, again), again.cost + _interval_cost(other)
+    return best
+
+
+def at_interval_of(model: SetModel, point: Point) -> Point:
+    """The point at the interval that a model's data sheet states."""
+    return replace(point, shared=np.append(point.shared[:-1], model.prior_mean[-1]))
+
+
+def _interval_cost(model: SetModel) -> float:
+    """Cost of the half-normal prior of an interval that is not known."""
+    return 0.5 * float(model.evidence.data_sheet.control_interval / USUAL) ** 2
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:

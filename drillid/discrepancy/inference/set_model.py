@@ -225,7 +225,9 @@ class SetModel:
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
         """The model of all windows from their twelve coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, interval = coordinates
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, interval = (
+            coordinates
+        )
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)

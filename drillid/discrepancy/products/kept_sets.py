@@ -88,7 +88,7 @@ def examine_well(
 
 def _decided(examination: Examination, share: float) -> dict[str, Any]:
     """What the set's share of the error rate has decided in its examination, and by which p-values."""
-    misfit, detections = float(examination.before.p_value), [float(each.p_value) for each in examination.detections]
+    misfit, detections = float(examination.p_value), [float(each.p_value) for each in examination.detections]
     of_law = float(examination.law_p_value)
     return {"p_values": [misfit, detections, of_law], "decisions": _decisions(misfit, detections, of_law, share)}
 

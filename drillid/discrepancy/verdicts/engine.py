@@ -11,8 +11,8 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import fit_base
-from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE
+from drillid.discrepancy.inference.set_fit import at_interval_of, at_likeliest_interval, fit_base, fit_set
+from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses
@@ -55,12 +55,43 @@ def examine(
     before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
     detections = tuple(detection for detection in pool(evidence.detections) if detection.cause in names)
-    examination = Examination((), model, base, base, (), before, before, None, detections, base_rates or BaseRates())
-    if before.p_value < error_rate * RESPONSES_SHARE or base_model_rejected(model, base):
-        examination = explain_responses(examination, causes, generator)
+    rates = base_rates or BaseRates()
+    examination = Examination((), model, base, base, (), before, before, None, detections, rates, before.p_value)
+    rate, rejected = error_rate * RESPONSES_SHARE, base_model_rejected(model, base)
+    if before.p_value < rate or rejected:
+        found = explain_responses(examination, causes, generator)
+        if np.isnan(evidence.data_sheet.control_interval):
+            found = _at_likeliest_interval(examination, found, causes, generator)
+        p_value = min(before.p_value, _bounded_p_value(found)) if rejected else before.p_value
+        examination = replace(found if p_value < rate else examination, p_value=p_value)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
-    significant = [detection for detection in detections if detection.p_value < threshold]
-    return at_even_odds(combine_with_detections(examination, significant, error_rate))
+    detected = [detection for detection in detections if detection.p_value < threshold]
+    return at_even_odds(combine_with_detections(examination, detected, error_rate))
+
+
+def _at_likeliest_interval(
+    examination: Examination, found: Examination, causes: list[Cause], generator: np.random.Generator
+) -> Examination:
+    """Examined again at the interval of the control that is likeliest beside the causes found, if that is another: the
+    base model may have taken an interval for a part of what they explain.
+    """
+    if not found.extensions:
+        return found
+    model, fit = at_likeliest_interval(found.model, found.extended, found.extensions)
+    if not fit.cost < found.extended.cost - SHAPE_RESOLVED:
+        return found
+    base = fit_set(model, at_interval_of(model, examination.base.point))
+    # evidence is against the base model at its own likeliest interval
+    base = replace(base, cost=examination.base.cost)
+    return explain_responses(replace(examination, model=model, base=base, extended=base), causes, generator)
+
+
+def _bounded_p_value(found: Examination) -> float:
+    """Bound on the probability of as much evidence where nothing is wrong, also where linear theory is not valid: in
+    the mean over all causes a Bayes factor exceeds any value no more often than once in as many (Markov's inequality).
+    """
+    total = sum(verdict.evidence_nats for verdict in found.verdicts)
+    return float(min(len(found.before.by_cause) * np.exp(-total), 1.0))
 
 
 def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> list[bool]:
@@ -68,7 +99,7 @@ def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> 
 
     Parameters
     ----------
-    misfit : p-value of the base model
+    misfit : p-value of an examination
     detections : p-values of the pooled detections
     """
     count = max(len(detections), 1)

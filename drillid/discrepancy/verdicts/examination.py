@@ -39,6 +39,8 @@ class Examination:
     posterior: Posterior | None
     detections: tuple[PooledDetection, ...]
     base_rates: BaseRates
+    p_value: float
+    """Of the base model: that of its screen, or a bound where it lies so far off that linear theory is not valid."""
     fingerprint: Fingerprint | None = None
     """Of what was learnt, where that is offered."""
     law: LearntLaw | None = None

@@ -93,7 +93,7 @@ def test_a_learnt_extension_is_stored_and_read_as_a_named_cause_is(
     model, base = mounted
     before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
     unknown = Verdict("unknown", "upper string", 0.9, 0.0, 1000.0)
-    examination = Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates())
+    examination = Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates(), before.p_value)
     extended = replace(examination, extended=learnt.fit, extensions=learnt.extensions)
     assert "an inertia hangs on the string by a spring" in learnt_words(extended)
     variables = extension_variables([ExaminedSet(np.arange(4), extended)], 4)

@@ -56,7 +56,9 @@ def examined(truth: Truth, seed: int) -> tuple[Examination, list[Series]]:
     model, base = fit_base(gather(windows, RATE, points, sheet, Settings(), detecting=False))
     before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
     unknown = Verdict("unknown", "bit", 0.9, 0.0, 1000.0)
-    return Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates()), windows
+    return Examination(
+        (unknown,), model, base, base, (), before, before, None, (), BaseRates(), before.p_value
+    ), windows
 
 
 def learnt(examination: Examination, windows: list[Series]) -> LearntLaw:

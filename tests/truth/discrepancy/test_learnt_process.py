@@ -113,7 +113,7 @@ def test_it_is_stored_and_predicts_as_a_named_cause_does(case: Case, learnt: Lea
     model, base = case
     before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
     unknown = Verdict("unknown", "record", 0.9, 0.0, 1000.0)
-    examination = Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates())
+    examination = Examination((unknown,), model, base, base, (), before, before, None, (), BaseRates(), before.p_value)
     extended = replace(examination, extended=learnt.fit, extensions=learnt.extensions)
     assert "a Gaussian process over frequency" in learnt_words(extended)
     variables = extension_variables([ExaminedSet(np.arange(2), extended)], 2)

@@ -1,6 +1,6 @@
 """A new cause is one class: added to the catalogue it is fitted, named, extended, measured and reported."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
