@@ -24,6 +24,7 @@ from drillid.discrepancy.inference.rows import Linearised, Products, products_of
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
+from drillid.physics.held_control import INTERVALS
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -132,7 +133,7 @@ class SetModel:
 
     Parameters
     ----------
-    evidence : whose data sheet states the interval of the control
+    evidence : where its data sheet states no interval of the control, this has the shortest one
     deviation : prior standard deviation of the windows from the set, scaled, (4,)
     """
 
@@ -159,7 +160,8 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
-        interval, (relative, least) = sheet.control_interval / _INTERVAL, _INTERVAL_ERROR
+        interval = np.nan_to_num(sheet.control_interval, nan=INTERVALS[0]) / _INTERVAL
+        relative, least = _INTERVAL_ERROR
         mean, error = [*mean, interval], [*error, max(relative * interval, least)]
         return np.array(mean), np.minimum(error, _WIDE)
 
