@@ -13,8 +13,7 @@ from benchmarks.blind.vocabulary import UNKNOWN
 from benchmarks.blind.world import AnyCase
 from drillid.arrays import Floats
 from drillid.discrepancy.inference.projection import candidates, columns, project, secants
-from drillid.discrepancy.inference.set_fit import fit_set
-from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.errors import DrillidError
 from drillid.fleet.provenance import source_hash
 
@@ -85,8 +84,7 @@ def _coordinates(unit: Floats, gain: Floats, penalty: float, size: Floats) -> Fl
 
 def _directions(case: AnyCase) -> tuple[list[str], Floats, Floats, int]:
     """Names, scores and information of all linear causes' directions, and the number of real residuals."""
-    model = SetModel(kept_evidence(case))
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+    model, base = fit_base(kept_evidence(case))
     chosen = [extension for extension in candidates(catalogue_of(case)) if not extension.cause.size.fixed]
     pieces = [columns(model, base, (), chosen), secants(model, base, (), chosen)]
     found = project(model, base, (), np.concatenate(pieces, axis=1))

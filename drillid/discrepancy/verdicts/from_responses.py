@@ -12,6 +12,7 @@ from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.size_posterior import size_interval
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
@@ -40,7 +41,6 @@ from drillid.discrepancy.verdicts.naming import (
     separator,
 )
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
-from drillid.statistics import TWO_SIDED
 
 _MOST_FIRSTS = 3
 """Number of the likeliest causes beside which a second one is tried."""
@@ -236,7 +236,8 @@ def _with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
 def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: FittedCause) -> Verdict:
     evidence = result.model.evidence
     size, error = _size(result, place)
-    limits, cause, rows = fit.extension.cause.size, fit.extension.cause, result.extensions[place].windows
+    low, high = (size, size) if fit.extension.cause.size.fixed else size_interval(size, error, fit.extension.cause.size)
+    cause, rows = fit.extension.cause, result.extensions[place].windows
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
     gain = _gain(result, place, without).joined(
@@ -253,9 +254,9 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
         to_m=float(depth.max()),
         cause=cause.name,
         size=size,
-        size_low=max(size - TWO_SIDED * error, limits.low),
-        size_high=min(size + TWO_SIDED * error, limits.high),
-        unit=limits.unit,
+        size_low=low,
+        size_high=high,
+        unit=cause.size.unit,
         location_m=_location(result, place, members),
         predictive_gain=gain.value,
         predictive_gain_low=gain.low,
