@@ -29,12 +29,14 @@ def size_interval(estimate: float, error: float, size: Size) -> tuple[float, flo
     logs = -0.5 * by_data**2 / (priors + variance) - 0.5 * np.log(priors + variance)
     weight = softmax(logs + log_ndtr((mean - least) / deviation))
 
-    def below(value: float) -> float:
-        """Posterior probability of a smaller size."""
-        cut = ndtr((least - mean) / deviation)
-        return float(weight @ ((ndtr((value - mean) / deviation) - cut) / np.maximum(1 - cut, np.finfo(float).tiny)))
+    cut = ndtr((least - mean) / deviation)
+
+    def beyond(value: float, share: float) -> float:
+        """Posterior probability of a smaller size, less a share."""
+        below = (ndtr((value - mean) / deviation) - cut) / np.maximum(1 - cut, np.finfo(float).tiny)
+        return float(weight @ below) - share
 
     reach = 10 * float(deviation.max())
     ends = max(float(mean.min()) - reach, least), float(mean.max()) + reach
-    low, high = (brentq(lambda value: below(value) - share, *ends) for share in ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2))
+    low, high = (float(brentq(beyond, *ends, args=(share,))) for share in ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2))
     return max(min(low, estimate), size.low), min(max(high, estimate), size.high)

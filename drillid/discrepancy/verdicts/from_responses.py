@@ -24,7 +24,6 @@ from drillid.discrepancy.rules import (
     PLACE_CONFIDENCE,
     REJECTED_CHI2,
     REJECTED_PULLS,
-    SHADOW_OF_EVIDENCE,
     SHAPE_RESOLVED,
 )
 from drillid.discrepancy.verdicts.examination import (
@@ -74,9 +73,8 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
         if alternative is not None:
             chosen, after = alternative
     total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
-    left = max(LEFT_UNEXPLAINED, SHADOW_OF_EVIDENCE * total)
     above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * _residuals(model)
-    is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > left or above_noise)
+    is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
     if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or is_incomplete:

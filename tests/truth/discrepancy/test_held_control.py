@@ -1,0 +1,45 @@
+"""Control that samples and holds is no cause, however seldom it reads the speed: rigs of the second world show it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.blind import world
+from benchmarks.blind.engines import evidence_of
+from benchmarks.blind.other_world.cases import plain_case
+from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.set_fit import fit_base
+from drillid.discrepancy.verdicts.engine import examine
+
+INTERVAL, OFFSET, LATE = 0.0475, -0.003, 0.02
+"""s, of the control; between the clocks; and by which the data sheet's delay is wrong."""
+
+
+@pytest.fixture(scope="module", params=[("hold", True), ("interpolate", False)], ids=["command", "no command"])
+def evidence(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Evidence:
+    kind, command_logged = request.param
+    case, _ = plain_case(902, 6)
+    rig = case.rig
+    control, recording = replace(rig.control, interval=INTERVAL), replace(rig.recording, kind=kind, offset=OFFSET)
+    drive = replace(rig.drive, delay=rig.delay - INTERVAL / 2)
+    seldom = replace(rig, control=control, recording=recording, drive=drive)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(world, "FOLDER", tmp_path_factory.mktemp("cases"))
+        sheet = replace(case.sheet, delay=rig.delay + LATE)
+        return evidence_of(replace(case, rig=seldom, sheet=sheet, command_logged=command_logged))
+
+
+def test_a_control_that_reads_seldom_is_no_cause(evidence: Evidence) -> None:
+    examination = examine(evidence)
+    assert examination.p_value > 0.01
+    assert [verdict.verdict for verdict in examination.verdicts] == ["none"]
+
+
+def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> None:
+    sheet = replace(evidence.data_sheet, control_interval=np.nan)
+    model, fit = fit_base(replace(evidence, data_sheet=sheet))
+    found = model.window_model_at(fit.point).control_interval
+    # to a step between the intervals tried
+    np.testing.assert_allclose(found, INTERVAL, rtol=0.12)
