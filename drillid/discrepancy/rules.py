@@ -305,7 +305,7 @@ LEFT_CHI2 = Rule(
 )
 SHADOW_OF_EVIDENCE = Rule(
     0.02,
-    "share of the evidence for a cause that may remain beside it as a residue of its own",
+    "share of the evidence for a cause from the responses below which a detection beside it is a side effect",
     "models of causes are accurate to about 2 % of their effect",
     "make blind: second_pass_none",
 )
