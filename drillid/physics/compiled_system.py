@@ -116,7 +116,8 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     lines, motor, bit = _Lines(), system.motor or Motor(1.0), _Bit.of(system.bit)
     sections = [lines.add(section) for section in system.string]
     top_drive, controller = system.top_drive, system.top_drive.controller
-    constants = [controller.compensated_inertia, controller.compensation_filter, *lines.constants]
+    higher = *top_drive.hold_higher, *recording.hold_higher
+    constants = [controller.compensated_inertia, controller.compensation_filter, *higher, *lines.constants]
     is_shaped = any(part.shaping is not None for part in (top_drive, controller, recording))
     is_known = bit is not None and None not in sections and controller.matching is None and not is_shaped
     if bit is None or not is_known or any(isinstance(constant, Dual) for constant in constants):

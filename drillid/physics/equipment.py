@@ -139,6 +139,8 @@ class TopDrive:
     `drillid.physics.held_control`."""
     hold_skewness: Quantity = 0.0
     """s³, the same of its third cumulant."""
+    hold_higher: tuple[Quantity, Quantity] = (0.0, 0.0)
+    """s⁴ and s⁵, of its fourth and fifth."""
 
 
 @dataclass(frozen=True)

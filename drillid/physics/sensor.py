@@ -13,6 +13,7 @@ import numpy as np
 from drillid.arrays import Complex
 from drillid.errors import SettingsError
 from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
+from drillid.physics.held_control import held_logarithm
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class Recording:
     `drillid.physics.held_control`."""
     hold_skewness: Quantity = 0.0
     """κ, s³, the same of their third cumulant."""
+    hold_higher: tuple[Quantity, Quantity] = (0.0, 0.0)
+    """s⁴ and s⁵, of their fourth and fifth."""
 
     def __post_init__(self) -> None:
         if self.filter_order < 1:
@@ -47,7 +50,8 @@ class Recording:
     def transfer(self, s: Complex) -> Complex:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""
         variance = self.clock_jitter * self.clock_jitter + self.hold_variance
-        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset - s**3 * (self.hold_skewness / 6))
+        higher = held_logarithm(s, self.hold_skewness, *self.hold_higher)
+        clock = np.exp(np.square(s) * variance / 2 - s * self.clock_offset + higher)
         transfer: Complex = (
             self.scale * clock / _butterworth(s / (2 * np.pi * self.filter_frequency), self.filter_order)
         )

@@ -23,8 +23,9 @@ gain, lag and third cumulant of the delay of the top drive; stiffness, damping a
 bit, amplitude and blade time of its regenerative cutting; damping at the bit in every part of the window. κ, δ, drag
 and loss factor of every line follow, then length and polar moment of every section."""
 PER_LINE, PER_SECTION = 4, 2
-FIXED = 2
-"""Number of constants before those of the lines: compensated inertia, and the filter of its compensation."""
+FIXED = 6
+"""Number of constants before those of the lines: compensated inertia, the filter of its compensation, fourth and fifth
+cumulant of the drive's delay, and the same of the recording's clock."""
 FIXED_PER_LINE = 3
 """Density, shear modulus and reference frequency of the loss factor."""
 
@@ -92,10 +93,13 @@ def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> N
         compensation = compensated * s * inverse(1.0 + compensation_filter * s)
         filters = inverse(1.0 + speed_filter * s) * inverse(1.0 + torque_filter * s)
         square, cube = 0.5 * omega[j] * omega[j], omega[j] * omega[j] * omega[j]
-        delayed = falling(complex(square * variance, delay * omega[j] - of_delay * cube))
+        fourth, fifth = square * square / 6.0, cube * square / 60.0
+        turned = delay * omega[j] - of_delay * cube + constants[3] * fifth
+        delayed = falling(complex(square * variance - constants[2] * fourth, turned))
         write(table, CONTROL_ROW, j, (complex(proportional, -integral / omega[j]) - compensation) * filters)
         write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s))
-        write(table, RECORD_ROW, j, falling(complex(square * clock_variance, offset * omega[j] - of_clock * cube)))
+        turned = offset * omega[j] - of_clock * cube + constants[5] * fifth
+        write(table, RECORD_ROW, j, falling(complex(square * clock_variance - constants[4] * fourth, turned)))
         write(table, _TO_DRIVE, j, complex(0.0, 0.0))
         write(table, _TO_CONTROL, j, complex(0.0, 0.0))
         write(table, MOBILITY_ROW, j, complex(0.0, 0.0))

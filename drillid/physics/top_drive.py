@@ -11,6 +11,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.physics.equipment import Controller, ImpedanceMatching, TopDrive
+from drillid.physics.held_control import held_logarithm
 
 
 def control(controller: Controller, s: Complex) -> Complex:
@@ -59,7 +60,8 @@ def drive(top_drive: TopDrive, s: Complex) -> Complex:
     generating function of the jitter. Control that samples and holds adds v to its variance, and a third cumulant κ.
     """
     variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
-    delayed = np.exp(np.square(s) * variance / 2 - s * top_drive.delay - s**3 * (top_drive.hold_skewness / 6))
+    higher = held_logarithm(s, top_drive.hold_skewness, *top_drive.hold_higher)
+    delayed = np.exp(np.square(s) * variance / 2 - s * top_drive.delay + higher)
     torque: Complex = top_drive.gain * delayed / (1 + s * top_drive.lag)
     return torque if top_drive.shaping is None else torque * top_drive.shaping.factor(s)
 

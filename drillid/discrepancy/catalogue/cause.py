@@ -49,12 +49,12 @@ class WindowModel:
         top_drive, recording = self.system.top_drive, self.recording
         read = cumulants(interval, top_drive.delay, self._filters(read=True))
         kept = cumulants(interval, top_drive.delay + recording.clock_offset, self._filters(read=False))
+        later = [late - prompt for late, prompt in zip(kept, read, strict=True)]
         return replace(
             self.with_top_drive(
-                hold_variance=top_drive.hold_variance + read[0], hold_skewness=top_drive.hold_skewness + read[1]
+                hold_variance=top_drive.hold_variance + read[0], hold_skewness=read[1], hold_higher=read[2:]
             ).with_recording(
-                hold_variance=recording.hold_variance + kept[0] - read[0],
-                hold_skewness=recording.hold_skewness + kept[1] - read[1],
+                hold_variance=recording.hold_variance + later[0], hold_skewness=later[1], hold_higher=tuple(later[2:])
             ),
             control_interval=0.0,
         )
@@ -64,15 +64,16 @@ class WindowModel:
         top_drive, recording = self.system.top_drive, self.recording
         speed_filter = top_drive.controller.speed_filter
         own = top_drive.lag, top_drive.delay_jitter
-        then = (speed_filter,) if read else (recording.clock_jitter, recording.hold_variance)
+        then = (speed_filter,) if read else (recording.clock_jitter,)
         filters_record = not read and np.any(np.isfinite(primal(recording.filter_frequency)))
         if not filters_record and not any(np.any(primal(part)) for part in (*own, *then)):
             return None
         s = 2j * np.pi / self.control_interval
-        late = drive(replace(top_drive, delay=0.0, gain=1.0, shaping=None), s)
+        late = drive(replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None), s)
         if read:
             return late / (1 + s * speed_filter)
-        return late * replace(recording, clock_offset=0.0, scale=1.0, shaping=None).transfer(s)
+        record = replace(recording, clock_offset=0.0, hold_variance=0.0, scale=1.0, shaping=None)
+        return late * record.transfer(s)
 
     def _with_bit_damping(self, more: Any) -> DrillingSystem:
         bit = self.system.bit

@@ -109,7 +109,7 @@ class SampleAndHold(Cause):
         """A speed that is late by a uniformly distributed time, up to the size."""
         recording = window_model.recording
         return window_model.with_recording(
-            clock_offset=recording.clock_offset + size / 2, hold_variance=recording.hold_variance + size * size / 12
+            clock_offset=recording.clock_offset + size / 2, clock_jitter=recording.clock_jitter + size / np.sqrt(12)
         )
 
     def allows(self, other: Cause) -> bool:

@@ -13,6 +13,7 @@ from drillid.discrepancy.inference.set_model import (
     FURTHEST_SHAPE,
     HEAVY_TAILED,
     HIGHEST,
+    INTERVAL,
     LOCAL,
     LOWEST,
     SHARED,
@@ -87,11 +88,11 @@ class SetFit:
     windows_information: float
     """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
-    """(12,) how far the shared coordinates lie off their priors, in standard deviations of these."""
+    """(14,) how far the shared coordinates lie off their priors, in standard deviations of these."""
 
     @property
     def pulls(self) -> Floats:
-        """(12,) the same as normal variables of the same log density relative to its peak: half their squares add to
+        """(14,) the same as normal variables of the same log density relative to its peak: half their squares add to
         the cost.
         """
         return np.sign(self.off_data_sheet) * np.sqrt(2 * off_cost(self.off_data_sheet))
@@ -236,7 +237,9 @@ def at_likeliest_interval(
 
 def at_interval_of(model: SetModel, point: Point) -> Point:
     """The point at the interval that a model's data sheet states."""
-    return replace(point, shared=np.append(point.shared[:-1], model.prior_mean[-1]))
+    shared = point.shared.copy()
+    shared[INTERVAL] = model.prior_mean[INTERVAL]
+    return replace(point, shared=shared)
 
 
 def _interval_cost(model: SetModel) -> float:

@@ -1,9 +1,10 @@
 """One model of a set of windows: coordinates shared by all, coordinates that vary from window to window, causes.
 
-Twelve parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
-between the clocks of speed and torque, and the interval of a control that samples and holds; scaled to be of order one
-they are the model's coordinates. They are shared by the set, and
-four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate from window to window.
+Fourteen parameters describe a window: the eight of the transmission line, the two gains of the control, the offset
+between the clocks of speed and torque, the interval of a control that samples and holds, and how far the variances that
+it adds to delay and record are off their formula; scaled to be of order one they are the model's coordinates. They are
+shared by the set, and four of them (wall damping, internal damping, damping and inertia at the bit) may also deviate
+from window to window.
 Each has a prior: from the data sheets where they state a value, else as wide as rigs differ. It is Gaussian, or
 Student's t where a value is now and then plainly wrong.
 """
@@ -45,6 +46,8 @@ COORDINATES = (
     "I",
     "clock",
     "interval",
+    "hold",
+    "reading",
 )
 """Coordinates of a window, of order one; the pipe's length, polar moment and the gains are relative changes."""
 SHARED = len(COORDINATES)
@@ -57,12 +60,17 @@ HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
 """Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
 Student's t with STUDENT_TAIL degrees of freedom."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _INTERVAL = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 0.01
+INTERVAL = COORDINATES.index("interval")
+"""Index of the interval of the control."""
 _INTERVAL_ERROR = 0.03, 1e-3
 """Relative standard uncertainty of the control's interval, and the least one."""
+_HOLD, _HOLD_ERROR = 1e-4, 0.02
+"""Standard error of what is folded, in squares of the interval: its formula is that of the top drive's inertia, and the
+string below adds a tenth of that to the load, of which an interval's square by six is folded."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
-LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01])
-HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0])
+LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01, -10.0, -10.0])
+HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 10.0, 10.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 FURTHEST_SHAPE = 2.5
 """Bound of the fitted coordinates of shapes, in standard deviations."""
@@ -101,7 +109,7 @@ class Point:
     """Coordinates of a set, and sizes and shapes of its causes."""
 
     shared: Floats
-    """(12,) coordinates shared by all windows."""
+    """(14,) coordinates shared by all windows."""
     local: Floats
     """(W, 4) deviations of each window from them."""
     sizes: Floats
@@ -152,7 +160,7 @@ class SetModel:
         self.operating_point = OperatingPoint(evidence.operating_points.speed[:, None], torque, self.length)
 
     def _prior(self) -> tuple[Floats, Floats]:
-        """Prior mean and standard deviation of the shared coordinates, each (12,)."""
+        """Prior mean and standard deviation of the shared coordinates, each (14,)."""
         sheet = self.evidence.data_sheet
         lump = np.hypot(1.0, sheet.collar_relative * self.collar_inertia / _LUMP)
         mean = [1.5, 0.0, 0.0, 0.0, sheet.delay / _DELAY, sheet.inertia_td / _INERTIA, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -162,7 +170,8 @@ class SetModel:
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
         interval = np.nan_to_num(sheet.control_interval, nan=INTERVALS[0]) / _INTERVAL
         relative, least = _INTERVAL_ERROR
-        mean, error = [*mean, interval], [*error, max(relative * interval, least)]
+        folded = max(_HOLD_ERROR * (_INTERVAL * interval) ** 2 / _HOLD, least)
+        mean, error = [*mean, interval, 0.0, 0.0], [*error, max(relative * interval, least), folded, folded]
         return np.array(mean), np.minimum(error, _WIDE)
 
     @property
@@ -226,10 +235,9 @@ class SetModel:
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
     def window_model(self, coordinates: list[Any]) -> WindowModel:
-        """The model of all windows from their twelve coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, interval = (
-            coordinates
-        )
+        """The model of all windows from their fourteen coordinates, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, *held = coordinates
+        interval, hold, reading = held
         sheet = self.evidence.data_sheet
         pipe = Section(
             self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
@@ -243,16 +251,16 @@ class SetModel:
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(
-                TopDrive(_INERTIA * inertia, _DELAY * delay, controller),
+                TopDrive(_INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold),
                 string,
                 Bit(_LUMP * lump, _DAMPING * damping),
             ),
-            Recording(clock_offset=_CLOCK * clock),
+            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading),
             control_interval=_INTERVAL * interval,
         )
 
     def coordinates(self, point: Point) -> Floats:
-        """Coordinates of every window, shape (12, W, 1)."""
+        """Coordinates of every window, shape (14, W, 1)."""
         values = np.tile(point.shared[:, None], (1, self.evidence.windows))
         values[list(LOCAL)] += point.local.T
         return values[..., None]

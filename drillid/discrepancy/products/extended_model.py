@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 COORDINATES = (
     *("kappa", "delta", "length", "polar_moment", "delay", "inertia_td", "damping_bha", "inertia_bit"),
     *("proportional", "integral", "speed_filter", "torque_filter", "clock_offset"),
-    "control_interval",
+    *("control_interval", "delay_variance", "clock_variance"),
     *("collar_length", "collar_polar_moment", "mean_speed", "mean_torque", "depth_length"),
 )
 """Parameters that describe a window before causes are added, SI: the eight of the transmission line, with the inertia
-below the collars; the control; the offset between the clocks; the interval at which the control samples and holds; the
-collars; the operating point that causes depend on.
+below the collars; the control; the offset between the clocks; the interval at which the control samples and holds, and
+how far the variances that it adds to delay and clock are off their formula; the collars; the operating point that
+causes depend on.
 """
 
 
@@ -42,7 +43,8 @@ def coordinates(model: SetModel, point: Point) -> dict[str, Floats]:
     values = [pipe.kappa, pipe.delta, pipe.length, pipe.polar_moment, top_drive.delay, top_drive.inertia]
     values += [system.bit.damping, system.bit.inertia, controller.proportional, controller.integral]
     values += [controller.speed_filter, controller.torque_filter, window_model.recording.clock_offset]
-    values += [window_model.control_interval, sheet.collar_length, sheet.collar_polar_moment]
+    values += [window_model.control_interval, top_drive.hold_variance, window_model.recording.hold_variance]
+    values += [sheet.collar_length, sheet.collar_polar_moment]
     values += [operating_point.speed, operating_point.torque, operating_point.length]
     shape = (model.evidence.windows, 1)
     return {
@@ -73,9 +75,9 @@ def window_model_of(
     collars = replace(pipe, length=column["collar_length"], polar_moment=column["collar_polar_moment"])
     string = (pipe, collars) if np.any(column["collar_length"] > 0) else (pipe,)
     controller = Controller(column["proportional"], column["integral"], column["speed_filter"], column["torque_filter"])
-    top_drive = TopDrive(column["inertia_td"], column["delay"], controller)
+    top_drive = TopDrive(column["inertia_td"], column["delay"], controller, hold_variance=column["delay_variance"])
     system = DrillingSystem(top_drive, string, Bit(column["inertia_bit"], column["damping_bha"]))
-    recording = Recording(clock_offset=column["clock_offset"])
+    recording = Recording(clock_offset=column["clock_offset"], hold_variance=column["clock_variance"])
     window_model = WindowModel(system, recording, control_interval=column["control_interval"])
     operating_point = OperatingPoint(column["mean_speed"], column["mean_torque"], column["depth_length"])
     for extension, size in zip(extensions, sizes, strict=True):

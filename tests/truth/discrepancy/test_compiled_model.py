@@ -55,9 +55,10 @@ def window_model(c: list[Dual]) -> WindowModel:
     collars = replace(pipe, length=100.0, polar_moment=polar_moment(0.1651, 0.0714))
     controller = Controller(1500 * (1 + c[4]), 800 * (1 + c[5]), 0.01 * (1 + c[6]), 0.02, 200.0, 0.05)
     late = 3e-6 * (1 + c[8])
-    top_drive = TopDrive(1100 * (1 + c[7]), 0.04 * (1 + c[8]), controller, 0.01 * (1 + c[8]), hold_skewness=late)
+    held = {"hold_skewness": late, "hold_higher": (1e-7, -2e-9)}
+    top_drive = TopDrive(1100 * (1 + c[7]), 0.04 * (1 + c[8]), controller, 0.01 * (1 + c[8]), **held)
     system = DrillingSystem(top_drive, (pipe, collars), Bit(60 * (1 + c[9]), 400 * (1 + c[10])))
-    clock = {"clock_jitter": 0.002 * (1 + c[11]), "hold_skewness": -2e-6 * (1 + c[11])}
+    clock = {"clock_jitter": 0.002 * (1 + c[11]), "hold_skewness": -2e-6 * (1 + c[11]), "hold_higher": (-1e-7, 1e-9)}
     recording = Recording(clock_offset=0.01 * (1 + c[11]), **clock)
     return WindowModel(system, recording)
 
