@@ -30,8 +30,8 @@ IN_MODELS = (
     Fault(
         "physics",
         "drillid/physics/held_control.py",
-        "beyond * (1 - beyond) * (1 - 2 * beyond)",
-        "beyond * (1 - beyond) * (2 * beyond - 1)",
+        "weakened * spread * (1 - 2 * part)",
+        "weakened * spread * (2 * part - 1)",
         ("tests/truth/physics/test_held_control.py",),
         "sign: a held command bends the phase the other way",
     ),

@@ -11,7 +11,13 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import at_interval_of, at_likeliest_interval, fit_base, fit_set
+from drillid.discrepancy.inference.set_fit import (
+    at_interval_of,
+    at_likeliest_interval,
+    fit_base,
+    fit_set,
+    without_outlier_windows,
+)
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
@@ -80,10 +86,11 @@ def _at_likeliest_interval(
     model, fit = at_likeliest_interval(found.model, found.extended, found.extensions)
     if not fit.cost < found.extended.cost - SHAPE_RESOLVED:
         return found
-    base = fit_set(model, at_interval_of(model, examination.base.point))
+    base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval
-    base = replace(base, cost=examination.base.cost)
-    return explain_responses(replace(examination, model=model, base=base, extended=base), causes, generator)
+    against = replace(base, cost=examination.base.cost)
+    again = explain_responses(replace(examination, model=model, base=against, extended=against), causes, generator)
+    return replace(again, base=base) if again.extensions else found
 
 
 def _bounded_p_value(found: Examination) -> float:

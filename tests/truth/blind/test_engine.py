@@ -93,7 +93,7 @@ def test_a_drift_whose_mean_is_more_damping_than_usual_is_no_zone() -> None:
 
 
 def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = SetModel(evidence_of(obvious(_SEEDS["torque_filter"], "torque_filter", 1, 5.0)))
+    model = SetModel(evidence_of(obvious(_SEEDS["torque_filter"], "torque_filter", 1, 4.0)))
     base = fit_set(model, model.start())
 
     def p_value() -> float:
@@ -101,7 +101,8 @@ def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.Mo
 
     seen = p_value()
     monkeypatch.setattr(screen, "_SHARES", (1.0,))
-    assert seen < 1e-6 < p_value()
+    assert seen < 1e-3
+    assert p_value() > 1e-2
 
 
 @pytest.mark.parametrize("seed", NULLS)
