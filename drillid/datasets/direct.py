@@ -15,24 +15,25 @@ from zarr.registry import register_codec
 from zarr.storage import LocalStore
 
 
-class DirectZstd(ZstdCodec):
+class _Direct:
+    """A codec whose chunks are handled at once."""
+
+    _decode_sync: Any
+    _encode_sync: Any
+
+    async def _decode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
+        return self._decode_sync(chunk_bytes, chunk_spec)
+
+    async def _encode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
+        return self._encode_sync(chunk_bytes, chunk_spec)
+
+
+class DirectZstd(_Direct, ZstdCodec):
     """zstd, as zarr writes it by default."""
 
-    async def _decode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
-        return self._decode_sync(chunk_bytes, chunk_spec)
 
-    async def _encode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
-        return self._encode_sync(chunk_bytes, chunk_spec)
-
-
-class DirectBlosc(BloscCodec):
+class DirectBlosc(_Direct, BloscCodec):
     """Blosc, for long series."""
-
-    async def _decode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
-        return self._decode_sync(chunk_bytes, chunk_spec)
-
-    async def _encode_single(self, chunk_bytes: Any, chunk_spec: Any) -> Any:
-        return self._encode_sync(chunk_bytes, chunk_spec)
 
 
 class DirectStore(LocalStore):

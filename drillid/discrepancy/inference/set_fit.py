@@ -206,17 +206,15 @@ def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
 
     Where the interval of the control is not known it is the likeliest of some that speed controls have.
     """
-    stated = evidence.data_sheet.control_interval
-    first = INTERVALS[0] if np.isnan(stated) else stated
-    model = SetModel(evidence_at(evidence, first))
+    model = SetModel(evidence)
     base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
-    if np.isnan(stated):
+    if np.isnan(evidence.data_sheet.control_interval):
         model, base = at_likeliest_interval(model, base)
     model, base = with_own_deviation(model, base)
     return model, without_outlier_windows(model, base)
 
 
-def evidence_at(evidence: Evidence, interval: float) -> Evidence:
+def _evidence_at(evidence: Evidence, interval: float) -> Evidence:
     """The evidence with a data sheet that states the interval of the control, s."""
     return replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval))
 
@@ -227,7 +225,7 @@ def at_likeliest_interval(
     """The model and its fit at the interval of the control that is likeliest, of some and of the model's own."""
     best, least = (model, fit), fit.cost + _interval_cost(model)
     for interval in INTERVALS:
-        other = model.with_evidence(evidence_at(model.evidence, interval))
+        other = model.with_evidence(_evidence_at(model.evidence, interval))
         start = at_interval_of(other, best[1].point)
         again = fit_set(other, start, extensions, least)
         if again.cost + _interval_cost(other) < least:
@@ -244,7 +242,7 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
 
 def _interval_cost(model: SetModel) -> float:
     """Cost of the half-normal prior of an interval that is not known."""
-    return 0.5 * float(model.evidence.data_sheet.control_interval / USUAL) ** 2
+    return 0.5 * (model.control_interval / USUAL) ** 2
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:

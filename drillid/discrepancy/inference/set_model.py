@@ -168,11 +168,15 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
-        interval = np.nan_to_num(sheet.control_interval, nan=INTERVALS[0]) / _INTERVAL
-        relative, least = _INTERVAL_ERROR
+        interval, (relative, least) = self.control_interval / _INTERVAL, _INTERVAL_ERROR
         folded = max(_HOLD_ERROR * (_INTERVAL * interval) ** 2 / _HOLD, least)
         mean, error = [*mean, interval, 0.0, 0.0], [*error, max(relative * interval, least), folded, folded]
         return np.array(mean), np.minimum(error, _WIDE)
+
+    @property
+    def control_interval(self) -> float:
+        """Interval of the control that the data sheet states, s, or the shortest one."""
+        return float(np.nan_to_num(self.evidence.data_sheet.control_interval, nan=INTERVALS[0]))
 
     @property
     def collar_inertia(self) -> float:
