@@ -1,8 +1,9 @@
 """A drilling system and its recording as rows of numbers, from which compiled responses are computed.
 
 The responses are those of `drillid.physics.responses` and `drillid.physics.sensor`, whitened and with derivatives, at
-a small part of the cost. What the compiled code does not know, such as impedance matching or a law of damping that a
-user has added, is left to those.
+a small part of the cost. A further factor of a transfer and a law that adds to the shunt admittance are computed
+outside and handed over as curves of frequency. What the compiled code does not know, such as impedance matching or a
+law that adds to the series admittance, is left to those.
 """
 
 from collections.abc import Sequence
@@ -11,15 +12,35 @@ from typing import Any
 
 import numpy as np
 
-from drillid.arrays import Complex, Floats, Indices
+from drillid.arrays import Complex, Floats, Indices, Integers
 from drillid.physics.bottom_end import cutting_admittance
-from drillid.physics.damping import ConstantLossFactor, RootDrag
+from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 from drillid.physics.dual_numbers import Dual, primal
-from drillid.physics.equipment import Bit, Controller, DrillingSystem, Motor, Section, StribeckCutting, TopDrive
+from drillid.physics.equipment import (
+    Bit,
+    Controller,
+    DrillingSystem,
+    Motor,
+    Section,
+    Shaping,
+    StribeckCutting,
+    TopDrive,
+)
 from drillid.physics.kernel import BLOCK
 from drillid.physics.sensor import Recording
-from drillid.physics.system_kernel import Structure
+from drillid.physics.system_layout import (
+    CONTROL_FACTOR,
+    COURSE,
+    DRIVE_FACTOR,
+    PER_LINE,
+    RECORD_FACTOR,
+    Curves,
+    Structure,
+)
 from drillid.physics.system_products import Data, Slopes, products, whitened
+
+_FACTORS = RECORD_FACTOR, CONTROL_FACTOR, DRIVE_FACTOR
+"""Quantities that stand for the further factors, in the order of the curves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +48,14 @@ class CompiledSystem:
     """Quantities of a system in all windows."""
 
     quantities: list[Any]
-    """In the order of `drillid.physics.system_kernel`; numbers, arrays (W, 1) or Duals of them."""
+    """In the order of `drillid.physics.system_layout`; numbers, arrays (W, 1) or Duals of them."""
     constants: list[Any]
     """The same of what no derivative is taken to."""
     structure: Structure
+    factors: tuple[Shaping | None, Shaping | None, Shaping | None]
+    """Further factors of recording, control and top drive."""
+    shunts: Sequence[tuple[int, DampingLaw, Section]]
+    """Laws that add to the shunt admittance of a line, each with its place and a section of that line."""
 
     def whitened(self, data: Data, coordinates: int) -> tuple[Complex, Complex]:
         """Whitened residuals (W, rows), and derivatives (W, coordinates, rows) of the modelled responses.
@@ -42,8 +67,10 @@ class CompiledSystem:
         windows, rows = data.weight.shape[0], data.frequencies + data.control_weight.shape[1]
         residual = np.empty((windows, rows), dtype=complex)
         jacobian = np.zeros((windows, coordinates, rows), dtype=complex)
-        values, constants, pairs, active = self._numbers(windows)
-        whitened(values, constants, self.structure, data, pairs, active, residual, jacobian)
+        values, constants, pairs = self._numbers(windows)
+        curves = self._curves(data.omega)
+        active = np.union1d(pairs.quantity, curves.quantity)
+        whitened(values, constants, self.structure, data, pairs, curves, active, residual, jacobian)
         return residual, jacobian
 
     def products(self, data: Data, coordinates: int, windows: Indices) -> tuple[Floats, Floats]:
@@ -59,22 +86,47 @@ class CompiledSystem:
         """
         count = data.weight.shape[0]
         sums = np.zeros((2, count, coordinates + 1, coordinates + 1))
-        values, constants, pairs, active = self._numbers(count)
-        products(values, constants, self.structure, data, pairs, active, windows, sums[0], sums[1])
+        values, constants, pairs = self._numbers(count)
+        curves = self._curves(data.omega)
+        active = np.union1d(pairs.quantity, curves.quantity)
+        products(values, constants, self.structure, data, pairs, curves, active, windows, sums[0], sums[1])
         lower = np.tril(sums)
         full = lower + np.swapaxes(np.tril(sums, -1), -1, -2)
         return full[0], full[1]
 
-    def _numbers(self, windows: int) -> tuple[Floats, Floats, Slopes, Indices]:
-        """Quantities and constants (W, K), their derivatives to coordinates, and which quantities have any."""
+    def _numbers(self, windows: int) -> tuple[Floats, Floats, Slopes]:
+        """Quantities and constants (W, K), and the quantities' derivatives to coordinates."""
         duals = [(place, own) for place, own in enumerate(self.quantities) if isinstance(own, Dual)]
-        pairs = Slopes(
-            np.array([place for place, own in duals for _ in own.indices], dtype=np.int64),
-            np.array([index for _, own in duals for index in own.indices], dtype=np.int64),
-            _columns([slope for _, own in duals for slope in own.tangents], windows),
-        )
-        active = np.array([place for place, _ in duals], dtype=np.int64)
-        return _columns(self.quantities, windows), _columns(self.constants, windows), pairs, active
+        quantity, coordinate = _pairs(duals)
+        slopes = Slopes(quantity, coordinate, _columns([slope for _, own in duals for slope in own.tangents], windows))
+        return _columns(self.quantities, windows), _columns(self.constants, windows), slopes
+
+    def _curves(self, omega: Floats) -> Curves:
+        """Further factors and additions to shunt admittances, with their derivatives to coordinates."""
+        s, kappa = np.asarray(1j * omega, dtype=complex), COURSE + self.structure.parts
+        factors = {place: own.factor(s) for place, own in zip(_FACTORS, self.factors, strict=True) if own is not None}
+        shunts = [(line, law.shunt(section, s) / section.polar_moment) for line, law, section in self.shunts]
+        # a factor over its value has the derivatives of its logarithm
+        by_place = [(place, factor / primal(factor)) for place, factor in factors.items()]
+        by_place += [(kappa + PER_LINE * line, addition) for line, addition in shunts]
+        windows = max((primal(curve).shape[0] for _, curve in by_place if np.ndim(primal(curve)) > 1), default=1)
+        of_factors = np.ones((windows, len(_FACTORS) if factors else 0, s.size), dtype=complex)
+        for place, factor in factors.items():
+            of_factors[:, _FACTORS.index(place)] = primal(factor)
+        of_lines = np.zeros((windows, self.structure.lines if shunts else 0, s.size), dtype=complex)
+        for line, addition in shunts:
+            of_lines[:, line] += primal(addition)
+        duals = [(place, own) for place, own in by_place if isinstance(own, Dual)]
+        rows = [np.broadcast_to(row, (windows, s.size)) for _, own in duals for row in own.tangents]
+        slope = np.stack(rows, axis=1).astype(complex) if rows else np.empty((windows, 0, s.size), dtype=complex)
+        return Curves(of_factors, of_lines, *_pairs(duals), slope)
+
+
+def _pairs(duals: Sequence[tuple[int, Dual]]) -> tuple[Integers, Integers]:
+    """Place of each Dual, and each coordinate that it depends on, pair by pair."""
+    places = [place for place, own in duals for _ in own.indices]
+    coordinates = [index for _, own in duals for index in own.indices]
+    return np.array(places, dtype=np.int64), np.array(coordinates, dtype=np.int64)
 
 
 def _columns(quantities: Sequence[Any], windows: int) -> Floats:
@@ -118,8 +170,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     top_drive, controller = system.top_drive, system.top_drive.controller
     higher = *top_drive.hold_higher, *recording.hold_higher
     constants = [controller.compensated_inertia, controller.compensation_filter, *higher, *lines.constants]
-    is_shaped = any(part.shaping is not None for part in (top_drive, controller, recording))
-    is_known = bit is not None and None not in sections and controller.matching is None and not is_shaped
+    is_known = None not in sections and controller.matching is None
     if bit is None or not is_known or any(isinstance(constant, Dual) for constant in constants):
         return None
     if not np.all(np.isfinite(primal(motor.stiffness))):
@@ -139,16 +190,18 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
     delay_variance = top_drive.delay_jitter * top_drive.delay_jitter + top_drive.hold_variance
     quantities = [
         *(recording.scale, recording.clock_offset, clock_variance, recording.filter_frequency),
-        recording.hold_skewness,
-        *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter),
+        *(recording.hold_skewness, 0.0),
+        *(controller.proportional, controller.integral, controller.speed_filter, controller.torque_filter, 0.0),
         *(top_drive.inertia, top_drive.delay, delay_variance, top_drive.gain, top_drive.lag, top_drive.hold_skewness),
+        0.0,
         *(motor.stiffness, motor.damping, motor.inertia),
         *(system.bit.inertia, bit.amplitude, bit.blade_time),
         *(bit.damping if isinstance(more, float) and more == 0 else bit.damping + more for more in course),
         *lines.quantities,
         *(quantity for section in system.string for quantity in (section.length, section.polar_moment)),
     ]
-    return CompiledSystem(quantities, constants, structure)
+    factors = recording.shaping, controller.shaping, top_drive.shaping
+    return CompiledSystem(quantities, constants, structure, factors, lines.shunts)
 
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:
@@ -197,20 +250,25 @@ class _Lines:
     """The different materials and dampings of a string's sections."""
 
     quantities: list[Any] = field(default_factory=list)
-    """κ, δ, coefficient of drag and loss factor of each."""
+    """κ, δ, coefficient of drag, loss factor, density and shear modulus of each."""
     constants: list[Any] = field(default_factory=list)
-    """Density, shear modulus and reference frequency of each."""
+    """Reference frequency of each."""
+    shunts: list[tuple[int, DampingLaw, Section]] = field(default_factory=list)
+    """Other laws that add to its shunt admittance, with a section that has them."""
     has_loss: list[int] = field(default_factory=list)
     places: dict[tuple[int, ...], int] = field(default_factory=dict)
 
     def add(self, section: Section) -> int | None:
         """Place of a section's line; None where its laws are not known."""
-        laws = {type(law): law for law in section.laws}
-        if len(laws) < len(section.laws) or not laws.keys() <= {RootDrag, ConstantLossFactor}:
+        laws = {type(law): law for law in section.laws if type(law) in _KNOWN}
+        others = [law for law in section.laws if type(law) not in _KNOWN]
+        if len(laws) + len(others) < len(section.laws) or any(_adds_in_series(law) for law in others):
             return None
         # sections are copies of one another with other lengths, and share their quantities
         own = (section.kappa, section.delta, section.density, section.shear_modulus, *section.laws)
         key = tuple(id(quantity) for quantity in own)
+        if others:
+            key = (*key, id(section.polar_moment))
         if key not in self.places:
             drag, loss = laws.get(RootDrag), laws.get(ConstantLossFactor)
             coefficient = drag.coefficient if isinstance(drag, RootDrag) else 0.0
@@ -218,7 +276,17 @@ class _Lines:
                 (loss.loss_factor, loss.reference_frequency) if isinstance(loss, ConstantLossFactor) else (0.0, 1.0)
             )
             self.quantities += [section.kappa, section.delta, coefficient, factor]
-            self.constants += [section.density, section.shear_modulus, reference]
+            self.quantities += [section.density, section.shear_modulus]
+            self.constants.append(reference)
             self.places[key] = len(self.has_loss)
+            self.shunts += [(len(self.has_loss), law, section) for law in others]
             self.has_loss.append(int(loss is not None))
         return self.places[key]
+
+
+_KNOWN = frozenset((RootDrag, ConstantLossFactor))
+"""Laws that the compiled code computes itself."""
+
+
+def _adds_in_series(law: DampingLaw) -> bool:
+    return type(law).series is not DampingLaw.series

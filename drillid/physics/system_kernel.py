@@ -13,42 +13,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drillid.arrays import Floats, Integers
-from drillid.physics.kernel import BLOCK, compiled, falling, inlined, inverse, root, through_section
-
-RECORDING, CONTROL, TOP_DRIVE, MOTOR, BIT, COURSE = 0, 5, 9, 15, 18, 21
-"""Where the quantities of each part begin in a row: scale, clock offset, variance of the clock, filter frequency and
-third cumulant of the clock of the recording; P, I and the filters of speed and torque; inertia, delay, its variance,
-gain, lag and third cumulant of the delay of the top drive; stiffness, damping and inertia of the motor; inertia of the
-bit, amplitude and blade time of its regenerative cutting; damping at the bit in every part of the window. κ, δ, drag
-and loss factor of every line follow, then length and polar moment of every section."""
-PER_LINE, PER_SECTION = 4, 2
-FIXED = 6
-"""Number of constants before those of the lines: compensated inertia, the filter of its compensation, fourth and fifth
-cumulant of the drive's delay, and the same of the recording's clock."""
-FIXED_PER_LINE = 3
-"""Density, shear modulus and reference frequency of the loss factor."""
-
-
-class Structure(NamedTuple):
-    """What a system consists of, the same in all windows."""
-
-    parts: int
-    """Number of equally long parts of a window."""
-    lines: int
-    """Number of different materials and dampings."""
-    line_of: Integers
-    """(sections,) line of every section, from the top."""
-    has_loss: Integers
-    """(lines,) 1 where a line has a loss factor."""
-    has_motor: bool
-    has_cutting: bool
-    """Whether the bit cuts regeneratively."""
-    filter_order: int
-    """Of the recording; 0 without a filter."""
-    filter_pairs: Floats
-    """(order // 2,) linear coefficients of the filter's quadratic factors."""
-
+from drillid.arrays import Floats
+from drillid.physics.kernel import BLOCK, compiled, falling, inverse, root, through_section
+from drillid.physics.system_layout import (
+    BIT,
+    CONTROL,
+    CONTROL_FACTOR,
+    COURSE,
+    DRIVE_FACTOR,
+    FIXED,
+    FIXED_PER_LINE,
+    MOTOR,
+    PER_LINE,
+    PER_SECTION,
+    RECORD_FACTOR,
+    RECORDING,
+    TOP_DRIVE,
+    Curves,
+    Structure,
+    add,
+    read,
+    write,
+)
 
 # places in the table of a block, each of a real and an imaginary row
 _DRIVE, CONTROL_ROW, RECORD_ROW, _UNFILTERED, _LOAD, _ADJOINT = 0, 1, 2, 3, 4, 5
@@ -59,28 +45,13 @@ _GAMMA, _SERIES, _BY_LOAD, _BY_OWN, _BY_PHASE = 0, 1, 2, 3, 4
 _KEPT = 2 * 5 * BLOCK
 # places in what is kept of a motor
 _BY_BELOW, _BY_SPRING, _SPRING = 0, 1, 2
-
-
-@inlined
-def read(table: Floats, which: int, j: int) -> complex:
-    """Number of a row of a block's table."""
-    return complex(table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j])
-
-
-@inlined
-def write(table: Floats, which: int, j: int, value: complex) -> None:
-    """Set a number of a row of a block's table."""
-    table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j] = value.real, value.imag
-
-
-@inlined
-def _add(table: Floats, which: int, j: int, value: complex) -> None:
-    table[2 * which * BLOCK + j] += value.real
-    table[(2 * which + 1) * BLOCK + j] += value.imag
+# places in the table of a line
+_STIFFNESS, _BY_LOSS, _SHUNT = 0, 1, 2
+_OF_LINE = 2 * 3 * BLOCK
 
 
 @compiled
-def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> None:
+def _drive(values: Floats, constants: Floats, omega: Floats, factors: Floats, table: Floats) -> None:
     """Drive, control and clock of the recording."""
     clock_variance, offset = values[RECORDING + 2], values[RECORDING + 1]
     proportional, integral = values[CONTROL], values[CONTROL + 1]
@@ -96,10 +67,12 @@ def _drive(values: Floats, constants: Floats, omega: Floats, table: Floats) -> N
         fourth, fifth = square * square / 6.0, cube * square / 60.0
         turned = delay * omega[j] - of_delay * cube + constants[3] * fifth
         delayed = falling(complex(square * variance - constants[2] * fourth, turned))
-        write(table, CONTROL_ROW, j, (complex(proportional, -integral / omega[j]) - compensation) * filters)
-        write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s))
+        response = (complex(proportional, -integral / omega[j]) - compensation) * filters
+        write(table, CONTROL_ROW, j, response * read(factors, 1, j))
+        write(table, _DRIVE, j, gain * delayed * inverse(1.0 + lag * s) * read(factors, 2, j))
         turned = offset * omega[j] - of_clock * cube + constants[5] * fifth
-        write(table, RECORD_ROW, j, falling(complex(square * clock_variance - constants[4] * fourth, turned)))
+        clock = falling(complex(square * clock_variance - constants[4] * fourth, turned))
+        write(table, RECORD_ROW, j, clock * read(factors, 0, j))
         write(table, _TO_DRIVE, j, complex(0.0, 0.0))
         write(table, _TO_CONTROL, j, complex(0.0, 0.0))
         write(table, MOBILITY_ROW, j, complex(0.0, 0.0))
@@ -133,7 +106,7 @@ def _bit(values: Floats, damping: float, has_cutting: bool, omega: Floats, table
         amplitude, blade_time = values[BIT + 1], values[BIT + 2]
         for j in range(BLOCK):
             turned = falling(complex(0.0, blade_time * omega[j])) - 1.0
-            _add(table, _LOAD, j, amplitude * turned * complex(0.0, -1.0 / omega[j]))
+            add(table, _LOAD, j, amplitude * turned * complex(0.0, -1.0 / omega[j]))
 
 
 @compiled
@@ -151,7 +124,7 @@ def _motor(values: Floats, omega: Floats, table: Floats, kept: Floats) -> None:
 
 
 @compiled
-def _loss(factor: float, reference: float, omega: Floats, stiffening: Floats) -> None:
+def _loss(factor: float, reference: float, omega: Floats, of_line: Floats) -> None:
     """Complex stiffness relative to that without loss, and its derivative to the loss factor."""
     exponent = 2 / math.pi * math.atan(factor)
     slope = 2 / math.pi / (1.0 + factor * factor)
@@ -159,21 +132,19 @@ def _loss(factor: float, reference: float, omega: Floats, stiffening: Floats) ->
         logarithm = math.log(omega[j] / (2 * math.pi * reference))
         power = math.exp(exponent * logarithm)
         stiffness = complex(power, factor * power)
-        write(stiffening, 0, j, stiffness)
-        write(stiffening, 1, j, complex(0.0, power) + stiffness * (slope * logarithm))
+        write(of_line, _STIFFNESS, j, stiffness)
+        write(of_line, _BY_LOSS, j, complex(0.0, power) + stiffness * (slope * logarithm))
 
 
 @compiled
-def _section(
-    line: Floats, own: Floats, steel: Floats, stiffening: Floats, omega: Floats, table: Floats, kept: Floats
-) -> None:
+def _section(line: Floats, own: Floats, of_line: Floats, omega: Floats, table: Floats, kept: Floats) -> None:
     """Admittance at the upper end of a section, and its derivatives to the load, to Y₀ and to γL."""
     kappa, delta, drag, length, polar = line[0], line[1], line[2], own[0], own[1]
-    density, modulus, half_root = steel[0], steel[1], math.sqrt(0.5)
+    density, modulus, half_root = line[4], line[5], math.sqrt(0.5)
     for j in range(BLOCK):
         dragging = drag * half_root * math.sqrt(omega[j])
-        shunt = complex(kappa + dragging, density * omega[j] + dragging)
-        series = read(stiffening, 0, j) * complex(0.0, -modulus / omega[j]) + delta
+        shunt = complex(kappa + dragging, density * omega[j] + dragging) + read(of_line, _SHUNT, j)
+        series = read(of_line, _STIFFNESS, j) * complex(0.0, -modulus / omega[j]) + delta
         per_series = inverse(series)
         gamma = root(shunt * per_series)
         above, by_load, by_own, by_phase = through_section(
@@ -195,11 +166,11 @@ def _top(inertia: float, share: float, omega: Floats, table: Floats, to_inertia:
         per_total = inverse(complex(0.0, inertia * omega[j]) + read(table, _LOAD, j) + drive * response)
         mobility = drive * per_total
         adjoint = -share * mobility * per_total
-        _add(table, MOBILITY_ROW, j, share * mobility)
+        add(table, MOBILITY_ROW, j, share * mobility)
         write(table, _ADJOINT, j, adjoint)
-        _add(table, _TO_DRIVE, j, share * per_total + adjoint * response)
-        _add(table, _TO_CONTROL, j, adjoint * drive)
-        _add(to_inertia, 0, j, adjoint * complex(0.0, omega[j]))
+        add(table, _TO_DRIVE, j, share * per_total + adjoint * response)
+        add(table, _TO_CONTROL, j, adjoint * drive)
+        add(to_inertia, 0, j, adjoint * complex(0.0, omega[j]))
 
 
 @compiled
@@ -211,22 +182,24 @@ def _down_section(own: Floats, kept: Floats, table: Floats, to_line: Floats, to_
         gamma, series = read(kept, _GAMMA, j), read(kept, _SERIES, j)
         to_admittance, to_phase = adjoint * read(kept, _BY_OWN, j), adjoint * read(kept, _BY_PHASE, j)
         first, second = polar * to_admittance, length * to_phase * inverse(series)
-        _add(to_line, 0, j, 0.5 * (first + second) * inverse(gamma))
-        _add(to_line, 1, j, 0.5 * (first - second) * gamma)
-        _add(to_own, 0, j, to_phase * gamma)
-        _add(to_own, 1, j, to_admittance * series * gamma)
+        add(to_line, 0, j, 0.5 * (first + second) * inverse(gamma))
+        add(to_line, 1, j, 0.5 * (first - second) * gamma)
+        add(to_own, 0, j, to_phase * gamma)
+        add(to_own, 1, j, to_admittance * series * gamma)
         write(table, _ADJOINT, j, adjoint * read(kept, _BY_LOAD, j))
 
 
 @compiled
-def _down_laws(modulus: float, omega: Floats, stiffening: Floats, to_line: Floats) -> None:
-    """Derivatives to drag and loss factor of a line from those to κ and δ."""
+def _down_laws(modulus: float, omega: Floats, of_line: Floats, to_line: Floats) -> None:
+    """Derivatives to drag, loss factor, density and shear modulus of a line from those to κ and δ."""
     half_root = math.sqrt(0.5)
     for j in range(BLOCK):
-        drag = half_root * math.sqrt(omega[j])
-        write(to_line, 2, j, read(to_line, 0, j) * complex(drag, drag))
-        stiffness = read(stiffening, 1, j) * complex(0.0, -modulus / omega[j])
-        write(to_line, 3, j, read(to_line, 1, j) * stiffness)
+        drag, to_shunt, to_series = half_root * math.sqrt(omega[j]), read(to_line, 0, j), read(to_line, 1, j)
+        per_s = complex(0.0, -1.0 / omega[j])
+        write(to_line, 2, j, to_shunt * complex(drag, drag))
+        write(to_line, 3, j, to_series * read(of_line, _BY_LOSS, j) * per_s * modulus)
+        write(to_line, 4, j, to_shunt * complex(0.0, omega[j]))
+        write(to_line, 5, j, to_series * read(of_line, _STIFFNESS, j) * per_s)
 
 
 @compiled
@@ -234,9 +207,9 @@ def _down_motor(omega: Floats, kept: Floats, table: Floats, slopes: Floats) -> N
     for j in range(BLOCK):
         adjoint, s = read(table, _ADJOINT, j), complex(0.0, omega[j])
         to_spring, spring = adjoint * read(kept, _BY_SPRING, j), read(kept, _SPRING, j)
-        _add(slopes, MOTOR, j, -to_spring * spring * spring * complex(0.0, -1.0 / omega[j]))
-        _add(slopes, MOTOR + 1, j, -to_spring * spring * spring)
-        _add(slopes, MOTOR + 2, j, adjoint * s)
+        add(slopes, MOTOR, j, -to_spring * spring * spring * complex(0.0, -1.0 / omega[j]))
+        add(slopes, MOTOR + 1, j, -to_spring * spring * spring)
+        add(slopes, MOTOR + 2, j, adjoint * s)
         write(table, _ADJOINT, j, adjoint * read(kept, _BY_BELOW, j))
 
 
@@ -246,18 +219,20 @@ def _down_bit(
 ) -> None:
     for j in range(BLOCK):
         adjoint = read(table, _ADJOINT, j)
-        _add(slopes, BIT, j, adjoint * complex(0.0, omega[j]))
+        add(slopes, BIT, j, adjoint * complex(0.0, omega[j]))
         write(to_damping, 0, j, adjoint)
     if has_cutting:
         amplitude, blade_time = values[BIT + 1], values[BIT + 2]
         for j in range(BLOCK):
             turned, adjoint = falling(complex(0.0, blade_time * omega[j])), read(table, _ADJOINT, j)
-            _add(slopes, BIT + 1, j, adjoint * (turned - 1.0) * complex(0.0, -1.0 / omega[j]))
-            _add(slopes, BIT + 2, j, -amplitude * adjoint * turned)
+            add(slopes, BIT + 1, j, adjoint * (turned - 1.0) * complex(0.0, -1.0 / omega[j]))
+            add(slopes, BIT + 2, j, -amplitude * adjoint * turned)
 
 
 @compiled
-def _down_drive(values: Floats, omega: Floats, table: Floats, slopes: Floats, of_control: Floats) -> None:
+def _down_drive(
+    values: Floats, omega: Floats, factors: Floats, table: Floats, slopes: Floats, of_control: Floats
+) -> None:
     """Derivatives to the quantities of drive and control; those of the control's own response beside them."""
     gain, lag = values[TOP_DRIVE + 3], values[TOP_DRIVE + 4]
     speed_filter, torque_filter = values[CONTROL + 2], values[CONTROL + 3]
@@ -269,16 +244,19 @@ def _down_drive(values: Floats, omega: Floats, table: Floats, slopes: Floats, of
         write(slopes, TOP_DRIVE + 3, j, to_drive * (1.0 / gain))
         write(slopes, TOP_DRIVE + 4, j, -s * to_drive * inverse(1.0 + lag * s))
         write(slopes, TOP_DRIVE + 5, j, -s * s * s * to_drive * (1.0 / 6.0))
+        write(slopes, DRIVE_FACTOR, j, to_drive)
         on_speed, on_torque = inverse(1.0 + speed_filter * s), inverse(1.0 + torque_filter * s)
-        filters, per_s = on_speed * on_torque, complex(0.0, -1.0 / omega[j])
+        filters, per_s = on_speed * on_torque * read(factors, 1, j), complex(0.0, -1.0 / omega[j])
         write(of_control, CONTROL, j, filters)
         write(of_control, CONTROL + 1, j, filters * per_s)
         write(of_control, CONTROL + 2, j, -s * response * on_speed)
         write(of_control, CONTROL + 3, j, -s * response * on_torque)
+        write(of_control, CONTROL_FACTOR, j, response)
         write(slopes, CONTROL, j, to_control * filters)
         write(slopes, CONTROL + 1, j, to_control * filters * per_s)
         write(slopes, CONTROL + 2, j, -to_control * s * response * on_speed)
         write(slopes, CONTROL + 3, j, -to_control * s * response * on_torque)
+        write(slopes, CONTROL_FACTOR, j, to_control * response)
 
 
 @compiled
@@ -300,10 +278,12 @@ def _recorded(
         write(slopes, RECORDING + 1, j, -s * mobility)
         write(slopes, RECORDING + 2, j, -half_square * mobility)
         write(slopes, RECORDING + 4, j, -sixth_cube * mobility)
+        write(slopes, RECORD_FACTOR, j, mobility)
         write(of_control, RECORDING, j, -response * (1.0 / scale))
         write(of_control, RECORDING + 1, j, s * response)
         write(of_control, RECORDING + 2, j, half_square * response)
         write(of_control, RECORDING + 4, j, sixth_cube * response)
+        write(of_control, RECORD_FACTOR, j, -response)
     if is_filtered:
         for j in range(BLOCK):
             logarithm = read(table, _LOGARITHM, j)
@@ -313,14 +293,7 @@ def _recorded(
 
 @compiled
 def _upwards(
-    values: Floats,
-    constants: Floats,
-    structure: Structure,
-    part: int,
-    omega: Floats,
-    stiffening: Floats,
-    table: Floats,
-    kept: Floats,
+    values: Floats, structure: Structure, part: int, omega: Floats, of_lines: Floats, table: Floats, kept: Floats
 ) -> None:
     """Admittance of all that lies below the top drive, from the bit up."""
     lines, sections = COURSE + structure.parts, COURSE + structure.parts + PER_LINE * structure.lines
@@ -332,8 +305,7 @@ def _upwards(
         _section(
             values[lines + PER_LINE * line : lines + PER_LINE * (line + 1)],
             values[sections + PER_SECTION * section : sections + PER_SECTION * (section + 1)],
-            constants[FIXED + FIXED_PER_LINE * line : FIXED + FIXED_PER_LINE * (line + 1)],
-            stiffening[line],
+            of_lines[line],
             omega,
             table,
             kept[section],
@@ -369,17 +341,34 @@ class Scratch(NamedTuple):
     """Derivatives of the mobility to all quantities."""
     of_control: Floats
     """Derivatives of the control's response to the quantities of recording and control."""
-    stiffening: Floats
+    of_lines: Floats
+    """Relative stiffness, its derivative to the loss factor, and addition to the shunt admittance of every line."""
+    factors: Floats
+    """Further factors of recording, control and drive."""
 
 
 @compiled
 def new_scratch(structure: Structure, quantities: int) -> Scratch:
     """Tables for a system."""
-    stiffening = np.zeros((structure.lines, 4 * BLOCK))
-    stiffening[:, :BLOCK] = 1.0
+    of_lines, factors = np.zeros((structure.lines, _OF_LINE)), np.zeros(2 * 3 * BLOCK)
+    of_lines[:, :BLOCK] = 1.0
+    for factor in range(3):
+        factors[2 * factor * BLOCK : (2 * factor + 1) * BLOCK] = 1.0
     kept = np.empty((structure.line_of.size + 1, _KEPT))
     slopes, of_control = np.empty(2 * BLOCK * quantities), np.zeros(2 * BLOCK * TOP_DRIVE)
-    return Scratch(np.empty(_TABLE), kept, slopes, of_control, stiffening)
+    return Scratch(np.empty(_TABLE), kept, slopes, of_control, of_lines, factors)
+
+
+@compiled
+def fill_curves(curves: Curves, window: int, first: int, scratch: Scratch) -> None:
+    """Put one block of the curves of a window into the tables."""
+    own = window if curves.factors.shape[0] > 1 else 0
+    for factor in range(curves.factors.shape[1]):
+        for j in range(BLOCK):
+            write(scratch.factors, factor, j, curves.factors[own, factor, first + j])
+    for line in range(curves.shunts.shape[1]):
+        for j in range(BLOCK):
+            write(scratch.of_lines[line], _SHUNT, j, curves.shunts[own, line, first + j])
 
 
 @compiled
@@ -393,23 +382,22 @@ def respond(
     with_slopes : whether derivatives are needed; those to quantities that are not of the recording are left unrecorded
     """
     share, lines = 1.0 / structure.parts, COURSE + structure.parts
-    table, kept, slopes, of_control, stiffening = scratch
-    _drive(values, constants, omega, table)
+    table, kept, slopes, of_control, of_lines, factors = scratch
+    _drive(values, constants, omega, factors, table)
     if structure.filter_order > 0:
         _filter(values, structure, omega, table)
     for line in range(structure.lines):
         if structure.has_loss[line]:
-            reference = constants[FIXED + FIXED_PER_LINE * line + 2]
-            _loss(values[lines + PER_LINE * line + 3], reference, omega, stiffening[line])
+            _loss(values[lines + PER_LINE * line + 3], constants[FIXED + FIXED_PER_LINE * line], omega, of_lines[line])
     slopes[:] = 0.0
     for part in range(structure.parts):
-        _upwards(values, constants, structure, part, omega, stiffening, table, kept)
+        _upwards(values, structure, part, omega, of_lines, table, kept)
         _top(values[TOP_DRIVE], share, omega, table, slopes[2 * BLOCK * TOP_DRIVE :])
         if with_slopes:
             _downwards(values, structure, part, omega, table, kept, slopes)
     if with_slopes:
         for line in range(structure.lines):
             to_line = slopes[2 * BLOCK * (lines + PER_LINE * line) :]
-            _down_laws(constants[FIXED + FIXED_PER_LINE * line + 1], omega, stiffening[line], to_line)
-        _down_drive(values, omega, table, slopes, of_control)
+            _down_laws(values[lines + PER_LINE * line + 5], omega, of_lines[line], to_line)
+        _down_drive(values, omega, factors, table, slopes, of_control)
     _recorded(values, structure.filter_order > 0, omega, table, slopes, of_control)

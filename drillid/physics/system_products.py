@@ -11,18 +11,15 @@ import numpy as np
 from drillid.arrays import Complex, Floats, Integers
 from drillid.physics.kernel import BLOCK, compiled, inverse
 from drillid.physics.system_kernel import (
-    CONTROL,
     CONTROL_ROW,
     MOBILITY_ROW,
     RECORD_ROW,
-    TOP_DRIVE,
     Scratch,
-    Structure,
+    fill_curves,
     new_scratch,
-    read,
     respond,
-    write,
 )
+from drillid.physics.system_layout import CONTROL, TOP_DRIVE, Curves, Structure, add, read, write
 
 
 class Data(NamedTuple):
@@ -118,6 +115,20 @@ def _to_coordinates(window: int, pairs: Slopes, scratch: Scratch, mobility: Floa
 
 
 @compiled
+def _along_curves(window: int, first: int, curves: Curves, scratch: Scratch, mobility: Floats, control: Floats) -> None:
+    """Add the derivatives to the coordinates that curves depend on."""
+    window = window if curves.slope.shape[0] > 1 else 0
+    for pair in range(curves.quantity.size):
+        quantity, coordinate = curves.quantity[pair], curves.coordinate[pair]
+        own, of_control = scratch.slopes[2 * BLOCK * quantity :], scratch.of_control[2 * BLOCK * quantity :]
+        for j in range(BLOCK):
+            slope = curves.slope[window, pair, first + j]
+            add(mobility[coordinate], 0, j, slope * read(own, 0, j))
+            if quantity < TOP_DRIVE:
+                add(control[coordinate], 0, j, slope * read(of_control, 0, j))
+
+
+@compiled
 def _put(first: int, data: Data, of_mobility: Floats, of_control: Floats, target: Complex) -> None:
     """One block's numbers into a row (rows,)."""
     for j in range(min(BLOCK, data.frequencies - first)):
@@ -134,6 +145,7 @@ def whitened(
     structure: Structure,
     data: Data,
     pairs: Slopes,
+    curves: Curves,
     active: Integers,
     residual: Complex,
     jacobian: Complex,
@@ -143,7 +155,7 @@ def whitened(
     Parameters
     ----------
     values : (W, quantities)
-    constants : (W, 2 + 3 lines)
+    constants : (W, FIXED + FIXED_PER_LINE lines)
     active : quantities that depend on coordinates
     residual : (W, rows), filled
     jacobian : (W, coordinates, rows), filled; without coordinates no derivatives are computed
@@ -153,12 +165,14 @@ def whitened(
     for window in range(values.shape[0]):
         for first in range(0, data.frequencies, BLOCK):
             omega = data.omega[first : first + BLOCK]
+            fill_curves(curves, window, first, scratch)
             respond(values[window], constants[window], structure, omega, active.size > 0, scratch)
             _residuals(first, window, data, scratch.table, mobility[coordinates], control[coordinates])
             _put(first, data, mobility[coordinates], control[coordinates], residual[window])
             if active.size:
                 _whiten(first, window, data, active, scratch)
                 _to_coordinates(window, pairs, scratch, mobility[:coordinates], control[:coordinates])
+                _along_curves(window, first, curves, scratch, mobility, control)
             for coordinate in range(coordinates):
                 _put(first, data, mobility[coordinate], control[coordinate], jacobian[window, coordinate])
 
@@ -181,6 +195,7 @@ def products(
     structure: Structure,
     data: Data,
     pairs: Slopes,
+    curves: Curves,
     active: Integers,
     windows: Integers,
     of_mobilities: Floats,
@@ -200,10 +215,12 @@ def products(
         of_mobilities[window], of_all[window] = 0.0, 0.0
         for first in range(0, data.frequencies, BLOCK):
             omega = data.omega[first : first + BLOCK]
+            fill_curves(curves, window, first, scratch)
             respond(values[window], constants[window], structure, omega, True, scratch)
             _residuals(first, window, data, scratch.table, mobility[coordinates], control[coordinates])
             _whiten(first, window, data, active, scratch)
             _to_coordinates(window, pairs, scratch, mobility[:coordinates], control[:coordinates])
+            _along_curves(window, first, curves, scratch, mobility, control)
             _add_products(mobility, of_mobilities[window])
             if data.control_weight.shape[1]:
                 _add_products(control, of_all[window])

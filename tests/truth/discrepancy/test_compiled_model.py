@@ -8,8 +8,12 @@ import pytest
 
 from drillid.arrays import Complex
 from drillid.discrepancy.catalogue import CATALOGUE, Cause, OperatingPoint, WindowModel
+from drillid.discrepancy.inference.unknown import PORTS
+from drillid.discrepancy.learning.elements import ELEMENTS, TERMS, Element
+from drillid.discrepancy.learning.process import process_at
+from drillid.discrepancy.learning.search import placed
 from drillid.physics.compiled_system import compiled_system, data_of
-from drillid.physics.damping import DampingLaw, StokesLayerDrag
+from drillid.physics.damping import DampingLaw, HystereticLoss, Steel, StokesLayerDrag
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import (
     Bit,
@@ -23,6 +27,7 @@ from drillid.physics.equipment import (
     TopDrive,
     polar_moment,
 )
+from drillid.physics.gaussian_process import COUNT
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 
@@ -136,8 +141,41 @@ def test_products_are_those_of_the_rows_and_of_the_windows_asked_for() -> None:
         assert not sums[0].any()
 
 
-class UnknownLaw(DampingLaw):
+@pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.name)
+def test_every_element_that_is_learnt_is_computed_exactly(element: Element) -> None:
+    count = SHARED + len(element.terms)
+    c = coordinates(count)
+    extended = window_model(c[:SHARED])
+    for extension, relative in zip(placed(element, 0.4), c[SHARED:], strict=True):
+        size = TERMS[extension.cause.name].size.typical * (1 + relative)
+        extended = extension.cause.extend(extended, size, extension.shape, OPERATING_POINT)
+    assert_alike(extended, count)
+
+
+@pytest.mark.parametrize("port", PORTS)
+def test_a_gaussian_process_is_computed_exactly_at_every_port(port: str) -> None:
+    c = coordinates(SHARED + COUNT)
+    extended = window_model(c[:SHARED])
+    for extension, size in zip(process_at(port, 30), c[SHARED:], strict=True):
+        extended = extension.cause.extend(extended, size, extension.shape, OPERATING_POINT)
+    assert_alike(extended, SHARED + COUNT)
+
+
+class LawInSeries(DampingLaw):
     """One that a user has added."""
+
+    def series(self, section: Steel, s: Complex) -> Complex:
+        """A weak spring in parallel."""
+        return 1e-3 * section.shear_modulus * section.polar_moment / s
+
+
+def test_a_law_that_differs_from_window_to_window_is_computed_exactly() -> None:
+    c = coordinates(SHARED)
+    base = window_model(c)
+    pipe, collars = base.system.string
+    layer = StokesLayerDrag(1200.0 * (1 + c[0]), 0.05 * (1 + c[4]), 0.16)
+    string = replace(pipe, laws=(layer,)), replace(collars, laws=(layer,))
+    assert_alike(replace(base, system=replace(base.system, string=string)), SHARED)
 
 
 def test_what_the_compiled_model_does_not_know_is_left_to_the_composed_one() -> None:
@@ -147,8 +185,8 @@ def test_what_the_compiled_model_does_not_know_is_left_to_the_composed_one() -> 
     matched = replace(system.top_drive.controller, matching=ImpedanceMatching(1 / 400, 1100.0))
     twice = RegenerativeCutting(3e3, 12.0, 5), RegenerativeCutting(1e3, 12.0, 3)
     others = [
-        replace(system, string=(replace(pipe, laws=(UnknownLaw(),)), collars)),
-        replace(system, string=(pipe, replace(collars, laws=(StokesLayerDrag(1200.0, 0.05, 0.16),)))),
+        replace(system, string=(replace(pipe, laws=(LawInSeries(),)), collars)),
+        replace(system, string=(pipe, replace(collars, laws=(HystereticLoss(0.01),)))),
         replace(system, top_drive=replace(system.top_drive, controller=matched)),
         replace(system, bit=replace(system.bit, cutting=twice)),
         replace(system, motor=Motor(np.inf)),
