@@ -1,7 +1,7 @@
 """What is learnt of hidden effects: offers, what they recover on windows that nobody has seen, and fingerprints.
 
-Two wells of each rig hide the same effect in the same size. Of six windows the first four are for learning, which holds
-one of them back for its offer; the last two, which take no part in any choice, measure what an offer is worth.
+Two wells of each rig hide the same effect in the same size. Of six windows the first four are for learning and for its
+offer; the last two, which take no part in any choice, measure what an offer is worth.
 Seeds of the proof begin at FIRST; `python -m benchmarks.learn.recovered RIG EFFECT WELL` does one case of any rig.
 """
 
@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 
 from benchmarks.kept import write
@@ -85,7 +86,8 @@ def _outcome(case: Case) -> dict[str, Any]:
 
 def measure(console: Console) -> Measurement:
     """All cases of the proof."""
-    outcomes = [outcome(case_of(rig, name, number)) for rig in RIGS for name in HIDEABLE for number in _WELLS]
+    seeds = [(rig, name, number) for rig in RIGS for name in HIDEABLE for number in _WELLS]
+    outcomes = [outcome(case_of(*seed)) for seed in track(seeds, "cases", console=console)]
     console.print(_table(outcomes))
     offered = [each for each in outcomes if each["offered"]]
     recovered = sum(each["gain"] for each in offered) / max(sum(each["true_gain"] for each in offered), 1e-9)
