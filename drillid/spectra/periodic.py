@@ -84,12 +84,13 @@ def line_spectra(
     In n periods every n-th line contains the sweep's response, and the n − 1 lines between it and
     the next the spread between periods. Three disturbances are removed: drift as a parabola of
     time, by weighted least squares over all unexcited lines; the transient and other leakage, which
-    are linear over the nearest `noise_lines` unexcited lines (a local polynomial estimate: Pintelon
-    and Schoukens 2012, chapter 7); bursts of noise, by weighting each period at each time (`noise`).
-    What does not repeat in the sweep is removed as leakage is, since the command holds it as well.
-    The power that remains in these lines, divided by the smooth spectrum of the noise, gives the
-    variance; its degrees of freedom are theirs less two, fewer where bursts are weighted down, and
-    fewer for the error of the smooth spectrum, which few periods determine less well.
+    are linear over the nearest `noise_lines` unexcited lines, weighted by the smooth spectrum of the
+    noise (a local polynomial estimate: Pintelon and Schoukens 2012, chapter 7); bursts of noise, by
+    weighting each period at each time (`noise`). What does not repeat in the sweep is removed as
+    leakage is, since the command holds it as well. The power that remains in these lines, divided by
+    the smooth spectrum of the noise, gives the variance; its degrees of freedom are theirs less two,
+    fewer where bursts are weighted down, and fewer for the error of the smooth spectrum, which few
+    periods determine less well.
 
     Parameters
     ----------
@@ -184,17 +185,19 @@ def _at_harmonics(
     averages = float(periods) if weights is None else weights.averages
     around = harmonics[:, None] + offsets
     powers = (offsets / offsets[-1])[:, None] ** np.arange(_ORDER + 1)
-    projector = np.linalg.pinv(powers)
-    leverage = 1 + np.sum(projector[0] ** 2)
-    relative_level = np.sqrt(level[harmonics][:, None] / level[np.abs(around)])
+    weight = level[harmonics][:, None] / level[np.abs(around)]
+    # (harmonic, power, offset): with few periods the lines lie so far apart that a mode is among them
+    weighted = weight[:, None] * powers.T
+    projector = np.linalg.solve(weighted @ powers, weighted)
+    leverage = 1 + np.sum(projector[:, 0] ** 2 / weight, axis=1)
     at_line, residuals = [], []
     # of the sweep as well: what does not repeat in it, such as a spike in its last row, is in the command too
     for channel in (sweep, *outputs):
         noise = channel[np.abs(around)]
         np.conj(noise, out=noise, where=around < 0)
-        coefficients = noise @ projector.T
+        coefficients = np.einsum("hpo,ho->hp", projector, noise)
         at_line.append(channel[harmonics] - coefficients[:, 0])
-        residuals.append((noise - coefficients @ powers.T) * relative_level)
+        residuals.append((noise - coefficients @ powers.T) * np.sqrt(weight))
     sweep_line, speed_line, command_line = at_line
     of_speed, of_command = residuals[1:]
     freedom = float(offsets.size - _ORDER - 1)
