@@ -1,7 +1,7 @@
-"""Wells of a rig with a hidden effect, twice as large as where the ideal test begins to see it, simulated in time."""
+"""Wells of a rig with a hidden effect, and the size at which the ideal test begins to see it, simulated in time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -57,8 +57,19 @@ def well(rig: int, number: int, windows: int = WINDOWS) -> Case:
     return Case(100 * rig + number, equipment, segments, sheet, (), True, bool(generator.random() < 0.7))
 
 
-def with_hidden(case: Case, name: str, times: float = 2.0) -> Case:
-    """The case with an effect of `times` the size that is seen; its largest where it does not grow so far."""
+@dataclass(frozen=True)
+class Seen:
+    """How large an effect must be in a well to be seen."""
+
+    size: float
+    """At which √λ is SEEN; infinite where its largest is not seen."""
+    largest: float
+    shape: float
+    """Drawn for the rig."""
+
+
+def seen(case: Case, name: str) -> Seen:
+    """The size of an effect at which the ideal test begins to see it in a well."""
     shape = float(np.random.default_rng([_SEAL, case.seed // 100, len(name)]).random())
     ideal = Ideal(case, CaseResponses(case))
     low, largest = HIDEABLE[name].effect.range(case.world(0, hidden=()), case.context(Hidden(name, 0.0, shape)))
@@ -67,9 +78,9 @@ def with_hidden(case: Case, name: str, times: float = 2.0) -> Case:
         middle = float(np.sqrt(low * high))
         reached = np.sqrt(max(ideal.noncentrality((Hidden(name, middle, shape),)), 0.0))
         if abs(reached / SEEN - 1) < _CLOSE:
-            break
+            return Seen(middle, largest, shape)
         low, high = (low, middle) if reached > SEEN else (middle, high)
-    return replace(case, hidden=(Hidden(name, min(times * middle, largest), shape),))
+    return Seen(np.inf, largest, shape)
 
 
 def evidence_of(case: Case) -> Evidence:
