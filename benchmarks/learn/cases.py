@@ -1,7 +1,7 @@
 """Wells of a rig with a hidden effect, and the size at which the ideal test begins to see it, simulated in time."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,9 @@ from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.fleet.provenance import digest, source_hash
 
-WINDOWS = 6
+WINDOWS = 12
+LEARNING = 4
+"""The first windows, which learning has."""
 SEEN = 6.0
 """√λ of the ideal test, unaware of the effect, at which half of all sets would be told."""
 _SEAL = 90210
@@ -69,7 +71,8 @@ class Seen:
 
 
 def seen(case: Case, name: str) -> Seen:
-    """The size of an effect at which the ideal test begins to see it in a well."""
+    """The size of an effect at which the ideal test begins to see it in the windows of a well that learning has."""
+    case = replace(case, segments=case.segments[:LEARNING])
     shape = float(np.random.default_rng([_SEAL, case.seed // 100, len(name)]).random())
     ideal = Ideal(case, CaseResponses(case))
     low, largest = HIDEABLE[name].effect.range(case.world(0, hidden=()), case.context(Hidden(name, 0.0, shape)))

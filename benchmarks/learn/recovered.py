@@ -2,8 +2,8 @@
 
 Two wells of each rig hide the same effect in the same size, twice the one at which the ideal test begins to see it in
 either, or its largest. Shares count the wells in which it is twice as large, but worse offers are counted in all wells.
-Of six windows the first four are for learning and for its offer; the last two, which take no part in any choice,
-measure what an offer is worth. `python -m benchmarks.learn.recovered RIG EFFECT` does the wells of any rig.
+Of twelve windows learning, its offer and the ideal test have the first four; the others, which take no part in any
+choice, measure what an offer is worth. `python -m benchmarks.learn.recovered RIG EFFECT` does the wells of any rig.
 """
 
 import json
@@ -20,7 +20,7 @@ from rich.table import Table
 
 from benchmarks.blind.hidden import Hidden
 from benchmarks.kept import write
-from benchmarks.learn.cases import Case, evidence_of, seen, well
+from benchmarks.learn.cases import LEARNING, Case, evidence_of, seen, well
 from benchmarks.learn.effects import HIDEABLE
 from benchmarks.learn.measurement import FOLDER, share
 from benchmarks.parts import Measurement
@@ -35,8 +35,6 @@ from drillid.fleet.provenance import digest, source_hash
 
 RIGS = (902, 903, 904, 905, 906)
 """Of the proof; a case's seed is its rig's number times 100 and the well's."""
-LEARNING = 4
-"""Windows that learning has."""
 PROCESSES = 2
 _WELLS = (0, 1)
 _TIMES = 2.0
