@@ -25,13 +25,11 @@ from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.physics.dual_numbers import Dual
 
 PLACES = tuple((np.arange(21) / 20).tolist())
-"""Places along the string that are screened."""
+"""Places along the string that are screened, or at which a resonance is begun with where the misfit is strong."""
 _STEP, _FINEST = 0.08, 0.004
 """First and last step of the search over places."""
 _WORTH = 0.1
 """Nats by which another place must be better."""
-_COARSE = (0.1, 0.3, 0.5, 0.7, 0.9)
-"""Places at which a resonance is begun with where the misfit is strong."""
 _STRONG = 5.0
 """Standard deviations by which a strong misfit is above that of a right model."""
 _FITTED = 4
@@ -192,7 +190,8 @@ def _starts(
     """Points, places and sizes from which fits begin.
 
     A resonance has an optimum wherever its frequency meets another feature of the responses. The first one, where the
-    misfit is strong, starts from places and frequencies all over: a linearisation without it could choose none of them.
+    misfit is strong, starts from places and frequencies all over: a linearisation without it could choose none of them,
+    and the optimum over places is narrow, between others that are far worse.
     """
     expected = model.expected()
     found = [
@@ -205,7 +204,7 @@ def _starts(
     is_strong = not present and before.cost > count + _STRONG * np.sqrt(count)
     if is_strong and element.name == "mounted inertia":
         typical = np.array([TERMS[name].size.typical for name in element.terms])
-        found += [(expected, place, np.array(start) * typical) for place in _COARSE for start in element.starts]
+        found += [(expected, place, np.array(start) * typical) for place in PLACES for start in element.starts]
     return found
 
 

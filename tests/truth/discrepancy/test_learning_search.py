@@ -19,7 +19,7 @@ from drillid.physics.equipment import DrillingSystem
 from tests.simulated import DEEP, RATE, WINDOW_S, Truth, drilled
 
 MOUNT = MountedInertia(inertia=100.0, frequency=1.0, loss=0.06)
-PLACE = 0.4
+PLACES = 0.4, 0.22, 0.62
 SHEETS = {
     "name": "deep",
     "channels": {
@@ -38,18 +38,20 @@ SHEETS = {
 class Mounted(Truth):
     """A deep rig with the inertia on its string."""
 
+    place: float = 0.0
+    """Share of the depth."""
+
     @property
     def system(self) -> DrillingSystem:
         """All of the equipment."""
         return DrillingSystem(
-            self.top_drive, with_law((self.pipe, self.collars), PLACE * self.bit_depth, MOUNT), self.bit
+            self.top_drive, with_law((self.pipe, self.collars), self.place * self.bit_depth, MOUNT), self.bit
         )
 
 
-@pytest.fixture(scope="module")
-def heavy() -> tuple[SetModel, SetFit]:
+def heavy(place: float) -> tuple[SetModel, SetFit]:
     """Four windows and the base model's fit to them."""
-    truth, samples = Mounted(**vars(replace(DEEP, bit_noise=200.0))), round(WINDOW_S * RATE)
+    truth, samples = Mounted(**vars(replace(DEEP, bit_noise=200.0)), place=place), round(WINDOW_S * RATE)
     stands = [drilled(truth, 2 * WINDOW_S, seed) for seed in (51, 52)]
     windows = [
         Series(*(stand[name][first : first + samples] for name in ("torque_sweep", "speed", "torque_command")))
@@ -62,12 +64,13 @@ def heavy() -> tuple[SetModel, SetFit]:
     return fit_base(gather(windows, RATE, points, sheet, Settings(), detecting=False))
 
 
-def test_a_heavy_mounted_inertia_is_found_from_the_data_sheets(heavy: tuple[SetModel, SetFit]) -> None:
-    model, base = heavy
+@pytest.mark.parametrize("place", PLACES)
+def test_a_heavy_mounted_inertia_is_found_wherever_it_hangs(place: float) -> None:
+    model, base = heavy(place)
     element = next(each for each in ELEMENTS if each.name == "mounted inertia")
     found = best_of(model, base, (), element)
     # a right model leaves one per complex value
     assert found.fit.cost < 1.1 * np.count_nonzero(model.weight) < base.cost
-    assert found.place == pytest.approx(PLACE, abs=0.02)
+    assert found.place == pytest.approx(place, abs=0.02)
     truth = np.array([MOUNT.inertia, MOUNT.frequency, MOUNT.loss])
     assert np.all(np.abs(found.fit.point.sizes - truth) < 4 * found.fit.size_errors)
