@@ -39,6 +39,10 @@ _SEEN_FIRST = ("drive_lag", "clock_offset", "speed_scale", "actuator_gain", "loc
 """Causes of which a clear verdict tells how small they would have been seen."""
 
 
+_LEARNT = "; learnt: "
+"""Before what was learnt, in the evidence of a verdict."""
+
+
 @dataclass(frozen=True)
 class Visible:
     """The smallest size of a cause that the data of a set show, and its usual size, in words."""
@@ -121,6 +125,8 @@ class VerdictText:
     family: str
     decisive: str = ""
     """What would decide it; empty where nothing is known to."""
+    learnt: str = ""
+    """What was learnt of it; empty where nothing was."""
 
     @property
     def wrong(self) -> bool:
@@ -184,6 +190,7 @@ def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> Verdic
         probability=float(row["probability"]),
         family=str(row["family"]),
         decisive="" if kind in ("none", "unproved", "unknown") else str(row["what_would_separate"]),
+        learnt=_learnt(row),
     )
 
 
@@ -366,9 +373,15 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     return felt + Markup("Log-likelihood gained on {}: {}{} a window.").format(data, digits(gain), ends)
 
 
+def _learnt(row: Mapping[Any, Any]) -> str:
+    """What the evidence says that was learnt, as a sentence."""
+    words = words_of(str(row["evidence"])).partition(_LEARNT)[2]
+    return f"{capitalised(words)}." if words else ""
+
+
 def _evidence(row: Mapping[Any, Any]) -> Markup:
     """What the engine saw, and the evidence apart from how common causes are."""
-    words = words_of(str(row["evidence"]))
+    words = words_of(str(row["evidence"])).partition(_LEARNT)[0]
     parts = [Markup("{}.").format(capitalised(words))] if words else []
     nats = float(row.get("evidence_nats", np.nan))
     if np.isfinite(nats):

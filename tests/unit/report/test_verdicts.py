@@ -149,3 +149,11 @@ def test_of_sets_that_name_the_same_the_last_is_told() -> None:
     well = WellReport("A", "A", "", "", Drilled(2000.0, 2300.0, 9.0, 9.0, None), None, nothing, nothing, verdicts, sets)
     assert (well.told, well.alike) == ([1, 2], [0])
     assert well.titles(0) == well.titles(2) == "drive lag"
+
+
+def test_what_was_learnt_is_told_apart_from_the_evidence() -> None:
+    words = "a p-value of 1e-9; learnt: an inertia hangs on the string by a spring"
+    told = verdict_text(row(replace(LAG, verdict="unknown", cause="", family="bit", evidence=words)))
+    assert told.learnt == "An inertia hangs on the string by a spring."
+    assert told.evidence.startswith("A p-value of 1e-9.")
+    assert not verdict_text(row(LAG)).learnt
