@@ -41,6 +41,8 @@ from drillid.physics.system_products import Data, Slopes, products, whitened
 
 _FACTORS = RECORD_FACTOR, CONTROL_FACTOR, DRIVE_FACTOR
 """Quantities that stand for the further factors, in the order of the curves."""
+_KNOWN = frozenset((RootDrag, ConstantLossFactor))
+"""Laws that the compiled code computes itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +69,7 @@ class CompiledSystem:
         windows, rows = data.weight.shape[0], data.frequencies + data.control_weight.shape[1]
         residual = np.empty((windows, rows), dtype=complex)
         jacobian = np.zeros((windows, coordinates, rows), dtype=complex)
-        values, constants, pairs = self._numbers(windows)
-        curves = self._curves(data.omega)
-        active = np.union1d(pairs.quantity, curves.quantity)
-        whitened(values, constants, self.structure, data, pairs, curves, active, residual, jacobian)
+        whitened(*self._arguments(data), residual, jacobian)
         return residual, jacobian
 
     def products(self, data: Data, coordinates: int, windows: Indices) -> tuple[Floats, Floats]:
@@ -86,20 +85,20 @@ class CompiledSystem:
         """
         count = data.weight.shape[0]
         sums = np.zeros((2, count, coordinates + 1, coordinates + 1))
-        values, constants, pairs = self._numbers(count)
-        curves = self._curves(data.omega)
-        active = np.union1d(pairs.quantity, curves.quantity)
-        products(values, constants, self.structure, data, pairs, curves, active, windows, sums[0], sums[1])
+        products(*self._arguments(data), windows, sums[0], sums[1])
         lower = np.tril(sums)
         full = lower + np.swapaxes(np.tril(sums, -1), -1, -2)
         return full[0], full[1]
 
-    def _numbers(self, windows: int) -> tuple[Floats, Floats, Slopes]:
-        """Quantities and constants (W, K), and the quantities' derivatives to coordinates."""
+    def _arguments(self, data: Data) -> tuple[Floats, Floats, Structure, Data, Slopes, Curves, Integers]:
+        """Of the compiled functions: quantities and constants (W, K), and what depends on coordinates."""
+        windows = data.weight.shape[0]
         duals = [(place, own) for place, own in enumerate(self.quantities) if isinstance(own, Dual)]
-        quantity, coordinate = _pairs(duals)
-        slopes = Slopes(quantity, coordinate, _columns([slope for _, own in duals for slope in own.tangents], windows))
-        return _columns(self.quantities, windows), _columns(self.constants, windows), slopes
+        pairs = Slopes(*_pairs(duals), _columns([slope for _, own in duals for slope in own.tangents], windows))
+        values, constants = (_columns(own, windows) for own in (self.quantities, self.constants))
+        curves = self._curves(data.omega)
+        active = np.union1d(pairs.quantity, curves.quantity)
+        return values, constants, self.structure, data, pairs, curves, active
 
     def _curves(self, omega: Floats) -> Curves:
         """Further factors and additions to shunt admittances, with their derivatives to coordinates."""
@@ -282,10 +281,6 @@ class _Lines:
             self.shunts += [(len(self.has_loss), law, section) for law in others]
             self.has_loss.append(int(loss is not None))
         return self.places[key]
-
-
-_KNOWN = frozenset((RootDrag, ConstantLossFactor))
-"""Laws that the compiled code computes itself."""
 
 
 def _adds_in_series(law: DampingLaw) -> bool:

@@ -48,36 +48,18 @@ def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
     interval, delay : h and T_d, which includes h/2; s
     filters : response of all other filters from the command to the reading at s = 2πi/h; None without any
     """
-    if filters is None:
-        return _unfiltered(interval, delay)
-    logarithm = np.log(filters + _NONE)
-    weakened, beyond = np.exp(linear(np.real, logarithm)), delay / interval - 0.5
-    beyond = beyond - linear(np.imag, logarithm) / (2 * np.pi)
-    part = beyond - np.floor(primal(beyond))
-    spread = part * (1 - part)
-    second, third = weakened * (spread - 1 / 6) + 1 / 12, weakened * spread * (1 - 2 * part)
-    fourth, fifth = _higher(primal(part), primal(weakened))
-    return interval**2 * second, interval**3 * third, primal(interval) ** 4 * fourth, primal(interval) ** 5 * fifth
-
-
-def _unfiltered(interval: Any, delay: Any) -> Cumulants:
-    """The same without filters, with derivatives in closed form, as every evaluation of a model needs them."""
-    h, late = np.asarray(primal(interval)), np.asarray(primal(delay))
-    beyond = late / h - 0.5
-    part = beyond - np.floor(beyond)
+    beyond, weakened = delay / interval - 0.5, 1.0
+    if filters is not None:
+        logarithm = np.log(filters + _NONE)
+        weakened, beyond = np.exp(linear(np.real, logarithm)), beyond - linear(np.imag, logarithm) / (2 * np.pi)
+    h, w, part = (np.asarray(primal(each)) for each in (interval, weakened, beyond))
+    part = part - np.floor(part)
     spread, skewed = part * (1 - part), 1 - 2 * part
-    to_second, to_third = h**2 * skewed, h**3 * (1 - 6 * spread)
-    per_interval, per_delay = -late / h**2, 1 / h
-    second = composed(
-        h**2 * (spread - 1 / 12),
-        [(2 * h * (spread - 1 / 12) + to_second * per_interval, interval), (to_second * per_delay, delay)],
-    )
-    third = composed(
-        h**3 * spread * skewed,
-        [(3 * h**2 * spread * skewed + to_third * per_interval, interval), (to_third * per_delay, delay)],
-    )
-    fourth, fifth = _higher(part, 1.0)
-    return second, third, h**4 * fourth, h**5 * fifth
+    second, third = w * (spread - 1 / 6) + 1 / 12, w * spread * skewed
+    of_second = [(2 * h * second, interval), (h**2 * w * skewed, beyond), (h**2 * (spread - 1 / 6), weakened)]
+    of_third = [(3 * h**2 * third, interval), (h**3 * w * (1 - 6 * spread), beyond), (h**3 * spread * skewed, weakened)]
+    fourth, fifth = _higher(part, w)
+    return composed(h**2 * second, of_second), composed(h**3 * third, of_third), h**4 * fourth, h**5 * fifth
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:

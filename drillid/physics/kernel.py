@@ -129,12 +129,14 @@ def through_section(own: complex, load: complex, decay: complex) -> tuple[comple
 
 
 @inlined
-def _read(table: Floats, which: int, j: int) -> complex:
+def read(table: Floats, which: int, j: int) -> complex:
+    """Number of a row of a block's table, in which a row of real parts stands before one of imaginary parts."""
     return complex(table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j])
 
 
 @inlined
-def _write(table: Floats, which: int, j: int, value: complex) -> None:
+def write(table: Floats, which: int, j: int, value: complex) -> None:
+    """Set a number of a row of a block's table."""
     table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j] = value.real, value.imag
 
 
@@ -156,9 +158,9 @@ def tabulate(parameters: Floats, line: TransmissionLine, block: int, table: Floa
     thinned = (1.0 - lumped) * per_inertia
     inputs = line.blocks[block]
     for j in range(BLOCK):
-        s, series = _read(inputs, 0, j), _read(inputs, 2, j) + delta
+        s, series = read(inputs, 0, j), read(inputs, 2, j) + delta
         per_series = inverse(series)
-        gamma = root((_read(inputs, 1, j) + kappa) * per_series)
+        gamma = root((read(inputs, 1, j) + kappa) * per_series)
         specific = series * gamma
         half = 0.5 * inverse(gamma)
         specific_delta = 0.5 * gamma
@@ -178,19 +180,19 @@ def tabulate(parameters: Floats, line: TransmissionLine, block: int, table: Floa
 
         delayed = falling(delay * s)
         below = inertia_td * s + load
-        per_total = inverse(below + delayed * _read(inputs, 3, j))
+        per_total = inverse(below + delayed * read(inputs, 3, j))
         mobility = delayed * per_total
         slope = -mobility * per_total
         to_load, to_own, to_phase = slope * by_load, slope * by_own, slope * by_phase
-        _write(table, 0, j, mobility)
-        _write(table, 1, j, to_load * by_kappa + to_own * polar * half + to_phase * length * gamma_kappa)
-        _write(table, 2, j, to_load * by_delta + to_own * polar * specific_delta + to_phase * length * gamma_delta)
-        _write(table, 3, j, to_phase * gamma)
-        _write(table, 4, j, to_own * specific)
-        _write(table, 5, j, slope * s * below)
-        _write(table, 6, j, slope * s)
-        _write(table, 7, j, to_load * by_damping)
-        _write(table, 8, j, to_load * by_inertia)
+        write(table, 0, j, mobility)
+        write(table, 1, j, to_load * by_kappa + to_own * polar * half + to_phase * length * gamma_kappa)
+        write(table, 2, j, to_load * by_delta + to_own * polar * specific_delta + to_phase * length * gamma_delta)
+        write(table, 3, j, to_phase * gamma)
+        write(table, 4, j, to_own * specific)
+        write(table, 5, j, slope * s * below)
+        write(table, 6, j, slope * s)
+        write(table, 7, j, to_load * by_damping)
+        write(table, 8, j, to_load * by_inertia)
 
 
 def line_of(
@@ -215,6 +217,6 @@ def mobilities(points: Floats, line: TransmissionLine, mobility: Complex, deriva
             first = BLOCK * block
             tabulate(points[row], line, block, table)
             for j in range(min(BLOCK, line.frequencies - first)):
-                mobility[row, first + j] = _read(table, 0, j)
+                mobility[row, first + j] = read(table, 0, j)
                 for i in range(SIZE):
-                    derivatives[row, i, first + j] = _read(table, i + 1, j)
+                    derivatives[row, i, first + j] = read(table, i + 1, j)

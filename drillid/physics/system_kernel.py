@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.physics.kernel import BLOCK, compiled, falling, inverse, root, through_section
+from drillid.physics.kernel import BLOCK, compiled, falling, inverse, read, root, through_section, write
 from drillid.physics.system_layout import (
     BIT,
     CONTROL,
@@ -32,8 +32,6 @@ from drillid.physics.system_layout import (
     Curves,
     Structure,
     add,
-    read,
-    write,
 )
 
 # places in the table of a block, each of a real and an imaginary row

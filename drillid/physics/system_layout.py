@@ -61,18 +61,6 @@ class Curves(NamedTuple):
 
 
 @inlined
-def read(table: Floats, which: int, j: int) -> complex:
-    """Number of a row of a block's table."""
-    return complex(table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j])
-
-
-@inlined
-def write(table: Floats, which: int, j: int, value: complex) -> None:
-    """Set a number of a row of a block's table."""
-    table[2 * which * BLOCK + j], table[(2 * which + 1) * BLOCK + j] = value.real, value.imag
-
-
-@inlined
 def add(table: Floats, which: int, j: int, value: complex) -> None:
     """Add to a number of a row of a block's table."""
     table[2 * which * BLOCK + j] += value.real

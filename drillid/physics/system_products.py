@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drillid.arrays import Complex, Floats, Integers
-from drillid.physics.kernel import BLOCK, compiled, inverse
+from drillid.physics.kernel import BLOCK, compiled, inverse, read, write
 from drillid.physics.system_kernel import (
     CONTROL_ROW,
     MOBILITY_ROW,
@@ -19,7 +19,7 @@ from drillid.physics.system_kernel import (
     new_scratch,
     respond,
 )
-from drillid.physics.system_layout import CONTROL, TOP_DRIVE, Curves, Structure, add, read, write
+from drillid.physics.system_layout import CONTROL, TOP_DRIVE, Curves, Structure, add
 
 
 class Data(NamedTuple):
