@@ -15,7 +15,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.discrepancy.catalogue.time import risen
 from drillid.discrepancy.rules import EVEN_ODDS
 from drillid.discrepancy.sets import read_verdicts
-from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, UNPROVED
+from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, UNPROVED
 from drillid.report.quantities import QUANTITIES, digits, number, size_text
 from drillid.units import RPM
 
@@ -37,10 +37,6 @@ _SIGNED = (
 """Words of headlines for positive sizes, and those for negative ones."""
 _SEEN_FIRST = ("drive_lag", "clock_offset", "speed_scale", "actuator_gain", "local_damping_zone", "motor_compliance")
 """Causes of which a clear verdict tells how small they would have been seen."""
-
-
-_LEARNT = "; learnt: "
-"""Before what was learnt, in the evidence of a verdict."""
 
 
 @dataclass(frozen=True)
@@ -375,13 +371,13 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
 
 def _learnt(row: Mapping[Any, Any]) -> str:
     """What the evidence says that was learnt, as a sentence."""
-    words = words_of(str(row["evidence"])).partition(_LEARNT)[2]
+    words = words_of(str(row["evidence"])).partition(LEARNT)[2]
     return f"{capitalised(words)}." if words else ""
 
 
 def _evidence(row: Mapping[Any, Any]) -> Markup:
     """What the engine saw, and the evidence apart from how common causes are."""
-    words = words_of(str(row["evidence"])).partition(_LEARNT)[0]
+    words = words_of(str(row["evidence"])).partition(LEARNT)[0]
     parts = [Markup("{}.").format(capitalised(words))] if words else []
     nats = float(row.get("evidence_nats", np.nan))
     if np.isfinite(nats):

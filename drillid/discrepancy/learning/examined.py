@@ -14,7 +14,7 @@ from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
 from drillid.discrepancy.learning.process import COMPARED, KERNELS, curves, is_process
 from drillid.discrepancy.verdicts.examination import Examination
-from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
+from drillid.discrepancy.verdicts.verdict import LEARNT, UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
 _MOST_SHOWN = 6
@@ -62,7 +62,7 @@ def _with_gain(examination: Examination, verdict: Verdict, learnt: LearntExtensi
         predictive_gain_low=learnt.gain.low,
         predictive_gain_high=learnt.gain.high,
         held_out_windows=learnt.gain.windows,
-        evidence=f"{verdict.evidence}; learnt: {learnt_words(examination)}",
+        evidence=f"{verdict.evidence}{LEARNT}{learnt_words(examination)}",
     )
 
 

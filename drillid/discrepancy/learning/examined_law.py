@@ -13,7 +13,7 @@ from drillid.discrepancy.learning.law_kinds import law_p_value
 from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.rules import LAW_SHARE
 from drillid.discrepancy.verdicts.examination import Examination
-from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
+from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import SettingsError
 from drillid.physics.equipment import of_window
 from drillid.spectra.periodic import sweep_period
@@ -80,7 +80,7 @@ def _with_gain(verdict: Verdict, law: LearntLaw) -> Verdict:
         predictive_gain_low=law.gain.low,
         predictive_gain_high=law.gain.high,
         held_out_windows=law.gain.windows,
-        evidence=f"{verdict.evidence}; learnt: {law.words}",
+        evidence=f"{verdict.evidence}{LEARNT}{law.words}",
     )
 
 

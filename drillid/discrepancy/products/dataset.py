@@ -35,7 +35,7 @@ from drillid.discrepancy.products.reflectogram import reflectogram
 from drillid.discrepancy.rules import DETECTABLE
 from drillid.discrepancy.sets import ExaminedSet, WellData
 from drillid.discrepancy.verdicts.examination import Examination
-from drillid.discrepancy.verdicts.verdict import UNKNOWN
+from drillid.discrepancy.verdicts.verdict import LEARNT, UNKNOWN
 from drillid.physics.parameters import PARAMETERS
 from drillid.windows.channels import sample_rate, window_channels
 
@@ -201,7 +201,7 @@ def _missing(examination: Examination) -> Columns:
         active = (
             "" if missing.passive else " (it supplies energy in part of the band: the model is damped too much there)"
         )
-        learnt = f"; learnt: {learnt_words(examination)}" if examination.extensions else ""
+        learnt = f"{LEARNT}{learnt_words(examination)}" if examination.extensions else ""
         reading = f"at the port {ports[0]}: {missing.reading}{active}{learnt}"
     return {
         "missing_immittance": (("frequency",), values),

@@ -10,6 +10,8 @@ from drillid.discrepancy.rules import LARGEST_LOG_ODDS
 NONE = "none"
 UNKNOWN = "unknown"
 UNPROVED = "would fit, but is not proved"
+LEARNT = "; learnt: "
+"""Before what was learnt, in the evidence of a verdict."""
 """In the evidence of the verdict unknown, between the names that would fit and the reason why they are not given."""
 
 
