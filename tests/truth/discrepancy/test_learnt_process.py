@@ -23,6 +23,7 @@ from drillid.discrepancy.inference.unknown import PORTS
 from drillid.discrepancy.learning.elements import Element
 from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.learning.fingerprint import SAME, Fingerprint, fingerprint
+from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension
 from drillid.discrepancy.learning.process import KERNELS, PROCESS_AT, PROCESSES, curves, process_at
 from drillid.discrepancy.learning.process_search import fitted_process
 from drillid.discrepancy.learning.search import Candidate, learn
@@ -70,17 +71,19 @@ def case() -> Case:
 
 
 @pytest.fixture(scope="module")
-def learnt(case: Case) -> Candidate:
+def learnt(case: Case) -> LearntExtension:
     """What is learnt of the echo."""
-    [candidate], _ = learn(*case)
-    return candidate
+    extension = learnt_extension(*case)
+    assert extension is not None
+    return extension
 
 
-def test_an_echo_is_learnt_as_a_process_at_the_record(learnt: Candidate) -> None:
-    assert learnt.element.name == f"{PROCESS_AT} record"
+def test_an_echo_is_learnt_as_a_process_at_the_record(learnt: LearntExtension) -> None:
+    assert learnt.offered
+    assert [name for name, _ in learnt.elements] == [f"{PROCESS_AT} record"]
 
 
-def test_the_process_recovers_what_the_true_echo_gains(case: Case, learnt: Candidate) -> None:
+def test_the_process_recovers_what_the_true_echo_gains(case: Case, learnt: LearntExtension) -> None:
     model, base = case
     held = np.zeros(model.evidence.used.shape, dtype=bool)
     held[1::3] = True
@@ -93,7 +96,7 @@ def test_the_process_recovers_what_the_true_echo_gains(case: Case, learnt: Candi
     assert gain.value > 0.9 * 0.5 * (before - after)
 
 
-def test_the_curve_is_the_echos_within_its_interval(learnt: Candidate) -> None:
+def test_the_curve_is_the_echos_within_its_interval(learnt: LearntExtension) -> None:
     s = laplace(np.array([0.2, 0.4, 0.8, 1.3, 2.0, 3.0]))
     known = curves(learnt.extensions[0].shape, s)
     truth = SHARE * np.exp(-s * LATE_S)
@@ -106,7 +109,7 @@ def test_the_curve_is_the_echos_within_its_interval(learnt: Candidate) -> None:
     assert np.sum(np.abs(found - truth) ** 2 / variance) < 4 * 2 * s.size
 
 
-def test_it_is_stored_and_predicts_as_a_named_cause_does(case: Case, learnt: Candidate) -> None:
+def test_it_is_stored_and_predicts_as_a_named_cause_does(case: Case, learnt: LearntExtension) -> None:
     model, base = case
     before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
     unknown = Verdict("unknown", "record", 0.9, 0.0, 1000.0)
