@@ -116,8 +116,6 @@ Single causes at twice the size, or without an ideal test where they show.
 
 ### Confusion, in {title}
 
-| hidden | named (cases) |
-|---|---|
 {confusion}
 """
 
