@@ -130,10 +130,12 @@ def _pairs(duals: Sequence[tuple[int, Dual]]) -> tuple[Integers, Integers]:
 
 def _columns(quantities: Sequence[Any], windows: int) -> Floats:
     """Table (W, K) of numbers and arrays (W, 1)."""
-    table = np.empty((windows, len(quantities)))
-    for place, quantity in enumerate(quantities):
-        value = primal(quantity)
-        table[:, place] = value[..., 0] if np.ndim(value) else value
+    values = [primal(quantity) for quantity in quantities]
+    table = np.empty((windows, len(values)))
+    table[:] = [0.0 if isinstance(value, np.ndarray) else value for value in values]
+    for place, value in enumerate(values):
+        if isinstance(value, np.ndarray):
+            table[:, place] = value[..., 0] if value.ndim else value
     return table
 
 

@@ -19,16 +19,21 @@ from drillid.arrays import Array, Indices
 Slope = Callable[..., Any]
 """Partial derivative of a ufunc with respect to one argument, a function of (result, *arguments)."""
 
+
+def _one(*_: Any) -> float:
+    return 1.0
+
+
 _SLOPES: dict[np.ufunc, tuple[Slope, ...]] = {
-    np.add: (lambda r, a, b: 1.0, lambda r, a, b: 1.0),
-    np.subtract: (lambda r, a, b: 1.0, lambda r, a, b: -1.0),
+    np.add: (_one, _one),
+    np.subtract: (_one, lambda r, a, b: -1.0),
     np.multiply: (lambda r, a, b: b, lambda r, a, b: a),
     np.divide: (lambda r, a, b: 1 / b, lambda r, a, b: -r / b),
     np.power: (lambda r, a, b: b * a ** (b - 1), lambda r, a, b: r * np.log(a)),
     np.maximum: (lambda r, a, b: np.where(a >= b, 1.0, 0.0), lambda r, a, b: np.where(a >= b, 0.0, 1.0)),
     np.minimum: (lambda r, a, b: np.where(a <= b, 1.0, 0.0), lambda r, a, b: np.where(a <= b, 0.0, 1.0)),
     np.negative: (lambda r, a: -1.0,),
-    np.positive: (lambda r, a: 1.0,),
+    np.positive: (_one,),
     np.square: (lambda r, a: 2 * a,),
     np.reciprocal: (lambda r, a: -r * r,),
     np.sqrt: (lambda r, a: 0.5 / r,),
@@ -68,7 +73,7 @@ class Dual(NDArrayOperatorsMixin):
         rows = np.asarray(tangents)
         self.parameters = parameters if indices is not None else rows.shape[0]
         if indices is None:
-            indices = np.flatnonzero(rows) if rows.ndim == 1 else np.arange(rows.shape[0])
+            indices = rows.nonzero()[0] if rows.ndim == 1 else np.arange(rows.shape[0])
             rows = rows[indices] if rows.ndim == 1 else rows
         self.indices = indices
         self.tangents: Array = _aligned(rows, self.value.ndim)
@@ -80,17 +85,16 @@ class Dual(NDArrayOperatorsMixin):
         """Apply a ufunc to the values, and the chain rule to the tangents; other ufuncs raise TypeError."""
         if method != "__call__" or kwargs:
             return NotImplemented
-        values = [primal(argument) for argument in inputs]
-        if ufunc in _WITHOUT_SLOPE:
-            return ufunc(*values)
-        if ufunc not in _SLOPES:
-            return NotImplemented
+        values = [argument.value if isinstance(argument, Dual) else argument for argument in inputs]
+        slopes = _SLOPES.get(ufunc)
+        if slopes is None:
+            return ufunc(*values) if ufunc in _WITHOUT_SLOPE else NotImplemented
         result = np.asarray(ufunc(*values))
-        parts = [
-            (argument.indices, slope(result, *values) * _aligned(argument.tangents, result.ndim))
-            for argument, slope in zip(inputs, _SLOPES[ufunc], strict=True)
-            if isinstance(argument, Dual)
-        ]
+        parts = []
+        for argument, slope in zip(inputs, slopes, strict=True):
+            if isinstance(argument, Dual):
+                tangents = _aligned(argument.tangents, result.ndim)
+                parts.append((argument.indices, tangents if slope is _one else slope(result, *values) * tangents))
         return Dual(result, *_summed(parts), self.parameters)
 
     def full_tangents(self) -> Array:
@@ -111,8 +115,13 @@ def _summed(parts: list[tuple[Indices, Array]]) -> tuple[Array, Indices]:
     indices, rows, further = _union(first.tobytes(), second.tobytes())
     if rows.size == further.size == indices.size:
         return tangents + others, first
-    shape = np.broadcast_shapes(tangents.shape[1:], others.shape[1:])
-    total = np.zeros((indices.size, *shape), dtype=np.result_type(tangents, others))
+    # asked for only where they differ, as either question takes as long as a sum of small arrays
+    shape, kind = tangents.shape[1:], tangents.dtype
+    if shape != others.shape[1:]:
+        shape = np.broadcast_shapes(shape, others.shape[1:])
+    if kind != others.dtype:
+        kind = np.result_type(tangents, others)
+    total = np.zeros((indices.size, *shape), dtype=kind)
     total[rows] = tangents
     total[further] += others
     return total, indices
@@ -186,10 +195,11 @@ def composed(value: Array, parts: Sequence[tuple[Array, Any]]) -> Any:
     duals = [(slope, argument) for slope, argument in parts if isinstance(argument, Dual)]
     if not duals:
         return value
-    indices = np.unique(np.concatenate([argument.indices for _, argument in duals]))
+    indices = duals[0][1].indices
+    for _, argument in duals[1:]:
+        indices = _union(indices.tobytes(), argument.indices.tobytes())[0]
     total = np.zeros((indices.size, *value.shape), dtype=np.result_type(value, *(slope for slope, _ in duals)))
     for slope, argument in duals:
-        rows = np.searchsorted(indices, argument.indices)
-        for row, tangent in zip(rows, _aligned(argument.tangents, value.ndim), strict=True):
-            total[row] += slope * tangent
+        rows = _union(indices.tobytes(), argument.indices.tobytes())[2]
+        total[rows] += slope * _aligned(argument.tangents, value.ndim)
     return Dual(value, total, indices, duals[0][1].parameters)
