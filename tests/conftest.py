@@ -11,23 +11,28 @@ from tests.once import made_once
 from tests.simulated import SHALLOW, Processed, drilled, processed
 
 LONG = (
-    *("tests/workflow/test_kill.py", "tests/truth/discrepancy/test_detectors.py"),
-    *("tests/workflow/test_targets.py", "tests/truth/blind/test_engine.py"),
-    *("tests/workflow/test_workflow.py", "tests/baselines"),
-    *("tests/workflow/test_dask.py", "tests/unit/discrepancy"),
-    *("tests/workflow/test_demo.py", "tests/data_shared/test_w10.py"),
-    *("tests/workflow/test_resume.py", "tests/unit/report"),
-    *("tests/workflow/test_mirror.py", "tests/unit/figures"),
-    *("tests/workflow/test_s3.py", "tests/unit/fits"),
-    *("tests/workflow/test_faults.py", "tests/unit/formats"),
-    *("tests/workflow/test_names.py", "tests/unit/fleet"),
+    *("tests/workflow/test_kill.py", "tests/unit/discrepancy"),
+    *("tests/workflow/test_targets.py", "tests/truth/discrepancy/test_detectors.py"),
+    *("tests/workflow/test_workflow.py", "tests/truth/blind/test_engine.py"),
+    *("tests/workflow/test_dask.py", "tests/baselines"),
+    *("tests/workflow/test_demo.py", "tests/truth/discrepancy/test_learnt_process.py"),
+    *("tests/workflow/test_nightly.py", "tests/truth/common_causes/test_fleets.py"),
+    *("tests/workflow/test_resume.py", "tests/data_shared/test_w10.py"),
+    *("tests/workflow/test_mirror.py", "tests/unit/report"),
+    *("tests/workflow/test_s3.py", "tests/unit/figures"),
+    *("tests/workflow/test_faults.py", "tests/unit/fits"),
+    *("tests/workflow/test_names.py", "tests/unit/formats"),
+    *("tests/workflow/test_jobqueue.py", "tests/truth/demo/test_wash_out.py"),
+    *("tests/truth/discrepancy/test_products.py", "tests/unit/fleet"),
     *("tests/truth/blind/test_other_cases.py", "tests/truth/simulation/test_friction.py"),
-    *("tests/truth/common_causes/test_fleets.py", "tests/truth/demo/test_wash_out.py"),
-    *("tests/truth/blind/test_ideal.py", "tests/truth/discrepancy/test_products.py"),
+    *("tests/truth/discrepancy/test_intervals.py", "tests/truth/discrepancy/test_learning_search.py"),
+    *("tests/truth/blind/test_ideal.py", "tests/truth/discrepancy/test_held_control.py"),
     *("tests/truth/fits/joint/test_gains.py", "tests/truth/discoveries/test_motor.py"),
 )
 """Modules and rooms of 15 s and more, which come first so that the processes end together. A workflow waits for what it
-starts, so that each has another's work beside it."""
+starts, so that each has another's work beside it. Of the first three one alone needs compiled functions: what it has
+compiled by the time that others come to theirs is not compiled beside it a second time.
+"""
 ROOMS = ("tests/unit/", "tests/baselines/")
 """Where all modules of a folder share what is made for them."""
 
