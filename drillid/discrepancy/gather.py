@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from drillid.arrays import Floats
+from drillid.arrays import Booleans, Floats, Integers
 from drillid.datasets.codes import Gate
 from drillid.datasets.memory import WellInMemory
 from drillid.datasets.reuse import Memo
@@ -128,7 +128,7 @@ def assembled(
         mobility=mobility["command_mobility"].values,
         variance=mobility["command_mobility_variance"].values,
         degrees_of_freedom=mobility["degrees_of_freedom"].values,
-        used=mobility["gate"].values == Gate.USED,
+        used=_used(mobility["gate"].values),
         operating_points=operating_points,
         data_sheet=sheet,
         fitted=fitted,
@@ -137,6 +137,16 @@ def assembled(
         control_rounding=mobility["control_response_rounding"].values if logged else None,
         detections=detections,
     )
+
+
+def _used(gate: Integers) -> Booleans:
+    """Which frequencies of the windows (W, F) count: those of bands that most windows find coherent, in all of them.
+
+    A band near the limit passes in windows in which it happens to be coherent; to choose these would choose noise.
+    """
+    incoherent, coherent = gate == Gate.TOO_INCOHERENT, gate == Gate.USED
+    passing = coherent.sum(axis=0) > incoherent.sum(axis=0)
+    return np.asarray((coherent | incoherent) & passing, dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)

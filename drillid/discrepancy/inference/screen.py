@@ -1,7 +1,7 @@
 """Score test of all causes at once: linear evidence about the fitted model, and its p-value."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,7 @@ from drillid.arrays import Booleans, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.inference import unknown
 from drillid.discrepancy.inference.projection import Projection, candidates, columns, project, secants
-from drillid.discrepancy.inference.set_fit import SetFit
+from drillid.discrepancy.inference.set_fit import SetFit, of_most_mass
 from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.rules import LINEARITY, TAIL, WIDE_PRIOR
 
@@ -64,7 +64,9 @@ def screen(
     The p-value of the total evidence comes from draws of the score under the fitted model, whose covariance is the
     projected information: the maximum over a catalogue needs no other correction. A cause whose first order the
     nuisance parameters absorb, such as a lag beside a delay, is also tested at its usual size and at a small one.
+    All is linear about where the windows' posteriors have most mass.
     """
+    fit = replace(fit, point=of_most_mass(model, fit, extensions))
     chosen = [candidate for candidate in candidates(catalogue) if not candidate.cause.size.fixed]
     pieces = [columns(model, fit, extensions, chosen)]
     pieces += [secants(model, fit, extensions, chosen, share) for share in _SHARES]

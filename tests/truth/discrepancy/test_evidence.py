@@ -1,4 +1,6 @@
-"""A cause's evidence is what remains once all that it frees is integrated over, the windows' deviations among it."""
+"""A cause's evidence is what remains once all that it frees is integrated over, the windows' deviations among it, and
+a score is about where the windows' posteriors have most mass.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
-from drillid.discrepancy.inference.set_fit import fit_base
+from drillid.discrepancy.inference.set_fit import SetFit, fit_base, of_most_mass
+from drillid.discrepancy.inference.set_model import COORDINATES, SetModel
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
 from tests.simulated import RATE, Truth, drilled
@@ -42,13 +45,26 @@ SHEET = DataSheet(
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_resonance_that_each_window_turns_into_its_own_noise_is_no_evidence(seed: int) -> None:
-    channels = drilled(SOUND, WINDOWS * WINDOW_S, seed)
-    parts = (np.split(channels[name], WINDOWS) for name in ("torque_sweep", "speed", "torque_command"))
-    windows = [Series(*each) for each in zip(*parts, strict=True)]
-    depth, same = np.full(WINDOWS, SOUND.bit_depth), np.ones(WINDOWS)
-    points = OperatingPoints(depth, depth, SPEED * same, SOUND.bit_torque * same, np.nan * same)
-    model, base = fit_base(gather(windows, RATE, points, SHEET, Settings(), detecting=False))
+    model, base = _fitted(WINDOWS, seed)
     zone = [CATALOGUE["local_damping_zone"]]
     screened = screen(model, base, (), zone, np.random.default_rng(0))
     best, *_ = search(model, base, (), screened, zone, time_varying={}, all_causes=True)
     assert best.log_evidence < STRONG
+
+
+def test_many_windows_of_two_periods_in_which_nothing_is_wrong_have_no_misfit() -> None:
+    model, base = _fitted(24, seed=1)
+    assert screen(model, base, (), list(CATALOGUE.values()), np.random.default_rng(0)).p_value > 0.05
+    # windows whose damping follows the noise to nearly none draw the set below the truth
+    damping, error = COORDINATES.index("damping_bha"), np.sqrt(np.diag(np.linalg.inv(base.information)))
+    off = of_most_mass(model, base).shared[damping] - SOUND.bit.damping / 50.0
+    assert abs(off) < 0.5 * error[damping]
+
+
+def _fitted(windows: int, seed: int) -> tuple[SetModel, SetFit]:
+    channels = drilled(SOUND, windows * WINDOW_S, seed)
+    parts = (np.split(channels[name], windows) for name in ("torque_sweep", "speed", "torque_command"))
+    series = [Series(*each) for each in zip(*parts, strict=True)]
+    depth, same = np.full(windows, SOUND.bit_depth), np.ones(windows)
+    points = OperatingPoints(depth, depth, SPEED * same, SOUND.bit_torque * same, np.nan * same)
+    return fit_base(gather(series, RATE, points, SHEET, Settings(), detecting=False))

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from drillid.config.settings import Settings
+from drillid.datasets.codes import Gate
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
-from drillid.discrepancy.gather import Series, gather, gather_well
+from drillid.discrepancy.gather import Series, assembled, gather, gather_well
 from drillid.discrepancy.verdicts.engine import at_even_odds, examine
 from drillid.discrepancy.verdicts.verdict import Verdict
 from drillid.errors import EstimationError
@@ -104,3 +105,14 @@ def test_windows_without_their_operating_points_are_refused(of_well: Evidence) -
     none = OperatingPoints(*(values[:0] for values in vars(of_well.operating_points).values()))
     with pytest.raises(EstimationError, match="Give one for each window"):
         gather([], RATE, none, of_well.data_sheet, Settings())
+
+
+def test_a_band_counts_in_all_windows_or_in_none(of_well: Evidence, healthy: Processed) -> None:
+    mobility = healthy.dataset("mobility", "mobility").copy(deep=True)
+    gate = mobility["gate"].values
+    gate[:] = Gate.USED
+    gate[0, 10], gate[1:, 20], gate[0, 30] = Gate.TOO_INCOHERENT, Gate.TOO_INCOHERENT, Gate.TOO_COHERENT
+    used = assembled(mobility, of_well.operating_points, of_well.data_sheet, of_well.fitted, ()).used
+    assert used[:, 10].all()
+    assert not used[:, 20].any()
+    assert used[:, 30].tolist() == [False, True, True, True]
