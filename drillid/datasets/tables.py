@@ -38,7 +38,9 @@ def read_table(path: str | Path | TextIO, **options: Any) -> pd.DataFrame:
     ValueError
         If the file is no table.
     """
-    table: pd.DataFrame = pd.read_csv(path, **options)
+    # a row whose only cell is a space is no blank line
+    given: dict[str, Any] = {"skip_blank_lines": False} | options
+    table: pd.DataFrame = pd.read_csv(path, **given)
     return table.assign(**{str(name): column.map(_plain) for name, column in table.items() if _holds_text(column)})
 
 

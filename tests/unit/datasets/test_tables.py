@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from drillid.datasets.tables import read_table, write_table
@@ -42,6 +42,7 @@ def test_a_table_is_there_whole_or_as_it_was(tmp_path: Path, monkeypatch: pytest
     assert read_table(path)["a"].tolist() == ["before"]
 
 
+@example(texts=[" "])
 @given(
     texts=st.lists(st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0\r"), min_size=1), min_size=1)
 )
