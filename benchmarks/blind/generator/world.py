@@ -86,11 +86,11 @@ def recording(recorder: Recorder, share: float, seconds: float) -> Recording:
 
 
 def base_world(equipment: Equipment, segment: DrillingSegment, nuisances: Floats | None = None) -> World:
-    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth.
+    """A window without hidden causes; `nuisances` of shape (12,) are offsets from the truth.
 
     Their units are those of `benchmarks.blind.ideal.responses.NUISANCES`.
     """
-    offset = np.zeros(11) if nuisances is None else nuisances
+    offset = np.zeros(12) if nuisances is None else nuisances
     kappa, delta = segment.kappa + 100.0 * offset[0], segment.delta * np.exp(offset[1])
     moment = equipment.pipe.polar_moment * (1 + offset[3])
     slow = 1 + equipment.slowness

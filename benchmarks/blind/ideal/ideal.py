@@ -346,7 +346,7 @@ class _Point:
 
     @property
     def nuisances(self) -> Floats:
-        """Nuisances of every window, (W, 11)."""
+        """Nuisances of every window, (W, 12)."""
         nuisances = np.tile(self.shared, (self.local.shape[0], 1))
         nuisances[:, list(LOCAL)] += self.local
         return nuisances

@@ -12,7 +12,7 @@ from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, L
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
 from benchmarks.blind.other_world.rig import Drive, Recording, Window
-from benchmarks.blind.other_world.rigs import LOCAL_SPREAD
+from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD
 from benchmarks.blind.other_world.theory import (
     command_mobility,
     control_response,
@@ -66,17 +66,15 @@ class OtherResponses:
         strings = [_numbers(rig, share) for share in (shares if changes else (0.5,))]
         control, drive, recording = rig.control, rig.drive, rig.recording
         numbers = (drive.delay, drive.inertia, control.proportional, control.integral, recording.offset)
-        tops = [
-            Top(*numbers, rig.string[0].admittance, (control, drive, recording, share if recording.drift else 0.5))
-            for share in shares
-        ]
+        numbers = (*numbers, control.interval, rig.string[0].admittance)
+        tops = [Top(*numbers, (control, drive, recording, share if recording.drift else 0.5)) for share in shares]
         return [Line(strings[number if changes else 0], blades, top) for number, top in enumerate(tops)]
 
     def ends(self, top: Top, s: Complex) -> Ends:
         """Responses of an upper end."""
         rest: Any = top.rest
         control, drive, recording, share = rest
-        control = altered(control, proportional=top.proportional, integral=top.integral)
+        control = altered(control, proportional=top.proportional, integral=top.integral, interval=top.interval)
         drive = altered(drive, delay=top.delay, inertia=top.inertia)
         recording = altered(recording, offset=top.offset)
         kept = recording, control.interval, drive, top.admittance, share
@@ -143,6 +141,13 @@ def _priors(case: Case) -> Priors:
     lump = np.hypot(1.0, collars * sheet.collar_relative / 50.0)
     shared = [1.5, np.log(3.0), sheet.length_relative, sheet.polar_moment_error / sheet.polar_moment]
     shared += [sheet.delay_error / 0.01, sheet.inertia_td_error / sheet.inertia_td, 2.0, lump]
-    shared += [sheet.controller_relative, sheet.controller_relative, 1e3 * sheet.clock_error]
+    shared += [sheet.controller_relative, sheet.controller_relative, 1e3 * sheet.clock_error, _interval_error(case)]
     units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
     return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3))
+
+
+def _interval_error(case: Case) -> float:
+    """Relative standard uncertainty of the control's interval, which no document states: small where rows show it."""
+    interval, kind = case.rig.control.interval, case.rig.recording.kind
+    shown = interval > 1 / RATE if kind == "hold" else interval >= 2 / RATE
+    return 0.03 if shown else INTERVAL_SPREAD

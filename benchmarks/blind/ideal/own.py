@@ -69,7 +69,8 @@ class OwnResponses:
             numbers = (top.delay, top.inertia, gains.proportional, gains.integral, recorder.clock_offset)
             admittance = float(system.string[0].characteristic_admittance)
             rest = (top, recorder, share if recorder.clock_drift else 0.5)
-            upper = Top(*(float(value) for value in numbers), admittance, rest)
+            # the simulator's control reads at every instant
+            upper = Top(*(float(value) for value in numbers), 0.0, admittance, rest)
             found.append(Line(*_numbers(system), upper))
         return found
 
@@ -168,6 +169,6 @@ def _priors(case: Case) -> Priors:
     lump = np.hypot(1.0, case.equipment.collars.inertia * known.collar_relative / 50.0)
     shared = [1.5, np.log(3.0), known.length_relative, known.polar_moment_error / known.polar_moment]
     shared += [known.delay_error / 0.01, known.inertia_td_error / known.inertia_td, 2.0, lump]
-    shared += [known.controller_relative, known.controller_relative, 1e3 * known.clock_error]
+    shared += [known.controller_relative, known.controller_relative, 1e3 * known.clock_error, 1.0]
     units = np.array([first.kappa / 100.0, 1.0, first.damping_bha / 50.0])
     return Priors(np.array(shared), np.maximum(LOCAL_STEPS * units, 1e-3))

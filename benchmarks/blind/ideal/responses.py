@@ -22,6 +22,7 @@ NUISANCES = {
     "P": "relative",
     "I": "relative",
     "clock": "ms",
+    "interval": "relative",
 }
 """Nuisance parameters, unknown to every test, and the unit of the offset of each."""
 LOCAL = (0, 1, 6)
@@ -43,6 +44,8 @@ class Top(NamedTuple):
     """N m/rad."""
     offset: float
     """s, of the recorded speed's clock."""
+    interval: float
+    """s, at which the control reads; 0 where it does so at every instant."""
     admittance: float
     """Characteristic admittance of the uppermost piece, N m s/rad."""
     rest: Hashable
@@ -96,7 +99,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Priors:
-    """Prior standard deviations of the nuisances, in their units: of the set (11,), and of single windows (3,)."""
+    """Prior standard deviations of the nuisances, in their units: of the set (12,), and of single windows (3,)."""
 
     shared: Floats
     local: Floats

@@ -45,6 +45,7 @@ _OF_TOP = {
         ("P", "proportional"),
         ("I", "integral"),
         ("clock", "offset"),
+        ("interval", "interval"),
     )
 }
 """Field of the upper end that each of these changes."""
@@ -131,7 +132,7 @@ class Theory:
         return np.concatenate([joined.real, joined.imag], axis=-1)
 
     def slopes(self, window: int, nuisances: Floats, hidden: tuple[Hidden, ...] = ()) -> Floats:
-        """Derivatives of the whitened responses with respect to the nuisances, (rows, 11)."""
+        """Derivatives of the whitened responses with respect to the nuisances, (rows, 12)."""
         lines = self._lines(window, hidden, tuple(nuisances))
         moved = self._moved(window, nuisances, hidden)
         changes = [_Changes.of(line, {k: each[part] for k, each in moved.items()}) for part, line in enumerate(lines)]
@@ -158,7 +159,7 @@ class Theory:
         return {number: lines.get(number, lines[-1]) for number in range(len(NUISANCES))}
 
     def _part_slopes(self, line: Line, change: "_Changes") -> tuple[Complex, Complex]:
-        """Derivatives of recorded mobility and response of the control, (11, F)."""
+        """Derivatives of recorded mobility and response of the control, (12, F)."""
         ends, slope = self._ends(line.top), self._end_slopes(line.top, change.tops)
         load, to_load = top_load_slopes(
             line.string,
@@ -182,7 +183,7 @@ class Theory:
         )
 
     def _compute_end_slopes(self, top: Top, moved: tuple[Top, ...]) -> Ends:
-        """Derivatives of an upper end's responses, (11, F) each."""
+        """Derivatives of an upper end's responses, (12, F) each."""
         here = self._ends(top)
         zero = Ends(*(np.zeros_like(self.s) for _ in here))
         slopes = [
@@ -197,7 +198,7 @@ class _Changes:
     """What the nuisances change of a line."""
 
     rates: Floats
-    """(11, C) derivatives of numbers of the string."""
+    """(12, C) derivatives of numbers of the string."""
     places: Integers
     """(C, 2) piece and column of each."""
     tops: tuple[Top, ...]

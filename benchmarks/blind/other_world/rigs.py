@@ -32,6 +32,10 @@ STAND = 28.0
 """m of pipe."""
 WINDOW_COUNTS = (1, 2, 3, 6, 10, 16, 24)
 _COUNT_PROBABILITIES = (0.25, 0.22, 0.18, 0.15, 0.10, 0.06, 0.04)
+_INTERVALS = (2.0, 20.0)
+"""Least and largest interval of a control, in steps of 2.5 ms."""
+INTERVAL_SPREAD = float(np.log(_INTERVALS[1] / _INTERVALS[0]) / np.sqrt(12))
+"""Standard deviation of its logarithm."""
 CLOCK_ERROR = 0.002
 """s, standard uncertainty between the clocks of speed and torque."""
 _JOINT_LENGTH, _PIPE_LENGTH = 0.45, 9.5
@@ -152,7 +156,7 @@ def draw_rig(generator: np.random.Generator) -> Rig:
         wall_damping=log_uniform(generator, 50.0, 400.0),
         steel_damping=log_uniform(generator, 1.5e8, 7e8),
     )
-    interval = 0.0025 * round(log_uniform(generator, 2.0, 20.0))
+    interval = 0.0025 * round(log_uniform(generator, *_INTERVALS))
     inertia = log_uniform(generator, 500.0, 3500.0) * float(np.sqrt(relative))
     delay = float(generator.uniform(0.015, 0.05))
     gain = min(own * float(generator.uniform(1.5, 6.0)), _LARGEST_PHASE * inertia / (delay + interval / 2))
@@ -306,13 +310,13 @@ def draw_sheet(generator: np.random.Generator, rig: Rig) -> Sheet:
 
 
 def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> Window:
-    """A window without hidden causes; `nuisances` of shape (11,) are offsets from the truth.
+    """A window without hidden causes; `nuisances` of shape (12,) are offsets from the truth.
 
     They are those of the ideal test: κ (100 N s/m⁴), δ (logarithm), relative length and polar moment, delay (10 ms),
     relative inertia of the top drive, damping (50 N m s/rad) and inertia (50 kg m²) at the bit, relative gains P and I,
-    clock (ms).
+    clock (ms), relative interval of the control.
     """
-    off = np.zeros(11) if nuisances is None else nuisances
+    off = np.zeros(12) if nuisances is None else nuisances
     wall, steel = segment.wall_damping + 100.0 * off[0], segment.steel_damping * np.exp(off[1])
     pipe = altered(
         rig.pipe,
@@ -339,6 +343,7 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
         rig.control,
         proportional=rig.control.proportional * (1 + off[8]),
         integral=rig.control.integral * (1 + off[9]),
+        interval=rig.control.interval * (1 + off[11]),
     )
     drive = altered(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
     rock = altered(
