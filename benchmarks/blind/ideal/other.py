@@ -147,7 +147,7 @@ def _priors(case: Case) -> Priors:
 
 
 def _interval_error(case: Case) -> float:
-    """Relative standard uncertainty of the control's interval, which no document states: small where rows show it."""
+    """Standard uncertainty of the control's interval in decades; no document states it, but rows may show it."""
     interval, kind = case.rig.control.interval, case.rig.recording.kind
     shown = interval > 1 / RATE if kind == "hold" else interval >= 2 / RATE
-    return 0.03 if shown else INTERVAL_SPREAD
+    return 0.01 if shown else INTERVAL_SPREAD

@@ -22,7 +22,7 @@ NUISANCES = {
     "P": "relative",
     "I": "relative",
     "clock": "ms",
-    "interval": "relative",
+    "interval": "decades",
 }
 """Nuisance parameters, unknown to every test, and the unit of the offset of each."""
 LOCAL = (0, 1, 6)

@@ -34,8 +34,8 @@ WINDOW_COUNTS = (1, 2, 3, 6, 10, 16, 24)
 _COUNT_PROBABILITIES = (0.25, 0.22, 0.18, 0.15, 0.10, 0.06, 0.04)
 _INTERVALS = (2.0, 20.0)
 """Least and largest interval of a control, in steps of 2.5 ms."""
-INTERVAL_SPREAD = float(np.log(_INTERVALS[1] / _INTERVALS[0]) / np.sqrt(12))
-"""Standard deviation of its logarithm."""
+INTERVAL_SPREAD = float(np.log10(_INTERVALS[1] / _INTERVALS[0]) / np.sqrt(12))
+"""Its standard deviation in decades."""
 CLOCK_ERROR = 0.002
 """s, standard uncertainty between the clocks of speed and torque."""
 _JOINT_LENGTH, _PIPE_LENGTH = 0.45, 9.5
@@ -314,7 +314,7 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
 
     They are those of the ideal test: κ (100 N s/m⁴), δ (logarithm), relative length and polar moment, delay (10 ms),
     relative inertia of the top drive, damping (50 N m s/rad) and inertia (50 kg m²) at the bit, relative gains P and I,
-    clock (ms), relative interval of the control.
+    clock (ms), interval of the control (decades).
     """
     off = np.zeros(12) if nuisances is None else nuisances
     wall, steel = segment.wall_damping + 100.0 * off[0], segment.steel_damping * np.exp(off[1])
@@ -343,7 +343,7 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
         rig.control,
         proportional=rig.control.proportional * (1 + off[8]),
         integral=rig.control.integral * (1 + off[9]),
-        interval=rig.control.interval * (1 + off[11]),
+        interval=rig.control.interval * 10 ** float(off[11]),
     )
     drive = altered(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
     rock = altered(
