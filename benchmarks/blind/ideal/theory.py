@@ -184,13 +184,16 @@ class Theory:
 
     def _compute_end_slopes(self, top: Top, moved: tuple[Top, ...]) -> Ends:
         """Derivatives of an upper end's responses, (12, F) each."""
-        here = self._ends(top)
-        zero = Ends(*(np.zeros_like(self.s) for _ in here))
-        slopes = [
-            zero if there == top else Ends(*((b - a) / _STEP for a, b in zip(here, self._ends(there), strict=True)))
-            for there in moved
-        ]
+        zero = Ends(*(np.zeros_like(self.s) for _ in self._ends(top)))
+        slopes = [zero if there == top else self._central(top, there) for there in moved]
         return Ends(*(np.stack(each) for each in zip(*slopes, strict=True)))
+
+    def _central(self, top: Top, there: Top) -> Ends:
+        """Derivatives between an upper end with a nuisance changed by a step and its mirror image."""
+        *numbers, rest = zip(top, there, strict=True)
+        back = Top(*(2 * before - after for before, after in numbers), rest[0])
+        ends = zip(self._ends(back), self._ends(there), strict=True)
+        return Ends(*((after - before) / (2 * _STEP) for before, after in ends))
 
 
 @dataclass(frozen=True, eq=False)
