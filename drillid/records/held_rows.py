@@ -34,7 +34,8 @@ def held_samples(channels: Floats) -> tuple[Floats, Integers] | None:
     if np.mean(np.abs(lengths - mean) >= 1) > _UNEVEN:
         return None
     # two samples may be the same by chance, and a row out of turn is no sample of its own
-    number = np.cumsum(np.rint(np.diff(first, prepend=first[0]) / mean))
+    passed = np.where(lengths <= np.ceil(mean), 1.0, np.rint(lengths / mean))
+    number = np.append(0.0, np.cumsum(passed))
     for _ in range(_ROUNDS):
         offset, step = np.polynomial.polynomial.polyfit(number, first - 0.5, 1)
         number = np.rint((first - 0.5 - offset) / step)

@@ -14,13 +14,16 @@ def channels(time: np.ndarray) -> np.ndarray:
     return np.stack([sweep, 10 + 0.01 * np.cos(2 * np.pi * 2.3 * time), np.full(time.size, np.nan)])
 
 
-def held(time: np.ndarray) -> np.ndarray:
-    return channels(np.floor(time / INTERVAL) * INTERVAL)
+def held(time: np.ndarray, interval: float = INTERVAL) -> np.ndarray:
+    return channels(np.floor(time / interval + 1e-9) * interval)
 
 
-def test_held_samples_lie_on_their_curve_again() -> None:
+@pytest.mark.parametrize("interval", [0.021, 0.0225, 0.025, 0.0265, INTERVAL, 0.04, 0.0425, 0.05])
+def test_held_samples_lie_on_their_curve_again(interval: float) -> None:
     time = np.arange(0, SECONDS, 1 / RATE)
-    found = released(held(time), RATE).channels[:, 50:-50]
+    shown = released(held(time, interval), RATE)
+    assert shown.interval == pytest.approx(interval, rel=1e-4)
+    found = shown.channels[:, 50:-50]
     # the rows are late by a constant time
     shifts = np.linspace(-0.02, 0.02, 401)
     misses = [np.abs(found[0] - channels(time[50:-50] + shift)[0]).max() for shift in shifts]
