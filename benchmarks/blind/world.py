@@ -13,6 +13,7 @@ from benchmarks.blind.generator.effects_string import zone_middle
 from benchmarks.blind.hidden import Hidden, kept_records
 from benchmarks.blind.other_world import cases as other
 from benchmarks.blind.other_world.effects_string import zone
+from benchmarks.blind.other_world.rig import DENSITY
 from drillid.arrays import Floats
 from drillid.fleet.provenance import digest, source_hash
 
@@ -22,6 +23,8 @@ STANDS = 0.01
 """Share of the time from which a bit counts as standing."""
 SELDOM = 0.02
 """s, interval of the control from which its samples show in a record of 50 Hz."""
+OFF_DOCUMENTS = 4.0
+"""Tolerances by which documents may be off before it is a fault of its own: once in 16,000 where errors are normal."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +98,18 @@ def weight(case: AnyCase) -> float:
 
 
 def present(case: AnyCase) -> frozenset[str]:
-    """Causes that a rig has by its own nature, in a size that may be seen: a control that reads the speed seldom."""
-    seldom = isinstance(case, other.Case) and case.rig.control.interval >= SELDOM
-    return frozenset({"sample_and_hold"}) if seldom else frozenset()
+    """Causes that a rig has by its own nature, in a size that may be seen: a control that reads the speed seldom, and
+    a clock or a travel time so far off the tolerance that its documents state that no normal error explains it.
+    """
+    if isinstance(case, own.Case):
+        return frozenset()
+    rig, sheet = case.rig, case.sheet
+    off = {
+        "clock_offset": abs(rig.recording.offset) / sheet.clock_error,
+        "wave_speed": abs(rig.pipe.density / DENSITY - 1) / sheet.length_relative,
+    }
+    seldom = {"sample_and_hold"} if rig.control.interval >= SELDOM else set()
+    return frozenset(seldom | {name for name, deviations in off.items() if deviations > OFF_DOCUMENTS})
 
 
 def place(case: AnyCase, hidden: Hidden) -> float:

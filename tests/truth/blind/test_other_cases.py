@@ -13,9 +13,10 @@ from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.of_case import ideal_of
 from benchmarks.blind.other_world.cases import EFFECTS, Case, plain_case
 from benchmarks.blind.other_world.effects_string import zone
+from benchmarks.blind.other_world.rig import DENSITY
 from benchmarks.blind.other_world.theory import laplace, recorded_responses
 from benchmarks.blind.vocabulary import CAUSES
-from benchmarks.blind.world import WORLDS, place
+from benchmarks.blind.world import WORLDS, place, present
 
 OTHER = WORLDS["other"]
 
@@ -76,6 +77,17 @@ def test_documents_are_in_error_by_heavy_tails_and_one_in_twenty_is_wrong_outrig
     assert np.mean(np.abs(pulls) > 3) > 0.02
     assert 10 <= sum(sheet.wrong != "" for _, sheet in sheets) <= 32
     assert data_sheet(plain_case(0, 1)[0]).controller.proportional > 0
+
+
+def test_what_is_off_its_documents_beyond_their_tolerances_is_present(case: Case) -> None:
+    near, far = (
+        replace(case, rig=replace(case.rig, recording=replace(case.rig.recording, offset=off * case.sheet.clock_error)))
+        for off in (3.9, -4.1)
+    )
+    assert present(far) - present(near) == {"clock_offset"}
+    pipe = replace(case.rig.pipe, density=DENSITY * (1 - 4.1 * case.sheet.length_relative))
+    assert "wave_speed" in present(replace(case, rig=replace(case.rig, pipe=pipe)))
+    assert "wave_speed" not in present(case)
 
 
 def test_no_rig_has_a_string_of_negative_density() -> None:
