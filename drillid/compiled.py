@@ -9,6 +9,7 @@ function visible under one name, and a process uses the one that it met first, s
 depend on what was compiled or loaded before, and in which order. Here every function keeps its copies to itself.
 """
 
+import fcntl
 import hashlib
 import os
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-from numba.core.caching import UserProvidedCacheLocator
+from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
 from numba.core.codegen import CPUCodeLibrary
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -26,9 +27,11 @@ _PACKAGE = Path(__file__).parent
 _DISPATCHERS: list[Any] = []
 
 
+_FILE: Any = IndexDataCacheFile
 _LOCATOR: Any = UserProvidedCacheLocator
 _LIBRARY: Any = CPUCodeLibrary
 _optimise: Callable[[Any], None] = _LIBRARY._optimize_final_module
+_save: Callable[[Any, Any, Any], None] = _FILE.save
 
 
 def _optimise_with_own_copies(library: Any) -> None:
@@ -39,7 +42,15 @@ def _optimise_with_own_copies(library: Any) -> None:
     _optimise(library)
 
 
+def _save_alone(file: Any, key: Any, data: Any) -> None:
+    """Save while no other process does: two that add to one index at once would take the same name for their data."""
+    with Path(file._cache_path, ".lock").open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _save(file, key, data)
+
+
 _LIBRARY._optimize_final_module = _optimise_with_own_copies
+_FILE.save = _save_alone
 
 
 class LocatorByModule(_LOCATOR):  # type: ignore[misc]

@@ -3,9 +3,11 @@
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from drillid import compiled
 from drillid.compiled import compiler
@@ -102,6 +104,16 @@ def test_a_kernel_that_only_moves_counts_as_changed(kernels: Path) -> None:
     (kernels / "empty.py").write_text("")
     called(kernels)
     assert kept(kernels) - before
+
+
+def test_what_is_compiled_at_once_is_kept_side_by_side(tmp_path: Path) -> None:
+    def save(types: int) -> None:
+        IndexDataCacheFile(str(tmp_path), "kernel", "as it is").save(types, f"code for {types}")
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(save, range(100)))
+    file = IndexDataCacheFile(str(tmp_path), "kernel", "as it is")
+    assert [file.load(types) for types in range(100)] == [f"code for {types}" for types in range(100)]
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
