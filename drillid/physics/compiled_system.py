@@ -86,8 +86,8 @@ class CompiledSystem:
         count = data.weight.shape[0]
         sums = np.zeros((2, count, coordinates + 1, coordinates + 1))
         products(*self._arguments(data), windows, sums[0], sums[1])
-        lower = np.tril(sums)
-        full = lower + np.swapaxes(np.tril(sums, -1), -1, -2)
+        # the lower triangle is computed
+        full = np.where(np.tri(coordinates + 1, dtype=bool), sums, np.swapaxes(sums, -1, -2))
         return full[0], full[1]
 
     def _arguments(self, data: Data) -> tuple[Floats, Floats, Structure, Data, Slopes, Curves, Integers]:

@@ -7,7 +7,7 @@ size: the derivatives are as exact as the values.
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -146,6 +146,11 @@ def primal(quantity: Any) -> Any:
     return quantity.value if isinstance(quantity, Dual) else quantity
 
 
+def vanishes(quantity: Any) -> bool:
+    """Whether the value is zero everywhere."""
+    return quantity == 0 if isinstance(quantity, float) else not np.any(primal(quantity))
+
+
 def lifted(function: Callable[[Any], Any], slope: Callable[[Any], Any], argument: Any) -> Any:
     """Value of a function of one variable outside the table of ufuncs, with its derivative given as `slope`."""
     if not isinstance(argument, Dual):
@@ -195,11 +200,6 @@ def composed(value: Array, parts: Sequence[tuple[Array, Any]]) -> Any:
     duals = [(slope, argument) for slope, argument in parts if isinstance(argument, Dual)]
     if not duals:
         return value
-    indices = duals[0][1].indices
-    for _, argument in duals[1:]:
-        indices = _union(indices.tobytes(), argument.indices.tobytes())[0]
-    total = np.zeros((indices.size, *value.shape), dtype=np.result_type(value, *(slope for slope, _ in duals)))
-    for slope, argument in duals:
-        rows = _union(indices.tobytes(), argument.indices.tobytes())[2]
-        total[rows] += slope * _aligned(argument.tangents, value.ndim)
+    each = [(argument.indices, slope * _aligned(argument.tangents, value.ndim)) for slope, argument in duals]
+    indices, total = reduce(lambda sum_, part: _summed([sum_, part])[::-1], each)
     return Dual(value, total, indices, duals[0][1].parameters)

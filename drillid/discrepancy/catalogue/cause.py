@@ -10,7 +10,7 @@ import numpy as np
 
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
-from drillid.physics.dual_numbers import primal
+from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.held_control import cumulants
 from drillid.physics.responses import command_mobility
@@ -44,20 +44,18 @@ class WindowModel:
     def held(self) -> WindowModel:
         """The same with continuous control, and what holding adds to the delays of drive and recording in its place."""
         interval = self.control_interval
-        if not np.any(primal(interval)):
+        if vanishes(interval):
             return self
         top_drive, recording = self.system.top_drive, self.recording
         read = cumulants(interval, top_drive.delay, self._filters(read=True))
         kept = cumulants(interval, top_drive.delay + recording.clock_offset, self._filters(read=False))
         later = [late - prompt for late, prompt in zip(kept, read, strict=True)]
-        return replace(
-            self.with_top_drive(
-                hold_variance=top_drive.hold_variance + read[0], hold_skewness=read[1], hold_higher=read[2:]
-            ).with_recording(
-                hold_variance=recording.hold_variance + later[0], hold_skewness=later[1], hold_higher=tuple(later[2:])
-            ),
-            control_interval=0.0,
-        )
+        variance = top_drive.hold_variance + read[0]
+        top_drive = replace(top_drive, hold_variance=variance, hold_skewness=read[1], hold_higher=read[2:])
+        variance = recording.hold_variance + later[0]
+        recording = replace(recording, hold_variance=variance, hold_skewness=later[1], hold_higher=tuple(later[2:]))
+        system = replace(self.system, top_drive=top_drive)
+        return replace(self, system=system, recording=recording, control_interval=0.0)
 
     def _filters(self, *, read: bool) -> Any:
         """Response without delays at the rate of the control, from its command to what it reads or to what is kept."""
@@ -66,7 +64,7 @@ class WindowModel:
         own = top_drive.lag, top_drive.delay_jitter
         then = (speed_filter,) if read else (recording.clock_jitter,)
         filters_record = not read and np.any(np.isfinite(primal(recording.filter_frequency)))
-        if not filters_record and not any(np.any(primal(part)) for part in (*own, *then)):
+        if not filters_record and all(vanishes(part) for part in (*own, *then)):
             return None
         s = 2j * np.pi / self.control_interval
         late = drive(replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None), s)

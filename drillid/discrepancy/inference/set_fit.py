@@ -404,7 +404,8 @@ def moved(about: Expansion, extensions: tuple[Extension, ...], damping: float) -
     step = np.zeros(vector.size)
     for _ in range(low.size):
         free = ~held
-        step[free] = np.linalg.solve(matrix[np.ix_(free, free)], vector[free] - matrix[np.ix_(free, held)] @ step[held])
+        rows = matrix[free]
+        step[free] = np.linalg.solve(rows[:, free], vector[free] - rows[:, held] @ step[held])
         over = ((now + step < low) | (now + step > high)) & free
         if not over.any():
             break

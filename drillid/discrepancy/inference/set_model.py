@@ -56,6 +56,8 @@ LOCAL = (0, 1, 6, 7)
 """Indices of the coordinates that deviate from window to window."""
 DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
+RELATIVE = (2, 3, 8, 9)
+"""Indices of the coordinates that are relative changes."""
 HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
 """Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
 Student's t with STUDENT_TAIL degrees of freedom."""
@@ -119,7 +121,7 @@ class Point:
 
     def __post_init__(self) -> None:
         missing = self.sizes.size - self.shapes.size
-        object.__setattr__(self, "shapes", np.pad(self.shapes, (0, missing)))
+        object.__setattr__(self, "shapes", np.append(self.shapes, np.zeros(missing)))
 
     def coordinates(self, extensions: tuple[Extension, ...]) -> Floats:
         """All that is fitted for the set, (P,)."""
@@ -238,36 +240,39 @@ class SetModel:
         fitted, unstated = self.start(), self.prior_error >= _WIDE
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
-    def window_model(self, coordinates: list[Any]) -> WindowModel:
-        """The model of all windows from their fourteen coordinates, each (W, 1) or a Dual of it."""
-        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, *held = coordinates
+    def window_model(self, quantities: list[Any]) -> WindowModel:
+        """The model of all windows from their fourteen quantities, each (W, 1) or a Dual of it."""
+        kappa, delta, length, polar, delay, inertia, damping, lump, proportional, integral, clock, *held = quantities
         interval, hold, reading = held
         sheet = self.evidence.data_sheet
-        pipe = Section(
-            self.length * (1 + length), self.polar_moment * (1 + polar), _KAPPA * kappa, _DELTA * np.exp(delta)
-        )
+        pipe = Section(length, polar, kappa, _DELTA * np.exp(delta))
         collars = replace(pipe, length=sheet.collar_length, polar_moment=sheet.collar_polar_moment)
-        controller = replace(
-            self.controller,
-            proportional=self.controller.proportional * (1 + proportional),
-            integral=self.controller.integral * (1 + integral),
-        )
+        controller = replace(self.controller, proportional=proportional, integral=integral)
         string = (pipe, collars) if sheet.collar_length else (pipe,)
         return WindowModel(
             DrillingSystem(
-                TopDrive(_INERTIA * inertia, _DELAY * delay, controller, hold_variance=_HOLD * hold),
+                TopDrive(inertia, delay, controller, hold_variance=hold),
                 string,
-                Bit(_LUMP * lump, _DAMPING * damping),
+                Bit(lump, damping),
             ),
-            Recording(clock_offset=_CLOCK * clock, hold_variance=_HOLD * reading),
-            control_interval=_INTERVAL * interval,
+            Recording(clock_offset=clock, hold_variance=reading),
+            control_interval=interval,
         )
 
-    def coordinates(self, point: Point) -> Floats:
-        """Coordinates of every window, shape (14, W, 1)."""
+    @cached_property
+    def units(self) -> Floats:
+        """What a coordinate of one stands for, (14, W, 1); the logarithm of δ stays as it is."""
+        control, rest = self.controller, (_CLOCK, _INTERVAL, _HOLD, _HOLD)
+        relative = self.length[:, 0], self.polar_moment, control.proportional, control.integral
+        units = [_KAPPA, 1.0, *relative[:2], _DELAY, _INERTIA, _DAMPING, _LUMP, *relative[2:], *rest]
+        return np.stack([np.full(self.evidence.windows, unit) for unit in units])[..., None]
+
+    def quantities(self, point: Point) -> Floats:
+        """Quantities of every window, shape (14, W, 1)."""
         values = np.tile(point.shared[:, None], (1, self.evidence.windows))
         values[list(LOCAL)] += point.local.T
-        return values[..., None]
+        values[list(RELATIVE)] += 1
+        return values[..., None] * self.units
 
     def holding(self, extension: Extension, size: float, shape: float = 0.0) -> "SetModel":
         """The same model with one more cause at a size, and coordinate of its shape, that are not fitted."""
@@ -289,7 +294,7 @@ class SetModel:
     def window_model_at(self, point: Point, extensions: tuple[Extension, ...] = ()) -> WindowModel:
         """The model of all windows at a point, with parameters of shape (W, 1)."""
         values = (point.sizes.tolist(), point.shapes.tolist()) if extensions else ([], [])
-        return self.extended(self.window_model(list(self.coordinates(point))), values[0], extensions, values[1])
+        return self.extended(self.window_model(list(self.quantities(point))), values[0], extensions, values[1])
 
     def with_evidence(self, evidence: Evidence) -> "SetModel":
         """The same model for other data; the estimated deviation of the windows is kept."""
@@ -313,9 +318,12 @@ class SetModel:
     def _differentiated(self, point: Point, extensions: tuple[Extension, ...]) -> WindowModel:
         """The model of all windows with its derivatives to all that is fitted for the set."""
         fitted = fitted_shapes(extensions)
-        values = [*self.coordinates(point), *(np.full((1, 1), own) for own in (*point.sizes, *point.shapes[fitted]))]
-        directions = np.eye(len(values))
-        duals: list[Any] = [Dual(value, direction) for value, direction in zip(values, directions, strict=True)]
+        further = [np.full((1, 1), own) for own in (*point.sizes, *point.shapes[fitted])]
+        values, slopes = [*self.quantities(point), *further], [*self.units, *(np.ones((1, 1)) for _ in further)]
+        duals: list[Any] = [
+            Dual(value, slope[None], np.array([place]), len(values))
+            for place, (value, slope) in enumerate(zip(values, slopes, strict=True))
+        ]
         count, shapes = SHARED + len(extensions), list(point.shapes)
         for place, own in zip(fitted, duals[count:], strict=True):
             shapes[place] = own
