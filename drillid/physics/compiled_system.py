@@ -97,7 +97,7 @@ class CompiledSystem:
         pairs = Slopes(*_pairs(duals), _columns([slope for _, own in duals for slope in own.tangents], windows))
         values, constants = (_columns(own, windows) for own in (self.quantities, self.constants))
         curves = self._curves(data.omega)
-        active = np.union1d(pairs.quantity, curves.quantity)
+        active = np.flatnonzero(np.bincount(np.append(pairs.quantity, curves.quantity)))
         return values, constants, self.structure, data, pairs, curves, active
 
     def _curves(self, omega: Floats) -> Curves:
@@ -130,12 +130,10 @@ def _pairs(duals: Sequence[tuple[int, Dual]]) -> tuple[Integers, Integers]:
 
 def _columns(quantities: Sequence[Any], windows: int) -> Floats:
     """Table (W, K) of numbers and arrays (W, 1)."""
-    values = [primal(quantity) for quantity in quantities]
-    table = np.empty((windows, len(values)))
-    table[:] = [0.0 if isinstance(value, np.ndarray) else value for value in values]
-    for place, value in enumerate(values):
-        if isinstance(value, np.ndarray):
-            table[:, place] = value[..., 0] if value.ndim else value
+    table = np.empty((windows, len(quantities)))
+    for place, quantity in enumerate(quantities):
+        value = primal(quantity)
+        table[:, place] = value[..., 0] if isinstance(value, np.ndarray) and value.ndim else value
     return table
 
 

@@ -316,7 +316,7 @@ def normal_equations(
     """
     linear = model.linearised(point, extensions)
     residual = linear.residual - bias
-    prior, pull = _priors(model, point, extensions)
+    prior, pull = _priors(*_off_priors(model, point, extensions))
     known, windows = prior.size, model.evidence.windows
     count = known + further.shape[1]
     total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
@@ -333,18 +333,12 @@ def normal_equations(
     return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)
 
 
-def _priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
+def _priors(off: Floats, error: Floats) -> tuple[Floats, Floats]:
     """Precision of the priors of shared coordinates, sizes and shapes about a point, and their right side."""
-    off, error = _off_priors(model, point, extensions)
     precision = error**-2.0
     heavy = list(HEAVY_TAILED)
     precision[heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[heavy] ** 2)
     return precision, -precision * off * error
-
-
-def _prior_cost(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> float:
-    """Cost of the priors of shared coordinates, sizes and shapes."""
-    return float(np.sum(off_cost(_off_priors(model, point, extensions)[0])))
 
 
 def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
@@ -386,8 +380,9 @@ class Expansion:
 def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Expansion:
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
-    prior, pull = _priors(model, point, extensions)
-    cost = _prior_cost(model, point, extensions) + float(np.sum(_window_costs(model, point, sums.squares)))
+    off, error = _off_priors(model, point, extensions)
+    prior, pull = _priors(off, error)
+    cost = float(np.sum(off_cost(off))) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
         sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
     )
