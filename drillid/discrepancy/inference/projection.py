@@ -106,7 +106,9 @@ def _bias_of_curvature(model: SetModel, point: Point, extensions: tuple[Extensio
     for step in np.moveaxis(errors, 2, 0):
         ends = (model.residual(replace(point, local=point.local + each), extensions) for each in (step, -step))
         bias += 0.5 * sum(end - middle for end in ends)
-    return bias
+    # where it is more than a standard deviation of a window, the second order is not the last that counts
+    small = np.sum(np.abs(bias) ** 2, axis=1, keepdims=True) < 1
+    return np.where(small, bias, 0.0)
 
 
 def smallest_detectable(projection: Projection, threshold: float) -> Floats:

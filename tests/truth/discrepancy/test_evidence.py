@@ -5,14 +5,16 @@ a score is about where the windows' posteriors have most mass.
 import numpy as np
 import pytest
 
+from drillid.arrays import Complex
 from drillid.config.settings import Settings
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.projection import _bias_of_curvature
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
-from drillid.discrepancy.inference.set_fit import SetFit, fit_base, of_most_mass
-from drillid.discrepancy.inference.set_model import COORDINATES, SetModel
+from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_base, of_most_mass
+from drillid.discrepancy.inference.set_model import COORDINATES, Extension, Point, SetModel
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
 from tests.simulated import RATE, Truth, drilled
@@ -59,6 +61,29 @@ def test_many_windows_of_two_periods_in_which_nothing_is_wrong_have_no_misfit() 
     damping, error = COORDINATES.index("damping_bha"), np.sqrt(np.diag(np.linalg.inv(base.information)))
     off = of_most_mass(model, base).shared[damping] - SOUND.bit.damping / 50.0
     assert abs(off) < 0.5 * error[damping]
+
+
+class _Bent(SetModel):
+    """A model whose first residual is bent in the windows' deviations, however little these change the rest."""
+
+    bend = 0.0
+
+    def residual(self, point: Point, extensions: tuple[Extension, ...] = ()) -> Complex:
+        own = super().residual(point, extensions)
+        own[:, 0] += self.bend * np.sum(point.local**2, axis=1)
+        return own
+
+
+@pytest.mark.parametrize(("bend", "share"), [(0.2, 1.0), (20.0, 0.0)])
+def test_the_bias_of_curved_responses_is_theirs_times_the_variance_where_it_is_small(bend: float, share: float) -> None:
+    model, base = _fitted(1, seed=1)
+    bent = _Bent(model.evidence, model.deviation)
+    straight = _bias_of_curvature(model, base.point, ())
+    bent.bend = bend
+    variances = np.diagonal(np.linalg.inv(expanded(model, base.point, ()).normal.corner), axis1=1, axis2=2)
+    bias = _bias_of_curvature(bent, base.point, ())
+    np.testing.assert_allclose(bias[0, 0], share * (straight[0, 0] + bend * variances.sum()), rtol=1e-6)
+    np.testing.assert_allclose(bias[0, 1:], share * straight[0, 1:])
 
 
 def _fitted(windows: int, seed: int) -> tuple[SetModel, SetFit]:
