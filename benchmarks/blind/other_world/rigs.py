@@ -36,7 +36,7 @@ _INTERVALS = (2.0, 20.0)
 """Least and largest interval of a control, in steps of 2.5 ms."""
 INTERVAL_SPREAD = float(np.log10(_INTERVALS[1] / _INTERVALS[0]) / np.sqrt(12))
 """Its standard deviation in decades."""
-_FURTHEST = 2.0
+_MOST_DECADES = 2.0
 """Decades that a test may take it to be off."""
 CLOCK_ERROR = 0.002
 """s, standard uncertainty between the clocks of speed and torque."""
@@ -345,7 +345,7 @@ def base_window(rig: Rig, segment: Segment, nuisances: Floats | None = None) -> 
         rig.control,
         proportional=rig.control.proportional * (1 + off[8]),
         integral=rig.control.integral * (1 + off[9]),
-        interval=rig.control.interval * 10 ** float(np.clip(off[11], -_FURTHEST, _FURTHEST)),
+        interval=rig.control.interval * 10 ** float(np.clip(off[11], -_MOST_DECADES, _MOST_DECADES)),
     )
     drive = altered(rig.drive, inertia=rig.drive.inertia * (1 + off[5]), delay=rig.drive.delay + 0.01 * off[4])
     rock = altered(

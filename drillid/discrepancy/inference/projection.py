@@ -13,8 +13,9 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
-from drillid.discrepancy.inference.set_fit import SetFit, expanded, normal_equations
-from drillid.discrepancy.inference.set_model import SHARED, Extension, Point, SetModel
+from drillid.discrepancy.inference.most_mass import bias_of_curvature
+from drillid.discrepancy.inference.set_fit import SetFit, normal_equations
+from drillid.discrepancy.inference.set_model import SHARED, Extension, SetModel
 
 _LEAST_INFORMATION = 1e-30
 _ABSORBED = 1e-9
@@ -77,7 +78,7 @@ def project(
     further : (W, K, rows) directions
     without : index of the extension whose size is no nuisance, because the directions stand for it
     """
-    bias = _bias_of_curvature(model, fit.point, extensions)
+    bias = bias_of_curvature(model, fit.point, extensions)
     normal = normal_equations(model, fit.point, extensions, further, bias=bias)
     matrix, vector, _, _ = normal.eliminated()
     count = matrix.shape[0] - further.shape[1]
@@ -90,25 +91,6 @@ def project(
     absorbed = np.diag(information) < _ABSORBED * np.diag(matrix)[wanted]
     score[absorbed] = information[absorbed] = information[:, absorbed] = 0.0
     return Projection(score, (information + information.T) / 2 + _LEAST_INFORMATION * np.eye(score.size))
-
-
-def _bias_of_curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Complex:
-    """Mean of the whitened residuals (W, rows) at the optimum, to second order in the windows' deviations.
-
-    A window's deviations are off by errors of covariance C, and the responses are curved in them by H: residuals are
-    −½ tr(H C) in the mean (Box 1971, Journal of the Royal Statistical Society B 33, 171-201).
-    """
-    corner = expanded(model, point, extensions).normal.corner
-    values, vectors = np.linalg.eigh(np.linalg.inv(corner))
-    errors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
-    middle = model.residual(point, extensions)
-    bias = np.zeros_like(middle)
-    for step in np.moveaxis(errors, 2, 0):
-        ends = (model.residual(replace(point, local=point.local + each), extensions) for each in (step, -step))
-        bias += 0.5 * sum(end - middle for end in ends)
-    # where it is more than a standard deviation of a window, the second order is not the last that counts
-    small = np.sum(np.abs(bias) ** 2, axis=1, keepdims=True) < 1
-    return np.where(small, bias, 0.0)
 
 
 def smallest_detectable(projection: Projection, threshold: float) -> Floats:

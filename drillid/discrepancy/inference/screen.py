@@ -10,8 +10,9 @@ from scipy.special import log_ndtr, logsumexp
 from drillid.arrays import Booleans, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.most_mass import of_most_mass
 from drillid.discrepancy.inference.projection import Projection, candidates, columns, project, secants
-from drillid.discrepancy.inference.set_fit import SetFit, of_most_mass
+from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension, SetModel
 from drillid.discrepancy.rules import LINEARITY, TAIL, WIDE_PRIOR
 

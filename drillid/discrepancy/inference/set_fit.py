@@ -1,7 +1,5 @@
 """Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -30,8 +28,6 @@ from drillid.physics.held_control import INTERVALS, USUAL
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
-_STEP = 0.05
-"""Step of the differences that give the slope of a volume, in deviations of the windows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,43 +200,6 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
         model = SetModel(model.evidence, np.minimum(deviation, DEVIATION))
         fit = fit_set(model, fit.point)
     return model, fit
-
-
-def of_most_mass(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> Point:
-    """Where the marginal likelihood of the windows is greatest, rather than that of all they deviate by.
-
-    Where damping nearly vanishes a resonance is so sharp that it can follow the noise of single lines: the cost has an
-    optimum there that is narrow, so that it holds little of the posterior, and that draws the set to itself. The
-    marginal likelihood of a window by Laplace's method also has the determinant of the curvature (Tierney and Kadane
-    1986, Journal of the American Statistical Association 81, 82-86). It is maximised from the fit and from where all
-    windows are at the set.
-    """
-
-    def with_volumes(about: Expansion) -> Expansion:
-        return replace(about, cost=about.cost + 0.5 * float(np.linalg.slogdet(about.normal.corner)[1].sum()))
-
-    def steps_from(about: Expansion) -> Callable[[float], Expansion]:
-        own = about.normal.own.copy()
-        own[:, list(LOCAL)] -= _volume_slope(model, about.point, extensions)
-        towards = replace(about, normal=replace(about.normal, own=own))
-        return lambda damping: with_volumes(expanded(model, moved(towards, extensions, damping), extensions))
-
-    starts = (replace(fit.point, local=np.zeros_like(fit.point.local)), fit.point)
-    begun = (with_volumes(expanded(model, start, extensions)) for start in starts)
-    return min((descend(each, steps_from, SET, SET_END) for each in begun), key=lambda best: best.cost).point
-
-
-def _volume_slope(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Floats:
-    """Slope of half the log determinant of each window's curvature in its deviations (W, 4), by central differences."""
-    precision, places = _precision(model, point)[:, :, None] * np.eye(len(LOCAL)), list(LOCAL)
-
-    def half_log(local: Floats) -> Floats:
-        each = model.products(replace(point, local=local), extensions).each[:, places][:, :, places]
-        return np.asarray(0.5 * np.linalg.slogdet(each + precision)[1], dtype=float)
-
-    steps = _STEP * np.diag(model.deviation)
-    changes = [half_log(point.local + step) - half_log(point.local - step) for step in steps]
-    return np.stack(changes, axis=1) / (2 * _STEP * model.deviation)
 
 
 def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:

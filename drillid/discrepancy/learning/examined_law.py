@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.discrepancy.inference.set_fit import of_most_mass
+from drillid.discrepancy.inference.most_mass import of_most_mass
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LearntLaw, learnt_law
 from drillid.discrepancy.learning.law_kinds import law_p_value
 from drillid.discrepancy.learning.law_window import LawWindow

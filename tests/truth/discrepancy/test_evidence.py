@@ -10,10 +10,10 @@ from drillid.config.settings import Settings
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
-from drillid.discrepancy.inference.projection import _bias_of_curvature
+from drillid.discrepancy.inference.most_mass import bias_of_curvature, of_most_mass
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
-from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_base, of_most_mass
+from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_base
 from drillid.discrepancy.inference.set_model import COORDINATES, Extension, Point, SetModel
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
@@ -78,10 +78,10 @@ class _Bent(SetModel):
 def test_the_bias_of_curved_responses_is_theirs_times_the_variance_where_it_is_small(bend: float, share: float) -> None:
     model, base = _fitted(1, seed=1)
     bent = _Bent(model.evidence, model.deviation)
-    straight = _bias_of_curvature(model, base.point, ())
+    straight = bias_of_curvature(model, base.point, ())
     bent.bend = bend
     variances = np.diagonal(np.linalg.inv(expanded(model, base.point, ()).normal.corner), axis1=1, axis2=2)
-    bias = _bias_of_curvature(bent, base.point, ())
+    bias = bias_of_curvature(bent, base.point, ())
     np.testing.assert_allclose(bias[0, 0], share * (straight[0, 0] + bend * variances.sum()), rtol=1e-6)
     np.testing.assert_allclose(bias[0, 1:], share * straight[0, 1:])
 
