@@ -78,13 +78,16 @@ def examine(
 def _at_likeliest_interval(
     examination: Examination, found: Examination, causes: list[Cause], generator: np.random.Generator
 ) -> Examination:
-    """Examined again at the interval of the control that is likeliest beside the causes found, if that is another: the
-    base model may have taken an interval for a part of what they explain.
+    """Examined again at the interval of the control that is likeliest beside the causes found, or those that come
+    nearest, if that is another: the base model may have taken an interval for a part of what they explain.
     """
-    if not found.extensions:
+    extensions, extended = found.extensions, found.extended
+    if found.nearest_fit is not None:
+        extensions, extended = found.nearest, found.nearest_fit
+    if not extensions:
         return found
-    model, fit = at_likeliest_interval(found.model, found.extended, found.extensions)
-    if not fit.cost < found.extended.cost - SHAPE_RESOLVED:
+    model, fit = at_likeliest_interval(found.model, extended, extensions)
+    if not fit.cost < extended.cost - SHAPE_RESOLVED:
         return found
     base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval

@@ -47,6 +47,10 @@ class Examination:
     """Where one is offered."""
     law_p_value: float = 1.0
     """Of the model against a law of any kind; 1 where none is looked for."""
+    nearest: tuple[Extension, ...] = ()
+    """Causes that come nearest where no causes explain the responses."""
+    nearest_fit: SetFit | None = None
+    """Fit of the model with these."""
 
 
 def unextended(examination: Examination) -> Examination:
