@@ -40,16 +40,16 @@ _MOUNTED_INERTIA, _MOUNTED_FREQUENCY, _MOUNTED_LOSS = _MOUNTED
 DERIVED = (_LENGTH, _MOMENT, _WALL, _STEEL, _INERTIA, _DAMPING)
 """Columns to which there are derivatives."""
 _REFERENCE = 2 * np.pi
-"""rad/s, at which a causal loss factor leaves the shear modulus as it is."""
+"""rad/s, at which a loss factor leaves the shear modulus as it is."""
 
 
 @compiled
-def _stiffness(loss: float, causal: bool, frequency: float) -> complex:
-    """Shear modulus with a loss factor, relative to that without: Kjartansson's causal law, or 1 + jη."""
+def _stiffness(loss: float, power_law: bool, frequency: float) -> complex:
+    """Shear modulus with a loss factor, relative to that without: Kjartansson's law, or Makris's to first order."""
     if loss == 0.0:
         return complex(1.0, 0.0)
-    if not causal:
-        return complex(1.0, loss)
+    if not power_law:
+        return complex(1.0 + 2 / np.pi * loss * np.log(frequency / _REFERENCE), loss)
     exponent = 2 / np.pi * np.arctan(loss)
     size = np.sqrt(1 + loss * loss) * (frequency / _REFERENCE) ** exponent
     return complex(size * np.cos(exponent * np.pi / 2), size * np.sin(exponent * np.pi / 2))
@@ -68,13 +68,13 @@ def _shunt(piece: Floats, turning: float) -> complex:
 
 
 @compiled
-def top_load(string: Floats, causal: bool, below: Complex, frequency: Floats) -> Complex:
+def top_load(string: Floats, power_law: bool, below: Complex, frequency: Floats) -> Complex:
     """Torque per speed at the top of a string, (F,) N m s/rad.
 
     Parameters
     ----------
     string : (pieces, COLUMNS) from top to bottom
-    causal : whether the loss factor is that of a causal law
+    power_law : whether steel with losses follows Kjartansson's law, else Makris's
     below : (F,) torque per speed at the lower end beside that of the lumps, N m s/rad
     frequency : (F,) rad/s, positive
     """
@@ -87,7 +87,7 @@ def top_load(string: Floats, causal: bool, below: Complex, frequency: Floats) ->
         for j in range(frequency.size):
             turning = frequency[j]
             shunt = _shunt(piece, turning)
-            stiff = shear / turning * _stiffness(loss, causal, turning)
+            stiff = shear / turning * _stiffness(loss, power_law, turning)
             series = complex(steel + stiff.imag, -stiff.real)
             gamma = root(shunt * inverse(series))
             own = moment * series * gamma
@@ -98,7 +98,7 @@ def top_load(string: Floats, causal: bool, below: Complex, frequency: Floats) ->
 
 @compiled
 def top_load_slopes(
-    string: Floats, causal: bool, below: Complex, frequency: Floats, changes: Floats, places: Integers
+    string: Floats, power_law: bool, below: Complex, frequency: Floats, changes: Floats, places: Integers
 ) -> tuple[Complex, Complex]:
     """The same, and its derivatives to some parameters on which the pieces depend, (P, F).
 
@@ -119,7 +119,7 @@ def top_load_slopes(
         for j in range(count):
             turning = frequency[j]
             shunt = _shunt(piece, turning)
-            stiff = shear / turning * _stiffness(loss, causal, turning)
+            stiff = shear / turning * _stiffness(loss, power_law, turning)
             series = complex(steel + stiff.imag, -stiff.real)
             per_series = inverse(series)
             gamma = root(shunt * per_series)

@@ -33,7 +33,7 @@ class OtherResponses:
     """A case of the second world for the ideal test."""
 
     effects: Mapping[str, Kind] = EFFECTS
-    causal = False
+    power_law = False
     # a cause may hold the damping of a length of pipe, so that κ depends on the moment
     mixed = (2, 3)
 

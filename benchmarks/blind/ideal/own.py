@@ -30,7 +30,7 @@ class OwnResponses:
     """A case of the first world for the ideal test."""
 
     effects: Mapping[str, Kind] = EFFECTS
-    causal = True
+    power_law = True
     # a cause may hold the damping of a length of pipe, so that κ depends on the moment; and a motor's damping depends
     # on the inertia of the bit
     mixed = (2, 3, 7)

@@ -146,8 +146,8 @@ class Responses(Protocol):
     sweep: float
     """N m, amplitude of each sweep."""
     priors: Priors
-    causal: bool
-    """Whether a loss factor of the steel is that of a causal law."""
+    power_law: bool
+    """Whether steel with losses follows Kjartansson's law, else Makris's."""
     mixed: tuple[int, ...]
     """Indices of the nuisances that may change the same numbers of a string as others do."""
 

@@ -91,7 +91,7 @@ class Theory:
     def _compute_load(self, string: bytes, blades: tuple[float, float]) -> Complex:
         """Torque per speed at the top of a string of numbers, (F,) N m s/rad."""
         numbers = np.frombuffer(string).reshape(-1, len(COLUMNS))
-        return top_load(numbers, self.responses.causal, _cutting(blades, self.s), self.s.imag)
+        return top_load(numbers, self.responses.power_law, _cutting(blades, self.s), self.s.imag)
 
     def _weight(self, window: int, share: float) -> Floats:
         """(F,) one over the standard deviation of real and imaginary part of the mobility of one part of the window."""
@@ -163,7 +163,7 @@ class Theory:
         ends, slope = self._ends(line.top), self._end_slopes(line.top, change.tops)
         load, to_load = top_load_slopes(
             line.string,
-            self.responses.causal,
+            self.responses.power_law,
             _cutting(line.blades, self.s),
             self.s.imag,
             change.rates,

@@ -1,17 +1,19 @@
 """Finite elements of a string in torsion, its modes with their damping, and exact propagators of the modes.
 
 Two-node elements whose mass is half lumped, half consistent, with little dispersion (Hughes 1987, The Finite Element
-Method, section 7.3); the error of a response is of second order in the element's length. All damping is that of modes:
-viscous and Kelvin-Voigt damping as full matrices between them, structural damping and drag of a boundary layer with
-their values at the modes' own frequencies. The damped system in modal coordinates is diagonalised by its complex modes,
-each of which is advanced by its exponential, so that a step is exact for torques that are constant within it.
+Method, section 7.3); the error of a response is of second order in the element's length. Damping is kept as full
+matrices between modes; drag of a boundary layer and losses of the steel are relaxations with states of their own. The
+damped system in modal coordinates is diagonalised by its complex modes, each of which is advanced by its exponential,
+so that a step is exact for torques that are constant within it.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh
 
+from benchmarks.blind.other_world.relaxation import NONE, Relaxations, relaxing_drag, relaxing_hysteresis
 from benchmarks.blind.other_world.rig import Piece
 from drillid.arrays import Complex, Floats
 
@@ -19,8 +21,6 @@ ELEMENT = 25.0
 """m, greatest length of an element."""
 HIGHEST = 20.0
 """Hz; modes above it are left out."""
-_RIGID = 1e-3
-"""rad/s, below which a mode is rotation of the whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +39,12 @@ class Mesh:
     """Stiffness times loss factor."""
     root: Floats
     """Coefficients of the drag that grows as √frequency."""
+
+    @property
+    def steady_drag(self) -> Floats:
+        """Torque on each node (nodes,) per speed of steady rotation, N m s/rad."""
+        relaxed = relaxing_drag().constant if self.root.any() else 0.0
+        return np.asarray((self.viscous + relaxed * self.root).sum(axis=1), dtype=float)
 
 
 def mesh(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT) -> Mesh:
@@ -75,17 +81,23 @@ def mesh(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """A string in the coordinates of its undamped modes: speeds (N,), and elastic coordinates times frequency (E,)."""
+    """A string in the coordinates of its undamped modes.
+
+    The state (S,) has the speeds of N modes and what each relaxation of the drag remembers of them, then the E elastic
+    coordinates times frequency and what each relaxation of the steel remembers of these.
+    """
 
     mesh: Mesh
     shapes: Floats
     """(nodes, N), of unit modal inertia."""
     frequency: Floats
     """(N,) rad/s; 0 of the rotation of the whole, which comes first."""
+    drag: Relaxations
+    steel: Relaxations
     system: Floats
-    """(N + E, N + E), derivative of the state."""
+    """(S, S), derivative of the state."""
     response: Floats
-    """(N + E, N), derivative of the state per modal torque."""
+    """(S, N), derivative of the state per modal torque."""
 
     @property
     def elastic(self) -> Floats:
@@ -96,10 +108,26 @@ class Modes:
         """Shapes at places along the string (m), by linear interpolation within elements, (places, N)."""
         return np.stack([np.interp(places, self.mesh.place, shape) for shape in self.shapes.T], axis=1)
 
-    def state(self, speed: Floats, torque: Floats) -> Floats:
-        """State of given speeds at the nodes (nodes,) under given torques on them (nodes,), elastic torques at rest."""
-        modal = self.shapes.T @ (self.mesh.inertia @ speed)
-        return np.concatenate([modal, (self.shapes.T @ torque)[1:] / self.elastic])
+    def steady(self, speed: Floats, torque: Floats) -> Floats:
+        """State of given speeds at the nodes (nodes,), for long, under given torques on them (nodes,)."""
+        loss = self.shapes.T @ self.mesh.structural @ self.shapes
+        stiffness = np.diag(self.frequency**2) + self.steel.constant * loss
+        twist = self.shapes[:, 1:] @ np.linalg.solve(stiffness[1:, 1:], (self.shapes.T @ torque)[1:])
+        remembered = np.append(1.0, 1 / self.drag.rates)[:, None] * speed
+        return self.state(remembered, np.vstack([twist, np.zeros((self.steel.rates.size, twist.size))]))
+
+    def state(self, speeds: Floats, twists: Floats) -> Floats:
+        """State from nodal fields (1 + relaxations, nodes): speed and what is remembered of it, and twist likewise."""
+        modal = speeds @ self.mesh.inertia @ self.shapes
+        elastic = (twists @ self.mesh.stiffness @ self.shapes)[:, 1:] / self.elastic
+        return np.concatenate([modal.ravel(), elastic.ravel()])
+
+    def fields(self, state: Floats) -> tuple[Floats, Floats]:
+        """The nodal fields of a state."""
+        count = self.frequency.size
+        speeds, elastic = np.split(state, [count * (1 + self.drag.rates.size)])
+        twists = elastic.reshape(-1, count - 1) / self.elastic
+        return speeds.reshape(-1, count) @ self.shapes.T, twists @ self.shapes[:, 1:].T
 
 
 def modes(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT, highest: float = HIGHEST) -> Modes:
@@ -108,24 +136,26 @@ def modes(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMEN
     squared, shapes = eigh(grid.stiffness, grid.inertia, subset_by_value=(-np.inf, (2 * np.pi * highest) ** 2))
     frequency = np.sqrt(np.maximum(squared, 0.0))
     frequency[0] = 0.0
-    elastic = np.maximum(frequency, _RIGID)
-    damping = shapes.T @ (grid.viscous + grid.steel) @ shapes
-    between = np.sqrt(np.outer(elastic, elastic))
-    structural = shapes.T @ grid.structural @ shapes / between
-    # √(jω) = √(ω/2) (1 + j): as much reactance as resistance
-    drag = shapes.T @ grid.root @ shapes * np.sqrt(between / 2)
-    added = drag / between
-    for matrix in (structural, added):
-        matrix[0], matrix[:, 0] = 0.0, 0.0
-    count, springs = frequency.size, frequency.size - 1
-    inverse = np.linalg.inv(np.eye(count) + added)
-    pull = np.zeros((count, springs))
-    pull[1:] = np.diag(frequency[1:])
-    system = np.zeros((count + springs, count + springs))
-    system[:count, :count] = -inverse @ (damping + structural + drag)
-    system[:count, count:] = -inverse @ pull
-    system[count:, :count] = pull.T
-    return Modes(grid, shapes, frequency, system, np.concatenate([inverse, np.zeros((springs, count))]))
+    drag = relaxing_drag() if grid.root.any() else NONE
+    steel = relaxing_hysteresis() if grid.structural.any() else NONE
+    damping, root, structural = (
+        shapes.T @ matrix @ shapes for matrix in (grid.viscous + grid.steel, grid.root, grid.structural)
+    )
+    loss, pull = structural[:, 1:] / frequency[1:], np.diag(frequency)[:, 1:]
+    # each row of the derivative: by speeds, what the drag remembers, elastic coordinates, what the steel remembers
+    torques = [damping + (drag.constant + drag.shares.sum()) * root, -np.kron(drag.shares * drag.rates, root)]
+    torques += [pull + steel.constant * loss, np.kron(steel.shares, loss)]
+    count, springs, kept, lost = frequency.size, frequency.size - 1, drag.rates.size, steel.rates.size
+    places = np.cumsum([count, kept * count, springs, lost * springs])
+    speeds, of_drag, elastic, of_steel = (slice(*ends) for ends in pairwise([0, *places]))
+    system = np.zeros((places[-1], places[-1]))
+    system[speeds] = -np.hstack(torques)
+    system[of_drag, speeds] = np.tile(np.eye(count), (kept, 1))
+    system[of_drag, of_drag] = -np.kron(np.diag(drag.rates), np.eye(count))
+    system[elastic, speeds] = pull.T
+    system[of_steel, speeds] = np.tile(pull.T, (lost, 1))
+    system[of_steel, of_steel] = -np.kron(np.diag(steel.rates), np.eye(springs))
+    return Modes(grid, shapes, frequency, drag, steel, system, np.eye(places[-1], count))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,9 +171,9 @@ class Propagator:
     observe: Complex
     """(ports, Q) the ports' speeds are the real part of this times the state."""
     to_modal: Complex
-    """(N + E, Q) the modal state is the real part of this times the state."""
+    """(S, Q) the modal state is the real part of this times the state."""
     from_modal: Complex
-    """(Q, N + E)."""
+    """(Q, S)."""
 
     @property
     def compliance(self) -> Floats:

@@ -130,7 +130,7 @@ def _run(
         if state is None:
             load = _steady(window, now, inputs, memory)
             held[:] = load
-            modal = advance.from_modal @ now.state(*_rotation(window, now, string, inputs, load))
+            modal = advance.from_modal @ now.steady(*_rotation(window, now, string, inputs, load))
             before = np.full(contacts.law.size, window.speed)
             angle = np.zeros(count + 1 if rates.blades else 1)
             bristle = np.zeros(contacts.law.size)
@@ -147,7 +147,7 @@ def _steady(window: Window, now: Modes, inputs: Inputs, memory: Floats) -> float
     rub = [contact.friction.level(window.speed) for contact in window.contacts]
     if window.bit_friction is not None:
         rub.append(window.bit_friction.level(window.speed))
-    viscous = float(now.mesh.viscous.sum()) + float(inputs.bit_damping[0])
+    viscous = float(now.mesh.steady_drag.sum()) + float(inputs.bit_damping[0])
     cut = window.blades.torque if window.blades else 0.0
     load = window.rock.mean + sum(rub) + viscous * window.speed + cut
     memory[[INTEGRAL, DEMAND, TORQUE]] = load / window.drive.gain, load, load
@@ -162,7 +162,7 @@ def _rotation(
     window: Window, now: Modes, string: tuple[Piece, ...], inputs: Inputs, load: float
 ) -> tuple[Floats, Floats]:
     """Speeds of the nodes in steady rotation, and the torques on them."""
-    torque = -now.mesh.viscous.sum(axis=1) * window.speed
+    torque = -now.mesh.steady_drag * window.speed
     torque[0] += load * window.drive.gain
     torque[-1] -= window.rock.mean + float(inputs.bit_damping[0]) * window.speed
     torque[-1] -= window.blades.torque if window.blades else 0.0
@@ -177,15 +177,11 @@ def _rotation(
 def _handed_on(old: tuple[Modes, Propagator], state: State, now: Modes) -> Floats:
     """State of a string of another length from that of the last, by the speeds and torques of its nodes."""
     before, advance = old
-    modal = (advance.to_modal @ (state.real + 1j * state.imaginary)).real
-    count = before.frequency.size
-    speed = before.shapes @ modal[:count]
-    twist = before.shapes[:, 1:] @ (modal[count:] / before.elastic)
+    speeds, twists = before.fields((advance.to_modal @ (state.real + 1j * state.imaginary)).real)
     share, new = before.mesh.place / before.mesh.place[-1], now.mesh.place / now.mesh.place[-1]
-    speed, twist = np.interp(new, share, speed), np.interp(new, share, twist)
     # the elastic torques are kept: the twist grows with the length
-    twist = twist * now.mesh.place[-1] / before.mesh.place[-1]
-    return now.state(speed, now.mesh.stiffness @ twist)
+    grown = now.mesh.place[-1] / before.mesh.place[-1]
+    return now.state(*(np.stack([np.interp(new, share, row) for row in rows]) for rows in (speeds, grown * twists)))
 
 
 def _steps(advance: Propagator) -> Steps:

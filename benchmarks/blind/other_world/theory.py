@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.blind.hidden import altered
+from benchmarks.blind.other_world.relaxation import hysteresis
 from benchmarks.blind.other_world.rig import Control, Drive, Piece, Recording, Window
 from drillid.arrays import Complex, Floats
 
@@ -29,7 +30,7 @@ def string_response(string: tuple[Piece, ...], s: Complex, load: Complex | float
     for piece in reversed(string):
         load = load + piece.inertia_below * s + piece.damping_below
         shunt = piece.moment * (piece.density * s + piece.wall_damping + piece.root_drag * np.sqrt(s))
-        lossy = 1 + 1j * np.sign(s.imag) * piece.loss_factor
+        lossy = 1 + piece.loss_factor * hysteresis(s)
         series = piece.moment * (piece.shear_modulus * lossy / s + piece.steel_damping)
         # from the same root, so that both change sign together where a line amplifies its waves
         gamma = np.sqrt(shunt / series)
