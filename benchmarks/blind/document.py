@@ -30,18 +30,19 @@ coloured bit noise of slowly varying level, noise and rounding of the recorded s
 variables of their tolerances.
 
 The *second world* (`benchmarks/blind/other_world`) imports nothing of the library's physics, simulation or discovery,
-which an import contract holds. Its string is divided into finite elements whose damped modes are advanced exactly; that
-it converges to closed forms is tested (`tests/truth/blind/test_other_world.py`). Its rigs have tool joints, collars of
-two sizes with stabilisers, some joints of heavier pipe, casing and open hole, stiff mud motors, and dry friction by
-Karnopp, Dahl or LuGre; control that samples and holds at 5 to 50 ms with its own anti-windup; recorders that hold or
-interpolate its samples off their clock; bit noise with bursts, heavy tails and narrow lines; set points and weights
-that wander; and data sheets with heavy-tailed errors, one in twenty with a value that is wrong outright. What is
-hidden has shapes that the engine's models lack: zones over 1 to 30 % of the pipe with smooth ends, motors anywhere
-within the lumped inertia, 3 to 8 blades, other laws of falling friction. Of what no catalogue holds it hides a rippled
-pipe, a soft joint in the string, a notch in the control and a resonant drive, for which `unknown` is right. Where the
-control reads the speed every 20 ms or less often, `sample_and_hold` is a true verdict whatever else is hidden; so are
-`clock_offset` and `wave_speed` where the clock or the waves' travel time is off by more than {off:.0f} of the
-tolerances that its documents state, as the heavy tails make it once in a while.
+which an import contract holds. Its string is divided into finite elements whose damped modes are advanced exactly, with
+drag of a boundary layer and causal losses of the steel as relaxations; that it converges to closed forms is tested
+(`tests/truth/blind/test_other_world.py`). Its rigs have tool joints, collars of two sizes with stabilisers, some joints
+of heavier pipe, casing and open hole, stiff mud motors, and dry friction by Karnopp, Dahl or LuGre; control that
+samples and holds at 5 to 50 ms with its own anti-windup; recorders that hold or interpolate its samples off their
+clock; bit noise with bursts, heavy tails and narrow lines; set points and weights that wander; and data sheets with
+heavy-tailed errors, one in twenty with a value that is wrong outright. What is hidden has shapes that the engine's
+models lack: zones over 1 to 30 % of the pipe with smooth ends, motors anywhere within the lumped inertia, 3 to 8
+blades, other laws of falling friction. Of what no catalogue holds it hides a rippled pipe, a soft joint in the string,
+a notch in the control and a resonant drive, for which `unknown` is right. Where the control reads the speed every 20 ms
+or less often, `sample_and_hold` is a true verdict whatever else is hidden; so are `clock_offset` and `wave_speed` where
+the clock or the waves' travel time is off by more than {off:.0f} of the tolerances that its documents state, as the
+heavy tails make it once in a while.
 
 ## The ideal test
 

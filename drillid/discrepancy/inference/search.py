@@ -131,7 +131,8 @@ class _CauseFitter:
     base: SetFit
     extensions: tuple[Extension, ...]
     several_starts: bool
-    """Whether fits start from several sizes, at the base fit and at the data sheets, or from size zero at the base."""
+    """Whether fits start from several sizes, at the base fit and at the data sheets, or from size zero at the base alone.
+    """
     known: dict[tuple[str, float], FittedCause] = field(default_factory=dict)
     """Fits so far, by cause and shape."""
 
@@ -212,10 +213,12 @@ class _CauseFitter:
         size = further.cause.size
         # a large size may not be reached from a usual one
         large = np.sqrt(size.typical * size.high)
-        starts = (size.typical, large if size.low >= 0 else -size.typical) if self.several_starts else (0.0,)
+        near = self._sized([self.base.point], [float(np.clip(0.0, size.low, size.high))])
+        if not self.several_starts:
+            return near
+        starts = (size.typical, large if size.low >= 0 else -size.typical)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        origins = [self.base.point, self.model.expected()] if self.several_starts else [self.base.point]
-        return self._sized(origins, sizes)
+        return [*near, *self._sized([self.base.point, self.model.expected()], sizes)]
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
         """Each of some points with each of some sizes of a further cause."""

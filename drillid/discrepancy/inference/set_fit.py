@@ -224,13 +224,13 @@ def at_likeliest_interval(
     model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()
 ) -> tuple[SetModel, SetFit]:
     """The model and its fit at the interval of the control that is likeliest, of some and of the model's own."""
-    best, least = (model, fit), fit.cost + _interval_cost(model)
+    best, least = (model, fit), fit.cost + interval_cost(model)
     for interval in INTERVALS:
         other = model.with_evidence(_evidence_at(model.evidence, interval))
         start = at_interval_of(other, best[1].point)
         again = fit_set(other, start, extensions, least)
-        if again.cost + _interval_cost(other) < least:
-            best, least = (other, again), again.cost + _interval_cost(other)
+        if again.cost + interval_cost(other) < least:
+            best, least = (other, again), again.cost + interval_cost(other)
     return best
 
 
@@ -241,7 +241,7 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
     return replace(point, shared=shared)
 
 
-def _interval_cost(model: SetModel) -> float:
+def interval_cost(model: SetModel) -> float:
     """Cost of the half-normal prior of an interval that is not known."""
     return 0.5 * (model.control_interval / USUAL) ** 2
 

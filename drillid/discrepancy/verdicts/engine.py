@@ -16,6 +16,7 @@ from drillid.discrepancy.inference.set_fit import (
     at_likeliest_interval,
     fit_base,
     fit_set,
+    interval_cost,
     without_outlier_windows,
 )
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
@@ -78,22 +79,28 @@ def examine(
 def _at_likeliest_interval(
     examination: Examination, found: Examination, causes: list[Cause], generator: np.random.Generator
 ) -> Examination:
-    """Examined again at the interval of the control that is likeliest beside the causes found, or those that come
-    nearest, if that is another: the base model may have taken an interval for a part of what they explain.
+    """Examined again at the interval of the control that is likeliest beside the likeliest cause, if that is another:
+    the base model may have taken an interval for a part of what the cause explains.
     """
-    extensions, extended = found.extensions, found.extended
-    if found.nearest_fit is not None:
-        extensions, extended = found.nearest, found.nearest_fit
-    if not extensions:
+    if found.posterior is None:
         return found
-    model, fit = at_likeliest_interval(found.model, extended, extensions)
-    if not fit.cost < extended.cost - SHAPE_RESOLVED:
+    likeliest = found.posterior.best
+    model, fit = at_likeliest_interval(found.model, likeliest.fit, (likeliest.extension,))
+    if not fit.cost < likeliest.fit.cost - SHAPE_RESOLVED:
         return found
     base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval
     against = replace(base, cost=examination.base.cost)
     again = explain_responses(replace(examination, model=model, base=against, extended=against), causes, generator)
-    return replace(again, base=base) if again.extensions else found
+    if not again.extensions or (found.extensions and _cost(found) < _cost(again)):
+        return found
+    return replace(again, base=base)
+
+
+def _cost(examination: Examination) -> float:
+    """Cost of what was found, with that of the control's interval and of a second cause."""
+    more = len(examination.extensions) - 1
+    return examination.extended.cost + interval_cost(examination.model) + more * examination.base_rates.pair_penalty
 
 
 def _bounded_p_value(found: Examination) -> float:

@@ -37,6 +37,7 @@ class Examination:
     after: Screen
     """The screen of the extended model; that of the base model where nothing was named."""
     posterior: Posterior | None
+    """Of one cause of the linear responses, also where it leaves too much."""
     detections: tuple[PooledDetection, ...]
     base_rates: BaseRates
     p_value: float
@@ -47,10 +48,6 @@ class Examination:
     """Where one is offered."""
     law_p_value: float = 1.0
     """Of the model against a law of any kind; 1 where none is looked for."""
-    nearest: tuple[Extension, ...] = ()
-    """Causes that come nearest where no causes explain the responses."""
-    nearest_fit: SetFit | None = None
-    """Fit of the model with these."""
 
 
 def unextended(examination: Examination) -> Examination:

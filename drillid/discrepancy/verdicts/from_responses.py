@@ -78,10 +78,9 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
     if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or is_incomplete:
-        if is_incomplete:
-            nearest = tuple(fit.extension for _, fit in chosen)
-            examination = replace(examination, nearest=nearest, nearest_fit=chosen[-1][1].fit)
-        return _unknown(examination, max(before.unknown_evidence, 0.0))
+        nearest = class_name([fit.name for _, fit in chosen]) if is_incomplete else ""
+        examination = replace(examination, posterior=first)
+        return _unknown(examination, max(before.unknown_evidence, 0.0), nearest=nearest)
     extensions, extended = _bounded_in_depth(model, tuple(fit.extension for _, fit in chosen), chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
     verdicts = tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen))
@@ -323,11 +322,12 @@ def _gain(result: Examination, place: int, without: tuple[Extension, ...]) -> Pr
     return held_out_gain(result.model, (start, without), (point, result.extensions))
 
 
-def _unknown(examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = ()) -> Examination:
+def _unknown(
+    examination: Examination, log_evidence: float, unproved: tuple[Verdict, ...] = (), nearest: str = ""
+) -> Examination:
     """The verdict unknown: something is wrong, and no cause of the catalogue explains it with a significant predictive
-    gain on held-out data; the nearest leave residuals above the noise.
+    gain on held-out data; the `nearest` leaves residuals above the noise.
     """
-    nearest = class_name([extension.cause.name for extension in examination.nearest])
     channel = max(examination.before.unknown, key=lambda name: examination.before.unknown[name])
     operating_points = examination.model.evidence.operating_points
     verdict = Verdict(

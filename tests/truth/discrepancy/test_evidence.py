@@ -11,6 +11,7 @@ from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.most_mass import bias_of_curvature, of_most_mass
+from drillid.discrepancy.inference.projection import columns, project
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
 from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_base
@@ -84,6 +85,19 @@ def test_the_bias_of_curved_responses_is_theirs_times_the_variance_where_it_is_s
     bias = bias_of_curvature(bent, base.point, ())
     np.testing.assert_allclose(bias[0, 0], share * (straight[0, 0] + bend * variances.sum()), rtol=1e-6)
     np.testing.assert_allclose(bias[0, 1:], share * straight[0, 1:])
+
+
+@pytest.mark.parametrize("name", ["tapered_string", "local_damping_zone"])
+def test_an_effect_between_two_places_that_are_tried_is_seen_at_one_of_them(name: str) -> None:
+    """By 80 % of its information and more."""
+    model, base = _fitted(2, seed=1)
+    cause, shapes = CATALOGUE[name], np.array(CATALOGUE[name].shapes)
+    places = np.concatenate([shapes, (shapes[1:] + shapes[:-1]) / 2])
+    candidates = [Extension(cause, float(place)) for place in places]
+    information = project(model, base, (), columns(model, base, (), candidates)).information
+    cosine = information / np.sqrt(np.outer(np.diag(information), np.diag(information)))
+    seen = cosine[shapes.size :, : shapes.size] ** 2
+    assert seen.max(axis=1).min() > 0.8
 
 
 def _fitted(windows: int, seed: int) -> tuple[SetModel, SetFit]:

@@ -9,9 +9,13 @@ import pytest
 from benchmarks.blind import world
 from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.other_world.cases import plain_case
+from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.screen import screen
+from drillid.discrepancy.inference.search import search
 from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.discrepancy.verdicts.engine import examine
+from drillid.physics.responses import laplace
 
 INTERVAL, OFFSET, LATE = 0.0475, -0.003, 0.02
 """s, of the control; between the clocks; and by which the data sheet's delay is wrong."""
@@ -43,3 +47,45 @@ def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> N
     found = model.window_model_at(fit.point).control_interval
     # to a step between the intervals tried
     np.testing.assert_allclose(found, INTERVAL, rtol=0.12)
+
+
+def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_a_part_of_it(
+    evidence: Evidence,
+) -> None:
+    sheet = replace(evidence.data_sheet, control_interval=np.nan, delay=evidence.data_sheet.delay - LATE)
+    rpm = 30 / np.pi
+    control, variance, rounding = (
+        None if values is None else values * scale
+        for values, scale in (
+            (evidence.control, 1 / rpm),
+            (evidence.control_variance, rpm**-2),
+            (evidence.control_rounding, rpm**-2),
+        )
+    )
+    wrong = replace(
+        evidence,
+        data_sheet=sheet,
+        mobility=evidence.mobility * rpm,
+        variance=evidence.variance * rpm**2,
+        control=control,
+        control_variance=variance,
+        control_rounding=rounding,
+        detections=(),
+    )
+    assert [verdict.verdict for verdict in examine(wrong).verdicts] == ["sign_or_unit"]
+
+
+def test_no_cause_fits_worse_than_none_does(evidence: Evidence) -> None:
+    """Size zero is among those of every cause, whatever interval of the control a fit starts from."""
+    late = np.exp(-0.0103 * laplace(evidence.frequency))
+    offset = replace(
+        evidence,
+        data_sheet=replace(evidence.data_sheet, control_interval=np.nan),
+        mobility=evidence.mobility * late,
+        control=None if evidence.control is None else evidence.control / late,
+    )
+    model, base = fit_base(offset)
+    causes = [cause for cause in CATALOGUE.values() if not cause.size.fixed]
+    screened = screen(model, base, (), causes, np.random.default_rng(1))
+    for found in search(model, base, (), screened, causes, time_varying={}, all_causes=True, rejected=True):
+        assert found.fit.cost < base.cost + 0.1, found.name
