@@ -52,8 +52,8 @@ def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> N
 def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_a_part_of_it(
     evidence: Evidence,
 ) -> None:
+    rpm, evidence = 30 / np.pi, evidence.subset(np.arange(2))
     sheet = replace(evidence.data_sheet, control_interval=np.nan, delay=evidence.data_sheet.delay - LATE)
-    rpm = 30 / np.pi
     control, variance, rounding = (
         None if values is None else values * scale
         for values, scale in (
@@ -77,6 +77,7 @@ def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_
 
 def test_no_cause_fits_worse_than_none_does(evidence: Evidence) -> None:
     """Size zero is among those of every cause, whatever interval of the control a fit starts from."""
+    evidence = evidence.subset(np.arange(2))
     late = np.exp(-0.0103 * laplace(evidence.frequency))
     offset = replace(
         evidence,
