@@ -21,7 +21,11 @@ INTERVAL, OFFSET, LATE = 0.0475, -0.003, 0.02
 """s, of the control; between the clocks; and by which the data sheet's delay is wrong."""
 
 
-@pytest.fixture(scope="module", params=[("hold", True), ("interpolate", False)], ids=["command", "no command"])
+LOGGED, UNLOGGED = ("hold", True), ("interpolate", False)
+"""What the recorder does between samples, and whether it keeps the command."""
+
+
+@pytest.fixture(scope="module", params=[LOGGED, UNLOGGED], ids=["command", "no command"])
 def evidence(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Evidence:
     kind, command_logged = request.param
     case, _ = plain_case(902, 6)
@@ -49,29 +53,14 @@ def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> N
     np.testing.assert_allclose(found, INTERVAL, rtol=0.12)
 
 
+@pytest.mark.parametrize("evidence", [UNLOGGED], ids=["no command"], indirect=True)
 def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_a_part_of_it(
     evidence: Evidence,
 ) -> None:
-    rpm, evidence = 30 / np.pi, evidence.subset(np.arange(2))
+    rpm = 30 / np.pi
     sheet = replace(evidence.data_sheet, control_interval=np.nan, delay=evidence.data_sheet.delay - LATE)
-    control, variance, rounding = (
-        None if values is None else values * scale
-        for values, scale in (
-            (evidence.control, 1 / rpm),
-            (evidence.control_variance, rpm**-2),
-            (evidence.control_rounding, rpm**-2),
-        )
-    )
-    wrong = replace(
-        evidence,
-        data_sheet=sheet,
-        mobility=evidence.mobility * rpm,
-        variance=evidence.variance * rpm**2,
-        control=control,
-        control_variance=variance,
-        control_rounding=rounding,
-        detections=(),
-    )
+    mobility, variance = evidence.mobility * rpm, evidence.variance * rpm**2
+    wrong = replace(evidence, data_sheet=sheet, mobility=mobility, variance=variance, detections=())
     assert [verdict.verdict for verdict in examine(wrong).verdicts] == ["sign_or_unit"]
 
 
