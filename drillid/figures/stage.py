@@ -64,16 +64,12 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     """
     if not folders.has("windows", "windows") or not folders.read("windows", "windows").sizes["window"]:
         return []
-    import gc
-
     from drillid.figures.layout import save
 
     results = WellResults.load(well, folders, settings.discrepancy.error_rate)
     folder, earlier = folders.stage("figures"), folders.aside("figures")
     folder.mkdir(parents=True, exist_ok=True)
     memo = Memo(folders, "figures")
-    # a figure is collected by itself, without a walk over all imported modules
-    gc.freeze()
     for name in drawings():
         content = drawn_content(results, name)
         key = memo.key(name, content)
