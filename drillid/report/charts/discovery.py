@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import FixedTicker
+from bokeh.models import FixedTicker, HSpan, Line, VArea
 
 from drillid.arrays import Floats
 from drillid.figures.data import WellResults
 from drillid.report.charts.maps import TICKS, legend
-from drillid.report.charts.style import coloured, hover, label_axis, new_chart, source
+from drillid.report.charts.style import drawn, hover, label_axis, new_chart, source
 from drillid.statistics import TWO_SIDED
 from drillid.units import RPM
 
@@ -38,13 +38,11 @@ def held_out_chart(results: WellResults, number: int) -> Any | None:
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
     chart = new_chart(None, _HEIGHT, title="Top-drive speed in a held-out window", tools=_TOOLS)
     chart.toolbar.update(logo=None, autohide=True)
-    band = chart.varea("time", "low", "high", source=data, fill_alpha=0.25)
-    coloured(band, fill_color="ink")
-    measured = chart.line("time", "speed", source=data, line_width=1, legend_label="measured")
-    coloured(measured, line_color="ink")
+    drawn(chart, data, VArea(x="time", y1="low", y2="high", fill_alpha=0.25), fill_color="ink")
+    measured = drawn(chart, data, Line(x="time", y="speed"), name="measured", line_color="ink")
     for name, words, colour, dash in _models(np.array_equal(columns["base"], columns["extended"])):
-        line = chart.line("time", name, source=data, line_width=2, line_dash=dash, legend_label=words)
-        coloured(line, line_color=colour)
+        line = Line(x="time", y=name, line_width=2, line_dash=dash)
+        drawn(chart, data, line, name=words, line_color=colour)
     rows = [("Measured", "@speed{0.00}", "rpm"), ("Base model", "@base{0.00}", "rpm")]
     rows += [("Extended model", "@extended{0.00}", "rpm"), ("Time", "@time{0.0}", "s")]
     chart.add_tools(hover(rows, [measured]))
@@ -66,12 +64,11 @@ def residual_chart(results: WellResults, number: int) -> Any:
     title, logarithmic = "Residuals: mean square per noise variance", {"x_axis_type": "log", "y_axis_type": "log"}
     chart = new_chart(None, _HEIGHT, title=title, tools=_TOOLS, **logarithmic)
     chart.toolbar.update(logo=None, autohide=True)
-    one = chart.hspan(y=[1.0], line_dash="dotted", line_width=1.5)
-    coloured(one, line_color="muted")
+    drawn(chart, source({"y": [1.0]}, {}), HSpan(y="y", line_dash="dotted", line_width=1.5), line_color="muted")
     for name, words, colour, dash in _models(np.array_equal(before, after, equal_nan=True)):
         width = 3 if dash == "dashed" else 1.6
-        line = chart.line("frequency", name, source=data, line_width=width, line_dash=dash, legend_label=words)
-        coloured(line, line_color=colour)
+        line = Line(x="frequency", y=name, line_width=width, line_dash=dash)
+        drawn(chart, data, line, name=words, line_color=colour)
     chart.add_tools(hover([("Base model", "@base{0.00}", ""), ("Frequency", "@frequency{0.00}", "Hz")]))
     chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
@@ -117,10 +114,8 @@ def _law_chart(
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
     chart = new_chart(None, _HEIGHT, title=f"{words[0]}, with its 95 % band", tools=_TOOLS)
     chart.toolbar.update(logo=None, autohide=True)
-    band = chart.varea("place", "low", "high", source=data, fill_alpha=0.25)
-    coloured(band, fill_color="ink")
-    line = chart.line("place", "value", source=data, line_width=2)
-    coloured(line, line_color="joint")
+    drawn(chart, data, VArea(x="place", y1="low", y2="high", fill_alpha=0.25), fill_color="ink")
+    line = drawn(chart, data, Line(x="place", y="value", line_width=2), line_color="joint")
     rows = [(words[2].split()[0], "@value{0.00}", units[1]), (words[1], "@place{0.0}", units[0])]
     chart.add_tools(hover(rows, [line]))
     label_axis(chart.xaxis[0], words[1], unit=units[0], joint=" ")

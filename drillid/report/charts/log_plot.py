@@ -14,11 +14,19 @@ from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
     FixedTicker,
+    HArea,
+    HStrip,
+    Line,
     PanTool,
+    Quad,
     Range1d,
     ResetTool,
+    Scatter,
+    Segment,
     Span,
+    Step,
     TapTool,
+    Text,
     WheelZoomTool,
 )
 
@@ -27,17 +35,15 @@ from drillid.figures.data import WellResults
 from drillid.figures.style import well_marks
 from drillid.report.charts import well_data
 from drillid.report.charts.style import (
-    coloured,
+    drawn,
     hover,
     label_axis,
     level,
     new_chart,
     set_ticks,
     source,
-    tagged,
     value_range,
 )
-from drillid.report.quantities import QUANTITIES
 from drillid.report.sentences import PARAMETER_QUANTITIES
 from drillid.report.verdicts import VerdictText
 
@@ -66,6 +72,9 @@ _QUANTITIES = {
         for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")
     },
 }
+_SIDES = {side: side for side in ("left", "right", "top", "bottom")}
+"""Columns of the ends of bars."""
+_WORDS = {"text_font_size": "10px", "text_baseline": "top", "y_offset": 2}
 _PERCENT = (-12.0, 115.0)
 """Ends of an axis of shares: the numbers 0 and 100 are clear of those of the tracks beside it."""
 _STATES = {
@@ -185,12 +194,16 @@ class _Tracks:
         if first:
             label_axis(track.yaxis[0], "Measured depth", "depth", joint=" ")
         if self.flagged.data["top"]:
-            bands = track.hstrip(y0="top", y1="bottom", source=self.flagged, fill_alpha=0.18, line_alpha=0)
-            coloured(bands, fill_color="flag")
+            drawn(track, self.flagged, HStrip(y0="top", y1="bottom", fill_alpha=0.18, line_alpha=0), fill_color="flag")
         for line in self.lines:
             track.add_layout(line)
         self.tracks.append(track)
         return track
+
+    def _dots(self, track: Any, column: str, colour: str = "ink", **look: Any) -> Any:
+        """Points of the windows over depth."""
+        glyph = Scatter(x=column, y="depth", **{"size": 5} | look)
+        return drawn(track, self.windows, glyph, fill_color=colour, line_color=colour)
 
     def hole(self) -> None:
         """Hole sections and assembly runs in words."""
@@ -200,16 +213,13 @@ class _Tracks:
         )
         columns = {"depth": [mark.depth for mark in words], "metric": [mark.text for mark in words]}
         texts = source(columns | {"oilfield": [mark.text for mark in oilfield]}, _QUANTITIES)
-        label = track.text(
-            x=0.03, y="depth", text="metric", source=texts, text_font_size="10px", text_baseline="top", y_offset=2
-        )
         units = ({"text": {"field": name}} for name in ("metric", "oilfield"))
-        coloured(label, *units, text_color="ink")
+        drawn(track, texts, Text(x=0.03, y="depth", text="metric", **_WORDS), *units, text_color="ink")
         label_axis(track.xaxis[0], "Hole and\nassembly")
         track.xaxis[0].update(ticker=FixedTicker(ticks=[]))
         track.xgrid[0].update(visible=False)
-        measured = track.segment(x0=0, x1=0, y0="depth_from", y1="depth_to", source=self.windows, line_width=5)
-        coloured(measured, line_color="ink")
+        measured = Segment(x0=0, x1=0, y0="depth_from", y1="depth_to", line_width=5)
+        drawn(track, self.windows, measured, line_color="ink")
 
     def states(self) -> dict[str, str]:
         """Shares of the rig's states in the time since the window before; the colour of each that has any."""
@@ -219,21 +229,11 @@ class _Tracks:
         for state, share in shares.items():
             words = state.replace("_", " ")
             right = left + 100 * share
-            bars = track.quad(
-                left=left,
-                right=right,
-                top=self.windows.data["cell_top"],
-                bottom=self.windows.data["cell_bottom"],
-                name=words,
-                fill_alpha=0.75,
-                line_width=0.5,
-                hatch_pattern={"reaming": "/", "off_bottom": ".", "sweep_off": "\\"}.get(state, " "),
-                hatch_alpha=0.6,
-            )
-            scale = {"top": QUANTITIES["depth"].per_metric, "bottom": QUANTITIES["depth"].per_metric}
-            tagged(bars.data_source, scale=scale)
-            bars.data_source.data["share"] = 100 * share
-            coloured(bars, fill_color=_STATES[state], line_color="paper", hatch_color="ink")
+            ends = {side: self.windows.data[f"cell_{side}"] for side in ("top", "bottom")}
+            data = source({"left": left, "right": right, **ends, "share": 100 * share}, dict.fromkeys(ends, "depth"))
+            hatch = {"reaming": "/", "off_bottom": ".", "sweep_off": "\\"}.get(state, " ")
+            quad = Quad(**_SIDES, fill_alpha=0.75, line_width=0.5, hatch_pattern=hatch, hatch_alpha=0.6)
+            bars = drawn(track, data, quad, fill_color=_STATES[state], line_color="paper", hatch_color="ink")
             track.add_tools(hover([(words, "@share{0}", "% of the time")], [bars]))
             left = right
         label_axis(track.xaxis[0], "Rig state", unit="% of time")
@@ -248,14 +248,13 @@ class _Tracks:
             values.append(np.asarray(self.windows.data["lowest_rotation"]))
         across = value_range(*values, quantity=channel.quantity, zero=channel.column in ("weight", "penetration"))
         track = self._new(_NARROW, across)
-        line = track.step(x=channel.column, y="depth", source=self.windows, line_width=1.2, mode="center")
-        dots = track.scatter(x=channel.column, y="depth", source=self.windows, size=5)
-        coloured(line, line_color="ink")
-        coloured(dots, fill_color="ink", line_color="ink")
+        line = Step(x=channel.column, y="depth", line_width=1.2, mode="center")
+        drawn(track, self.windows, line, line_color="ink")
+        dots = self._dots(track, channel.column)
         rows = [(channel.name, f"@{channel.column}{{{_pattern(channel.decimals)}}}", channel.quantity)]
         if rotation and np.isfinite(self.windows.data["lowest_rotation"]).any():
-            limit = track.line(x="lowest_rotation", y="depth", source=self.windows, line_width=2, line_dash="dashed")
-            coloured(limit, line_color="named")
+            limit = Line(x="lowest_rotation", y="depth", line_width=2, line_dash="dashed")
+            drawn(track, self.windows, limit, line_color="named")
             rows.append(("Lowest stable speed", "@lowest_rotation{0}", "rotation"))
         track.add_tools(hover([*rows, *_place()], [dots]))
         label_axis(track.xaxis[0], _wrapped(channel.name), channel.quantity)
@@ -269,20 +268,12 @@ class _Tracks:
         held = [np.asarray(data[f"{name}_joint{end}"]) for end in ("_lower", "_upper")]
         across = value_range(np.asarray(data[name])[used], *held, quantity=quantity)
         track = self._new(_WIDE, across)
-        band = track.harea(
-            x1=f"{name}_joint_lower", x2=f"{name}_joint_upper", y="depth", source=self.windows, fill_alpha=0.3
-        )
-        joint = track.line(x=f"{name}_joint", y="depth", source=self.windows, line_width=2)
-        bars = track.segment(
-            x0=f"{name}_low", x1=f"{name}_high", y0="depth", y1="depth", source=self.windows, line_alpha=0.5
-        )
-        dots = track.scatter(
-            x=name, y="depth", source=self.windows, size="size", marker="marker", fill_alpha="fill", line_width=1.2
-        )
-        coloured(band, fill_color="joint")
-        coloured(joint, line_color="joint")
-        coloured(bars, line_color="ink")
-        coloured(dots, fill_color="ink", line_color="ink")
+        band = HArea(x1=f"{name}_joint_lower", x2=f"{name}_joint_upper", y="depth", fill_alpha=0.3)
+        drawn(track, self.windows, band, fill_color="joint")
+        drawn(track, self.windows, Line(x=f"{name}_joint", y="depth", line_width=2), line_color="joint")
+        bars = Segment(x0=f"{name}_low", x1=f"{name}_high", y0="depth", y1="depth", line_alpha=0.5)
+        drawn(track, self.windows, bars, line_color="ink")
+        dots = self._dots(track, name, size="size", marker="marker", fill_alpha="fill", line_width=1.2)
         rows = [
             (shown.name, f"@{name}{{0.[00]}}", quantity),
             ("95 % interval", f"@{name}_low{{0.[00]}} to @{name}_high{{0.[00]}}", quantity),
@@ -297,10 +288,8 @@ class _Tracks:
     def coherence(self) -> None:
         """How much of the speed follows the sweep."""
         track = self._new(_NARROW, Range1d(*(end / 100 for end in _PERCENT)))
-        line = track.line(x="coherence", y="depth", source=self.windows)
-        dots = track.scatter(x="coherence", y="depth", source=self.windows, size=5)
-        coloured(line, line_color="ink")
-        coloured(dots, fill_color="ink", line_color="ink")
+        drawn(track, self.windows, Line(x="coherence", y="depth"), line_color="ink")
+        dots = self._dots(track, "coherence")
         track.add_tools(hover([("Median coherence", "@coherence{0.00}", ""), *_place()], [dots]))
         label_axis(track.xaxis[0], "Coherence\nγ²", unit="–", joint=" ")
         track.xaxis[0].update(ticker=FixedTicker(ticks=[0, 1]))
@@ -328,13 +317,9 @@ class _Tracks:
                 "probability": [verdict.probability for _, verdict in chosen],
             }
             data = source(columns, {"top": "depth", "bottom": "depth"})
-            sides = {side: side for side in ("left", "right", "top", "bottom")}
-            bars = track.quad(**sides, source=data, fill_alpha=alpha, hatch_pattern=hatch)
-            coloured(bars, fill_color=colour, line_color=colour, hatch_color="paper")
-            words = track.text(
-                x="text_at", y="top", text="title", source=data, text_font_size="10px", text_baseline="top", y_offset=2
-            )
-            coloured(words, text_color="ink")
+            quad = Quad(**_SIDES, fill_alpha=alpha, hatch_pattern=hatch)
+            bars = drawn(track, data, quad, fill_color=colour, line_color=colour, hatch_color="paper")
+            drawn(track, data, Text(x="text_at", y="top", text="title", **_WORDS), text_color="ink")
             rows = [("Verdict", "@title", ""), ("Probability", "@probability{0 %}", "")]
             rows += [("From", "@top{0.0}", "depth"), ("To", "@bottom{0.0}", "depth")]
             track.add_tools(hover(rows, [bars]))
@@ -347,10 +332,9 @@ class _Tracks:
         data = self.windows.data
         values = [np.asarray(data[name]) for name in ("tuned_proportional", "present_proportional")]
         track = self._new(_WIDE, value_range(*values, quantity="proportional", zero=True, share=0.0))
-        present = track.line(x="present_proportional", y="depth", source=self.windows, line_width=2, line_dash="dashed")
-        tuned = track.scatter(x="tuned_proportional", y="depth", source=self.windows, size=8, marker="diamond")
-        coloured(present, line_color="muted")
-        coloured(tuned, fill_color="joint", line_color="joint")
+        present = Line(x="present_proportional", y="depth", line_width=2, line_dash="dashed")
+        drawn(track, self.windows, present, line_color="muted")
+        tuned = self._dots(track, "tuned_proportional", "joint", size=8, marker="diamond")
         rows = [
             ("Proportional gain advised", "@tuned_proportional{0.000}", "proportional"),
             ("at present", "@present_proportional{0.000}", "proportional"),

@@ -5,13 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColorBar, ColumnDataSource, FixedTicker, LinearColorMapper, LogColorMapper, Range1d
+from bokeh.models import (
+    ColorBar,
+    ColumnDataSource,
+    FixedTicker,
+    Image,
+    Legend,
+    LegendItem,
+    Line,
+    LinearColorMapper,
+    LogColorMapper,
+    Range1d,
+    Scatter,
+    Segment,
+)
 
 from drillid.arrays import Floats
 from drillid.figures.captions import RPM_PER_KILONEWTON_METRE
 from drillid.figures.data import WellResults
 from drillid.report.charts import well_data
-from drillid.report.charts.style import FONT, coloured, hover, label_axis, new_chart, source, tagged
+from drillid.report.charts.style import FONT, drawn, hover, label_axis, new_chart, source, tagged
 from drillid.report.charts.well_data import Maps
 from drillid.report.quantities import QUANTITIES
 
@@ -71,16 +84,8 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
         chart.toolbar.update(logo=None, autohide=True)
         points = maps.lag if over_time else maps.frequency
         mapper = _colours(name, maps)
-        image = chart.image(
-            image=name,
-            x=float(points[0]),
-            y="cell_top",
-            dw=float(points[-1] - points[0]),
-            dh="cell_height",
-            source=rows,
-            color_mapper=mapper,
-        )
-        image.update(nonselection_glyph=None)
+        across = {"x": float(points[0]), "dw": float(points[-1] - points[0])}
+        image = drawn(chart, rows, Image(image=name, y="cell_top", dh="cell_height", color_mapper=mapper, **across))
         if not over_time and not name.startswith("residual"):
             _mode_lines(chart, maps, rows)
         _finish(chart, image, "mobility" if name in _MOBILITIES else "standard deviations", "s" if over_time else "Hz")
@@ -122,8 +127,8 @@ def _mode_lines(chart: Any, maps: Maps, rows: ColumnDataSource) -> None:
         "bottom": np.repeat(bottom, counts),
     }
     modes = source(columns, {"top": "depth", "bottom": "depth"})
-    lines = chart.segment(x0="frequency", x1="frequency", y0="top", y1="bottom", source=modes)
-    lines.glyph.update(line_color="white", line_dash="dotted", line_width=1.5)
+    look = {"line_color": "white", "line_dash": "dotted", "line_width": 1.5}
+    drawn(chart, modes, Segment(x0="frequency", x1="frequency", y0="top", y1="bottom", **look))
 
 
 def _finish(chart: Any, image: Any, quantity: str, across: str) -> None:
@@ -187,19 +192,15 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     for chart in charts.values():
         if len(chart.renderers) > 1:
             legend(chart)
-        else:
-            chart.legend[0].update(visible=False)
     return charts
 
 
 def legend(chart: Any) -> None:
-    """The legend in the page's colours, small and above the chart, where it covers no line."""
-    box = chart.legend[0]
-    chart.center.remove(box)
-    chart.add_layout(box, "above")
-    box.update(label_text_font_size="10px", label_text_font=FONT, padding=4, spacing=16, glyph_width=24)
+    """A legend of what has a name, in the page's colours, small and above the chart, where it covers no line."""
+    items = [LegendItem(label=each.name, renderers=[each]) for each in chart.renderers if each.name]
+    box = Legend(items=items, label_text_font_size="10px", label_text_font=FONT, padding=4, spacing=16, glyph_width=24)
     box.update(orientation="horizontal", location="right", background_fill_alpha=0, margin=0)
-    tagged(box, {"label_text_color": "ink", "border_line_color": "none"})
+    chart.add_layout(tagged(box, {"label_text_color": "ink", "border_line_color": "none"}), "above")
 
 
 def _spectrum(
@@ -229,13 +230,12 @@ def _spectrum(
 
 
 def _dots(chart: Any, spectra: ColumnDataSource, name: str) -> None:
-    dots = chart.scatter("frequency", name, source=spectra, size=4, legend_label="measured")
-    coloured(dots, fill_color="ink", line_color="ink")
+    glyph = Scatter(x="frequency", y=name)
+    dots = drawn(chart, spectra, glyph, name="measured", fill_color="ink", line_color="ink")
     chart.add_tools(hover([("Measured", f"@{name}{{0.000}}", ""), ("Frequency", "@frequency{0.00}", "Hz")], [dots]))
 
 
 def _line(
     chart: Any, data: ColumnDataSource, name: str, words: str, colour: str, dash: str, across: str = "frequency"
 ) -> None:
-    line = chart.line(across, name, source=data, line_width=2, line_dash=dash, legend_label=words)
-    coloured(line, line_color=colour)
+    drawn(chart, data, Line(x=across, y=name, line_width=2, line_dash=dash), name=words, line_color=colour)

@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d, Span
+from bokeh.models import ColumnDataSource, FixedTicker, Glyph, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 from bokeh.settings import settings
 
@@ -202,19 +202,29 @@ def _tip(row: tuple[str, str, str], number: int) -> tuple[str, str]:
     return words, f"{template} {unit}".strip()
 
 
-def coloured(
-    renderer: Any, metric: Mapping[str, Any] | None = None, oilfield: Mapping[str, Any] | None = None, **colours: str
+def drawn(
+    chart: Any,
+    data: ColumnDataSource,
+    glyph: Glyph,
+    metric: Mapping[str, Any] | None = None,
+    oilfield: Mapping[str, Any] | None = None,
+    *,
+    name: str | None = None,
+    **colours: str,
 ) -> Any:
-    """A renderer whose glyph has colours of the page; those of what is not selected are the same.
+    """The renderer of a glyph that is added to a chart; what is selected looks like all else.
+
+    The methods of `figure`, such as `line`, make three more glyphs for what is selected, not selected and muted.
 
     Parameters
     ----------
     metric, oilfield : values of the glyph's properties in each of the units
+    name : words of the chart's legend, if it has one
+    colours : of the page, by the glyph's properties
     """
-    alike = ("selection_glyph", "nonselection_glyph", "muted_glyph")
-    renderer.update(**dict.fromkeys(alike, renderer.glyph))
-    tagged(renderer.glyph, colours, metric, oilfield)
-    return renderer
+    alike = dict.fromkeys(("selection_glyph", "nonselection_glyph", "muted_glyph"), glyph)
+    tagged(glyph, colours, metric, oilfield)
+    return chart.add_glyph(data, glyph, name=name, **alike)
 
 
 def level(depth: float | None, colour: str, **look: Any) -> Span:
