@@ -26,15 +26,13 @@ def document(charts: Mapping[str, Any], named: Mapping[str, Any], prefix: str) -
     JSON that is safe within an element <script>: the document, and identifiers in it by elements and by names.
     """
     from bokeh.core.json_encoder import serialize_json
+    from bokeh.core.serialization import Serializer
     from bokeh.document import Document
 
-    held = Document()
-    # without this, the models of all charts are collected again for each of them
-    with held.models.freeze():
-        for chart in charts.values():
-            held.add_root(chart)
+    # a document that has charts collects their models over and over, and would write the same
     with _defaults_not_found_out():
-        text = serialize_json(held.to_json(deferred=False))
+        roots = Serializer(deferred=False).encode(list(charts.values()))
+    text = serialize_json({**Document().to_json(deferred=False), "roots": roots})
     # Bokeh counts models through the life of a process
     names = {name: f"{prefix}{number}" for number, name in enumerate(dict.fromkeys(_IDENTIFIER.findall(text)))}
     text = _IDENTIFIER.sub(lambda match: f'"id":"{names[match[1]]}"', text)

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from bokeh.layouts import gridplot
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
     FixedTicker,
+    GridPlot,
     HArea,
+    HoverTool,
     HStrip,
     Line,
     PanTool,
@@ -27,6 +28,9 @@ from bokeh.models import (
     Step,
     TapTool,
     Text,
+    Tool,
+    Toolbar,
+    ToolProxy,
     WheelZoomTool,
 )
 
@@ -72,6 +76,15 @@ _QUANTITIES = {
         for end in ("", "_low", "_high", "_joint", "_joint_lower", "_joint_upper")
     },
 }
+_UPRIGHT = {"dimensions": "height"}
+_TOOLS: dict[type[Tool], dict[str, str]] = {
+    BoxZoomTool: _UPRIGHT,
+    PanTool: _UPRIGHT,
+    WheelZoomTool: _UPRIGHT,
+    ResetTool: {},
+    TapTool: {},
+}
+"""Tools of each track with their properties; the first one drags."""
 _SIDES = {side: side for side in ("left", "right", "top", "bottom")}
 """Columns of the ends of bars."""
 _WORDS = {"text_font_size": "10px", "text_baseline": "top", "y_offset": 2}
@@ -125,9 +138,7 @@ def log_plot(results: WellResults, verdicts: Sequence[VerdictText], depths: Rang
     builder.verdicts(verdicts)
     if np.isfinite(windows.data["tuned_proportional"]).any():
         builder.control()
-    chart = gridplot([builder.tracks], toolbar_location="above", merge_tools=True)
-    chart.toolbar.update(logo=None)
-    return LogPlot(chart, windows, builder.shown, tuple(missing), states)
+    return LogPlot(builder.side_by_side(), windows, builder.shown, tuple(missing), states)
 
 
 def window_source(results: WellResults) -> ColumnDataSource:
@@ -177,14 +188,10 @@ class _Tracks:
             y_range=self.depths,
             x_range=across,
             x_axis_location="above",
-            y_axis_location="left" if first else None,
-            tools=[
-                BoxZoomTool(dimensions="height"),
-                PanTool(dimensions="height"),
-                WheelZoomTool(dimensions="height"),
-                ResetTool(),
-                TapTool(),
-            ],
+            y_axis_type="auto" if first else None,
+            title=None,
+            toolbar_location=None,
+            tools=[kind(**look) for kind, look in _TOOLS.items()],
             min_border_top=_HEADER,
             min_border_bottom=4,
             min_border_left=_LEFT if first else 3,
@@ -193,12 +200,24 @@ class _Tracks:
         track.toolbar.update(active_scroll=None, active_drag=track.tools[0])
         if first:
             label_axis(track.yaxis[0], "Measured depth", "depth", joint=" ")
+        else:
+            track.add_layout(self.tracks[0].ygrid[0])
         if self.flagged.data["top"]:
             drawn(track, self.flagged, HStrip(y0="top", y1="bottom", fill_alpha=0.18, line_alpha=0), fill_color="flag")
         for line in self.lines:
             track.add_layout(line)
         self.tracks.append(track)
         return track
+
+    def side_by_side(self) -> GridPlot:
+        """The tracks as one chart with one toolbar."""
+        tools = [tool for track in self.tracks for tool in track.tools]
+        alike = [[tool for tool in tools if isinstance(tool, kind)] for kind in _TOOLS]
+        alike += [[tool] for tool in tools if isinstance(tool, HoverTool)]
+        merged = [ToolProxy(tools=each) for each in alike]
+        toolbar = Toolbar(tools=merged, logo=None, active_drag=merged[0], active_scroll=None)
+        places = [(track, 0, place) for place, track in enumerate(self.tracks)]
+        return GridPlot(children=places, toolbar=toolbar, toolbar_location="above")
 
     def _dots(self, track: Any, column: str, colour: str = "ink", **look: Any) -> Any:
         """Points of the windows over depth."""

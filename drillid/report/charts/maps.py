@@ -44,7 +44,7 @@ _TITLES = {
 }
 _DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
 _MOBILITIES = ("measured", "fitted", "bit_stiff", "bit_controlled", "step_stiff", "step_controlled")
-_TOOLS = "box_zoom,pan,wheel_zoom,reset"
+_TOOLS = ("box_zoom", "pan", "wheel_zoom", "reset")
 
 
 def map_source(results: WellResults, maps: Maps) -> ColumnDataSource:
@@ -81,7 +81,6 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
             x_axis_type="linear" if over_time else "log",
             tools=_TOOLS,
         )
-        chart.toolbar.update(logo=None, autohide=True)
         points = maps.lag if over_time else maps.frequency
         mapper = _colours(name, maps)
         across = {"x": float(points[0]), "dw": float(points[-1] - points[0])}
@@ -183,7 +182,6 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     _line(bit, spectra, "bit_stiff", "top drive clamped", "flag", "dashed")
     _line(bit, spectra, "bit_controlled", "as controlled", "ink", "solid")
     step = new_chart(None, _SPECTRUM_HEIGHT, title="Bit speed after a torque step", tools=_TOOLS)
-    step.toolbar.update(logo=None, autohide=True)
     label_axis(step.xaxis[0], "Time since the step", unit="s", joint=" ")
     label_axis(step.yaxis[0], "Bit speed per torque", "mobility", joint=" ")
     _line(step, steps, "step_stiff", "top drive clamped", "flag", "dashed", across="lag")
@@ -222,7 +220,6 @@ def _spectrum(
         tools=_TOOLS,
         **({} if y_range is None else {"y_range": y_range}),
     )
-    chart.toolbar.update(logo=None, autohide=True)
     chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
     label_axis(chart.yaxis[0], title, quantity, unit, joint=" ")

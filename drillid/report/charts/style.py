@@ -6,12 +6,12 @@ colours, and what they are in metric and in oilfield units; `charts.js` sets the
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FixedTicker, Glyph, HoverTool, Range1d, Span
+from bokeh.models import ColumnDataSource, FixedTicker, Glyph, HoverTool, Range1d, Span, Tool
 from bokeh.plotting import figure
 from bokeh.settings import settings
 
@@ -149,7 +149,7 @@ def _dressed(axis: Any, metric: Mapping[str, Any] | None, oilfield: Mapping[str,
     axis.update(axis_label_standoff=4, major_label_text_font_size="10px", major_label_text_font=FONT)
 
 
-def new_chart(width: int | None, height: int, **options: Any) -> Any:
+def new_chart(width: int | None, height: int, tools: Iterable[Tool | str], **options: Any) -> Any:
     """An empty chart in the page's colours.
 
     Parameters
@@ -158,7 +158,9 @@ def new_chart(width: int | None, height: int, **options: Any) -> Any:
     options : of `bokeh.plotting.figure`
     """
     sizes: dict[str, Any] = {"width": width} if width else {"sizing_mode": "stretch_width"}
-    chart = figure(height=height, output_backend="canvas", **sizes, **options)
+    chart = figure(height=height, output_backend="canvas", tools=[], **sizes, **options)
+    chart.add_tools(*tools)
+    chart.toolbar.update(logo=None, autohide=True)
     tagged(
         chart,
         {"background_fill_color": "paper", "border_fill_color": "paper", "outline_line_color": "line"},

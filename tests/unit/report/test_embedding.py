@@ -14,9 +14,9 @@ from drillid.report.charts.style import new_chart, source
 def charts() -> dict[str, object]:
     """Charts with what pages have: glyphs, an image with its colour bar, tools, shared ranges, and changed lists."""
     depths, data = Range1d(0, 1), source({"x": np.arange(3.0), "y": np.arange(3.0)}, {"y": "depth"})
-    first = new_chart(None, 200, title="First", y_range=depths, tools="pan,reset")
+    first = new_chart(None, 200, title="First", y_range=depths, tools=("pan", "reset"))
     first.scatter("x", "y", source=data, legend_label="points")
-    second = new_chart(None, 200, title="Second", y_range=depths, tools="box_zoom")
+    second = new_chart(None, 200, title="Second", y_range=depths, tools=("box_zoom",))
     mapper = LinearColorMapper("Viridis256", low=0.0, high=1.0)
     second.image(image=[np.eye(3, dtype=np.float32)], x=0, y=0, dw=1, dh=1, color_mapper=mapper)
     second.add_layout(ColorBar(color_mapper=mapper), "right")
