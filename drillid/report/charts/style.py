@@ -155,6 +155,7 @@ def new_chart(width: int | None, height: int, tools: Iterable[Tool | str], **opt
     Parameters
     ----------
     width : pixels; None to fill the page's column
+    tools : models, or Bokeh's names of them
     options : of `bokeh.plotting.figure`
     """
     sizes: dict[str, Any] = {"width": width} if width else {"sizing_mode": "stretch_width"}
