@@ -62,6 +62,8 @@ class DataSheet:
     """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
     control_interval: float = np.nan
     """s, at which the control reads the speed and holds its command; NaN where data sheets are silent."""
+    control_interval_relative: float = 0.03
+    """Relative standard uncertainty of it."""
 
     @property
     def equipment(self) -> KnownEquipment:
@@ -142,12 +144,16 @@ def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
     return replace(sheet, controller=controller, gain_errors=(float(errors[0]), float(errors[1])))
 
 
+_SHOWN = 1e-3
+"""Relative standard uncertainty of an interval that rows show: at least ten times what a window of them gives."""
+
+
 def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
     """The data sheet with the interval of the control that the windows' logs show, NaN where one does not."""
     shown = np.array(held)[np.isfinite(held)]
     if np.isfinite(sheet.control_interval) or not shown.size:
         return sheet
-    return replace(sheet, control_interval=float(np.median(shown)))
+    return replace(sheet, control_interval=float(np.median(shown)), control_interval_relative=_SHOWN)
 
 
 def stored_controller(fit: xr.Dataset) -> Controller:

@@ -64,8 +64,8 @@ Student's t with STUDENT_TAIL degrees of freedom."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _INTERVAL = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 0.01
 INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
-_INTERVAL_ERROR = 0.03, 1e-3
-"""Relative standard uncertainty of the control's interval, and the least one."""
+_INTERVAL_ERROR = 1e-3
+"""Least standard uncertainty of the control's interval."""
 _HOLD, _HOLD_ERROR = 1e-4, 0.02
 """Standard error of what is folded, in squares of the interval: its formula is that of the top drive's inertia, and the
 string below adds a tenth of that to the load, of which an interval's square by six is folded."""
@@ -170,9 +170,10 @@ class SetModel:
         error = [1.5, np.log(3.0), sheet.length_relative, relative]
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
-        interval, (relative, least) = self.control_interval / _INTERVAL, _INTERVAL_ERROR
-        folded = max(_HOLD_ERROR * (_INTERVAL * interval) ** 2 / _HOLD, least)
-        mean, error = [*mean, interval, 0.0, 0.0], [*error, max(relative * interval, least), folded, folded]
+        interval = self.control_interval / _INTERVAL
+        folded = max(_HOLD_ERROR * (_INTERVAL * interval) ** 2 / _HOLD, _INTERVAL_ERROR)
+        off = max(sheet.control_interval_relative * interval, _INTERVAL_ERROR)
+        mean, error = [*mean, interval, 0.0, 0.0], [*error, off, folded, folded]
         return np.array(mean), np.minimum(error, _WIDE)
 
     @property
