@@ -59,10 +59,10 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
         all_causes=True,
         rejected=base_model_rejected(model, base),
     )
-    most = fitted_causes[0].log_evidence if fitted_causes else 0.0
+    most, nearest = (fitted_causes[0].log_evidence, fitted_causes[0].name) if fitted_causes else (0.0, "")
     fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
     if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
-        return _unknown(examination, max(before.unknown_evidence, most))
+        return _unknown(examination, max(before.unknown_evidence, most), nearest=nearest if most > 0 else "")
     detected = _with_own_detections(fitted_causes, examination.detections)
     first = cause_posterior(detected, before.unknown_evidence, examination.base_rates)
     best = first.best
