@@ -45,6 +45,12 @@ def test_a_control_that_reads_seldom_is_no_cause(evidence: Evidence) -> None:
     assert [verdict.verdict for verdict in examination.verdicts] == ["none"]
 
 
+def test_rows_tell_the_interval_as_closely_as_they_say(evidence: Evidence) -> None:
+    sheet = evidence.data_sheet
+    assert sheet.control_interval_relative < 0.01
+    assert sheet.control_interval == pytest.approx(INTERVAL, rel=sheet.control_interval_relative)
+
+
 def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> None:
     sheet = replace(evidence.data_sheet, control_interval=np.nan)
     model, fit = fit_base(replace(evidence, data_sheet=sheet))
