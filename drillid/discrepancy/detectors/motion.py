@@ -15,7 +15,7 @@ from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
-from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
+from drillid.discrepancy.detectors.tone import strongest_line, swings_in_limit_cycle
 from drillid.physics.bottom_end import bit_load
 from drillid.physics.line import chain_entries, input_admittance, speed_ratio
 from drillid.physics.top_drive import drive
@@ -35,6 +35,8 @@ _ENDS_S = 20.0
 _LEAST_BLOCKS = 4
 _STANDING = 0.15
 """Speed, as a share of the mean, below which the bit counts as standing."""
+_TURNS_BACK = 1.0
+"""Swing of the bit per mean speed from which it turns backward; the rock, which only resists, holds it instead."""
 _BETWEEN_FLANKS = 0.15
 """Torque, as a share of its standard deviation, below which a gear may be between its flanks."""
 _ABOVE_GEAR = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -124,18 +126,24 @@ class WeakeningWallDetector(Detector):
 
 
 class StandingBitDetector(Detector):
-    """A bit that dwells at standstill."""
+    """A bit that dwells at standstill, or swings so far in a limit cycle that it would turn backward otherwise."""
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Score of the time at standstill, None where there is hardly any; the size is the swing per mean speed."""
+        """Score of the time at standstill or of the limit cycle's line, None where there is hardly any of either; the
+        size is the swing per mean speed.
+        """
         residual = inspection.residual
         mean = float(residual.speed.mean())
         speed = _inner(residual, mean + inspection.cached(Motion).below(1.0)[0])
-        normal = _dwelling(residual, speed, _STANDING * abs(mean))
-        if normal is None:
-            return None
         swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
-        return Score(normal, swing, 0.1 * swing, max(normal, 0.0) ** 2 / 2)
+        dwelling = _dwelling(residual, speed, _STANDING * abs(mean))
+        normals = [] if dwelling is None else [dwelling]
+        line = inspection.cached(strongest_line)
+        if line is not None and swing > _TURNS_BACK and swings_in_limit_cycle(inspection):
+            normals.append(line.score.normal)
+        if not normals:
+            return None
+        return Score(max(normals), swing, 0.1 * swing, max(*normals, 0.0) ** 2 / 2)
 
 
 class BacklashDetector(Detector):
