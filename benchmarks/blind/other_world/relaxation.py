@@ -51,7 +51,7 @@ def relaxing_drag() -> Relaxations:
 
 @functools.cache
 def relaxing_hysteresis() -> Relaxations:
-    """`hysteresis`, to 0.005 from 0.05 to 5 Hz; its constant, of steel that has relaxed, is negative."""
+    """`hysteresis`, to 0.008 from 0.05 to 5 Hz; its constant, of steel that has relaxed, is negative."""
     return _fitted(hysteresis, np.ones_like, least=-np.inf)
 
 

@@ -131,8 +131,7 @@ class _CauseFitter:
     base: SetFit
     extensions: tuple[Extension, ...]
     several_starts: bool
-    """Whether fits start from several sizes as well, at the base fit and at the data sheets, than zero at the base fit.
-    """
+    """Whether fits also start from usual sizes, at the base fit and at the data sheets, and not only from size zero."""
     known: dict[tuple[str, float], FittedCause] = field(default_factory=dict)
     """Fits so far, by cause and shape."""
 

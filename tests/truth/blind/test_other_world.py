@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.blind.other_world.elements import modes, propagator
+from benchmarks.blind.other_world.relaxation import hysteresis, relaxing_drag, relaxing_hysteresis
 from benchmarks.blind.other_world.rig import (
     FALLS,
     Blades,
@@ -140,6 +141,16 @@ VARIANTS = {
 def test_each_part_of_a_rig_has_its_closed_form(name: str) -> None:
     window, tolerance = VARIANTS[name]
     assert rms(deviation(window)) < tolerance
+
+
+def test_relaxations_are_their_laws_in_the_band_and_give_no_energy() -> None:
+    s = 2j * np.pi * np.geomspace(0.05, 5.0, 100)
+    drag, steel = relaxing_drag(), relaxing_hysteresis()
+    np.testing.assert_allclose(drag(s), np.sqrt(s), rtol=2.5e-3)
+    np.testing.assert_allclose(steel(s), hysteresis(s), atol=8e-3)
+    everywhere = 2j * np.pi * np.geomspace(1e-4, 1e4, 200)
+    assert (drag(everywhere).real > 0).all()
+    assert (steel(everywhere).imag > 0).all()
 
 
 @pytest.mark.parametrize("fall", FALLS)
