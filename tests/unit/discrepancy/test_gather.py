@@ -116,3 +116,7 @@ def test_a_band_counts_in_all_windows_or_in_none(of_well: Evidence, healthy: Pro
     assert used[:, 10].all()
     assert not used[:, 20].any()
     assert used[:, 30].tolist() == [False, True, True, True]
+    gate[:] = Gate.TOO_INCOHERENT
+    gate[2, 40] = Gate.USED
+    used = assembled(mobility, of_well.operating_points, of_well.data_sheet, of_well.fitted, ()).used
+    assert np.argwhere(used).tolist() == [[2, 40]]
