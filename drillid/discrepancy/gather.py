@@ -142,8 +142,8 @@ def assembled(
 def _used(gate: Integers) -> Booleans:
     """Which frequencies of the windows (W, F) count: those of bands that most windows find coherent, in all of them.
 
-    A band near the limit passes in windows in which it happens to be coherent; to choose these would choose noise. Where
-    no band passes in most windows, each window has its own.
+    A band near the limit passes in windows in which it happens to be coherent; to choose these would choose noise.
+    Where no band passes in most windows, each window has its own.
     """
     incoherent, coherent = gate == Gate.TOO_INCOHERENT, gate == Gate.USED
     passing = coherent.sum(axis=0) > incoherent.sum(axis=0)
