@@ -236,9 +236,10 @@ CONTENDER = Rule(
 )
 OUT_OF_REACH = Rule(
     20.0,
-    "cost above the least known from which a fit is stopped",
+    "cost above the least known from which a fit is stopped, and cost of an extended model's pulls off the data sheet "
+    "from which it explains nothing",
     "e⁻²⁰ of the posterior is neglected",
-    "make blind: accuracy_at_2x",
+    "make blind: accuracy_at_2x; " + _ENGINE + "test_what_the_catalogue_lacks_has_no_name_of_another",
 )
 SHAPES_WITHIN = Rule(
     2.0,

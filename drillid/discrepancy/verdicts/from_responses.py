@@ -20,6 +20,7 @@ from drillid.discrepancy.rules import (
     DISTINCT,
     LEFT_CHI2,
     LEFT_UNEXPLAINED,
+    OUT_OF_REACH,
     PAIR_FIRST_WITHIN,
     PLACE_CONFIDENCE,
     REJECTED_CHI2,
@@ -75,6 +76,8 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
     total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
     above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * _residuals(model)
     is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
+    # residuals may be at the noise because data sheets are not believed
+    is_incomplete = is_incomplete or _pulls_cost(chosen[-1][1].fit) > OUT_OF_REACH
     if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or is_incomplete:
@@ -109,7 +112,12 @@ def _refuted(examination: Examination, cause: str) -> bool:
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return 0.5 * float(np.sum(base.pulls**2)) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
+    return _pulls_cost(base) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
+
+
+def _pulls_cost(fit: SetFit) -> float:
+    """Cost of coordinates that lie off their data sheets."""
+    return 0.5 * float(np.sum(fit.pulls**2))
 
 
 def _residuals(model: SetModel) -> int:
