@@ -26,6 +26,8 @@ _CONTRADICTION = 4.0
 """Standard deviations between log and data sheets that tolerances do not explain."""
 _LEAST_GAIN_ERROR = 1e-9
 """N m s/rad or N m/rad, in place of zero."""
+_SHOWN_INTERVAL_ERROR = 1e-3
+"""Relative, of an interval of the control that rows show: at least ten times what a window of them gives."""
 CLOCK_ERROR = 0.002
 """s, usual offset between the clocks of speed and torque."""
 COMMAND_BANDS = 40
@@ -144,16 +146,12 @@ def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
     return replace(sheet, controller=controller, gain_errors=(float(errors[0]), float(errors[1])))
 
 
-_SHOWN = 1e-3
-"""Relative standard uncertainty of an interval that rows show: at least ten times what a window of them gives."""
-
-
 def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
     """The data sheet with the interval of the control that the windows' logs show, NaN where one does not."""
     shown = np.array(held)[np.isfinite(held)]
     if np.isfinite(sheet.control_interval) or not shown.size:
         return sheet
-    return replace(sheet, control_interval=float(np.median(shown)), control_interval_relative=_SHOWN)
+    return replace(sheet, control_interval=float(np.median(shown)), control_interval_relative=_SHOWN_INTERVAL_ERROR)
 
 
 def stored_controller(fit: xr.Dataset) -> Controller:

@@ -40,12 +40,6 @@ class Mesh:
     root: Floats
     """Coefficients of the drag that grows as √frequency."""
 
-    @property
-    def steady_drag(self) -> Floats:
-        """Torque on each node (nodes,) per speed of steady rotation, N m s/rad."""
-        relaxed = relaxing_drag().constant if self.root.any() else 0.0
-        return np.asarray((self.viscous + relaxed * self.root).sum(axis=1), dtype=float)
-
 
 def mesh(string: tuple[Piece, ...], top_inertia: float, element: float = ELEMENT) -> Mesh:
     """Elements of a string with a lump of inertia (kg m²) at its top, none longer than `element` (m)."""
@@ -103,6 +97,11 @@ class Modes:
     def elastic(self) -> Floats:
         """Frequencies of the elastic modes, (E,) rad/s."""
         return self.frequency[1:]
+
+    @property
+    def steady_drag(self) -> Floats:
+        """Torque on each node (nodes,) per speed of steady rotation, N m s/rad."""
+        return np.asarray((self.mesh.viscous + self.drag.constant * self.mesh.root).sum(axis=1), dtype=float)
 
     def ports(self, places: Floats) -> Floats:
         """Shapes at places along the string (m), by linear interpolation within elements, (places, N)."""

@@ -147,7 +147,7 @@ def _steady(window: Window, now: Modes, inputs: Inputs, memory: Floats) -> float
     rub = [contact.friction.level(window.speed) for contact in window.contacts]
     if window.bit_friction is not None:
         rub.append(window.bit_friction.level(window.speed))
-    viscous = float(now.mesh.steady_drag.sum()) + float(inputs.bit_damping[0])
+    viscous = float(now.steady_drag.sum()) + float(inputs.bit_damping[0])
     cut = window.blades.torque if window.blades else 0.0
     load = window.rock.mean + sum(rub) + viscous * window.speed + cut
     memory[[INTEGRAL, DEMAND, TORQUE]] = load / window.drive.gain, load, load
@@ -162,7 +162,7 @@ def _rotation(
     window: Window, now: Modes, string: tuple[Piece, ...], inputs: Inputs, load: float
 ) -> tuple[Floats, Floats]:
     """Speeds of the nodes in steady rotation, and the torques on them."""
-    torque = -now.mesh.steady_drag * window.speed
+    torque = -now.steady_drag * window.speed
     torque[0] += load * window.drive.gain
     torque[-1] -= window.rock.mean + float(inputs.bit_damping[0]) * window.speed
     torque[-1] -= window.blades.torque if window.blades else 0.0

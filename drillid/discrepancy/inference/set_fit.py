@@ -98,6 +98,11 @@ class SetFit:
         return np.sign(self.off_data_sheet) * np.sqrt(2 * off_cost(self.off_data_sheet))
 
     @property
+    def data_sheet_cost(self) -> float:
+        """Part of the cost that coordinates off their data sheets have."""
+        return float(np.sum(off_cost(self.off_data_sheet)))
+
+    @property
     def size_errors(self) -> Floats:
         """Standard errors of the sizes by the curvature."""
         sizes = slice(SHARED, SHARED + self.point.sizes.size)

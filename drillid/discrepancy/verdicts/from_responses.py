@@ -77,7 +77,7 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
     above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * _residuals(model)
     is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
     # residuals may be at the noise because data sheets are not believed
-    is_incomplete = is_incomplete or _pulls_cost(chosen[-1][1].fit) > OUT_OF_REACH
+    is_incomplete = is_incomplete or chosen[-1][1].fit.data_sheet_cost > OUT_OF_REACH
     if any(fit.at_bound for _, fit in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     if before.unknown_evidence > total or is_incomplete:
@@ -112,12 +112,7 @@ def _refuted(examination: Examination, cause: str) -> bool:
 
 def base_model_rejected(model: SetModel, base: SetFit) -> bool:
     """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return _pulls_cost(base) > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
-
-
-def _pulls_cost(fit: SetFit) -> float:
-    """Cost of coordinates that lie off their data sheets."""
-    return 0.5 * float(np.sum(fit.pulls**2))
+    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
 
 
 def _residuals(model: SetModel) -> int:

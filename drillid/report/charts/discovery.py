@@ -19,7 +19,6 @@ _SEGMENT = 0.25
 """Share of the sweep's period that is drawn: where the response is largest."""
 _SMOOTHED = 13
 """Frequencies over which mean squares are smoothed."""
-_TOOLS = ("box_zoom", "pan", "wheel_zoom", "reset")
 
 
 def held_out_chart(results: WellResults, number: int) -> Any | None:
@@ -36,7 +35,7 @@ def held_out_chart(results: WellResults, number: int) -> Any | None:
     margin = TWO_SIDED * np.nan_to_num(float(examined["period_error"])) / RPM
     columns |= {"low": columns["speed"] - margin, "high": columns["speed"] + margin}
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
-    chart = new_chart(None, _HEIGHT, title="Top-drive speed in a held-out window", tools=_TOOLS)
+    chart = new_chart(None, _HEIGHT, title="Top-drive speed in a held-out window")
     drawn(chart, data, VArea(x="time", y1="low", y2="high", fill_alpha=0.25), fill_color="ink")
     measured = drawn(chart, data, Line(x="time", y="speed"), name="measured", line_color="ink")
     for name, words, colour, dash in _models(np.array_equal(columns["base"], columns["extended"])):
@@ -61,7 +60,7 @@ def residual_chart(results: WellResults, number: int) -> Any:
     columns = {"frequency": frequency, "base": before, "extended": after}
     data = source({name: values[inside].astype(np.float32) for name, values in columns.items()}, {})
     title, logarithmic = "Residuals: mean square per noise variance", {"x_axis_type": "log", "y_axis_type": "log"}
-    chart = new_chart(None, _HEIGHT, title=title, tools=_TOOLS, **logarithmic)
+    chart = new_chart(None, _HEIGHT, title=title, **logarithmic)
     drawn(chart, source({"y": [1.0]}, {}), HSpan(y="y", line_dash="dotted", line_width=1.5), line_color="muted")
     for name, words, colour, dash in _models(np.array_equal(before, after, equal_nan=True)):
         width = 3 if dash == "dashed" else 1.6
@@ -110,7 +109,7 @@ def _law_chart(
 ) -> Any:
     columns = {"place": place, "value": value, "low": value - margin, "high": value + margin}
     data = source({name: values.astype(np.float32) for name, values in columns.items()}, {})
-    chart = new_chart(None, _HEIGHT, title=f"{words[0]}, with its 95 % band", tools=_TOOLS)
+    chart = new_chart(None, _HEIGHT, title=f"{words[0]}, with its 95 % band")
     drawn(chart, data, VArea(x="place", y1="low", y2="high", fill_alpha=0.25), fill_color="ink")
     line = drawn(chart, data, Line(x="place", y="value", line_width=2), line_color="joint")
     rows = [(words[2].split()[0], "@value{0.00}", units[1]), (words[1], "@place{0.0}", units[0])]

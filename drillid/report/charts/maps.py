@@ -44,7 +44,6 @@ _TITLES = {
 }
 _DEPTHS = ("depth", "depth_from", "depth_to", "cell_top", "cell_bottom", "cell_height")
 _MOBILITIES = ("measured", "fitted", "bit_stiff", "bit_controlled", "step_stiff", "step_controlled")
-_TOOLS = ("box_zoom", "pan", "wheel_zoom", "reset")
 
 
 def map_source(results: WellResults, maps: Maps) -> ColumnDataSource:
@@ -79,7 +78,6 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
             y_range=depths,
             x_range=lags if over_time else frequencies,
             x_axis_type="linear" if over_time else "log",
-            tools=_TOOLS,
         )
         points = maps.lag if over_time else maps.frequency
         mapper = _colours(name, maps)
@@ -181,7 +179,7 @@ def spectrum_charts(results: WellResults, spectra: ColumnDataSource, steps: Colu
     bit = _spectrum("Bit mobility", "", frequencies, quantity="mobility", logarithmic=True)
     _line(bit, spectra, "bit_stiff", "top drive clamped", "flag", "dashed")
     _line(bit, spectra, "bit_controlled", "as controlled", "ink", "solid")
-    step = new_chart(None, _SPECTRUM_HEIGHT, title="Bit speed after a torque step", tools=_TOOLS)
+    step = new_chart(None, _SPECTRUM_HEIGHT, title="Bit speed after a torque step")
     label_axis(step.xaxis[0], "Time since the step", unit="s", joint=" ")
     label_axis(step.yaxis[0], "Bit speed per torque", "mobility", joint=" ")
     _line(step, steps, "step_stiff", "top drive clamped", "flag", "dashed", across="lag")
@@ -217,7 +215,6 @@ def _spectrum(
         x_axis_type="log",
         y_axis_type="log" if logarithmic else "linear",
         x_range=frequencies,
-        tools=_TOOLS,
         **({} if y_range is None else {"y_range": y_range}),
     )
     chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))

@@ -25,6 +25,7 @@ settings.serialize_include_defaults.set_value(False)
 FONT = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 ROOM = 0.08
 """Margin of an axis beyond its values, as a share of their spread."""
+_TOOLS = ("box_zoom", "pan", "wheel_zoom", "reset")
 _DIGIT, _OVER, _MOST_TICKS = 6.0, 4.0, 3
 """Pixels of a digit, and those by which a number may leave its axis; numbers of a narrow axis."""
 _LEAST_SPREAD = 0.2
@@ -149,7 +150,7 @@ def _dressed(axis: Any, metric: Mapping[str, Any] | None, oilfield: Mapping[str,
     axis.update(axis_label_standoff=4, major_label_text_font_size="10px", major_label_text_font=FONT)
 
 
-def new_chart(width: int | None, height: int, tools: Iterable[Tool | str], **options: Any) -> Any:
+def new_chart(width: int | None, height: int, tools: Iterable[Tool | str] = _TOOLS, **options: Any) -> Any:
     """An empty chart in the page's colours.
 
     Parameters

@@ -1,5 +1,6 @@
 """Figures of small synthetic wells: all are written, hold the right data, and say what they show."""
 
+import contextlib
 import gc
 import shutil
 import weakref
@@ -81,15 +82,15 @@ def test_every_declared_figure_is_written_and_leaves_memory(wells: tuple[Path, d
     results, made = wells
     drawn: list[weakref.ref[Figure]] = []
     draw = figures.draw
-    with pytest.MonkeyPatch.context() as patch:
-        # what the collector has not come to yet must not be kept for good by the next well
+    # what the collector has not come to yet must not be kept for good by the next well
+    with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as after:
         gc.disable()
+        after.callback(gc.enable)
         patch.setattr(figures, "draw", lambda *what: drawn.append(weakref.ref(figure := draw(*what))) or figure)
         for name in ("one", "gap"):
             assert figures.process(made[name], WellFolders(results, name), SETTINGS) == []
             written = {path.name for path in (results / "figures" / name).iterdir()} - {"memo.txt"}
             assert written == {f"{figure}.png" for figure in FIGURES}
-    gc.enable()
     gc.collect()
     assert len(drawn) == 2 * len(FIGURES)
     assert all(figure() is None for figure in drawn)
