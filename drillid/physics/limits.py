@@ -1,4 +1,4 @@
-"""Limits of a drive, sample by sample."""
+"""Limits of a drive and play of its gear, sample by sample."""
 
 import numpy as np
 
@@ -16,3 +16,27 @@ def rate_limited(series: Floats, steps: Floats) -> Floats:
             current = min(max(series[sample], current - step), current + step)
             limited[row, sample] = current
     return limited
+
+
+@compiled
+def withheld_by_play(torque: Floats, step: float, inertia: float, half_play: float) -> Floats:
+    """What a gear with play adds to the torque that a rigid gear would pass on, (samples,) N m.
+
+    While the teeth are apart it passes none on. When they meet, without rebound, the motor gives back what it gained.
+
+    Parameters
+    ----------
+    torque : (samples,) N m, through a rigid gear
+    step : s, between samples
+    inertia : kg m², above the gear
+    half_play : rad
+    """
+    added = np.empty(torque.size)
+    twist, speed = (half_play if torque[0] >= 0 else -half_play), 0.0
+    for sample in range(torque.size):
+        free = twist + step * (speed + step * torque[sample] / inertia)
+        turned = min(max(free, -half_play), half_play)
+        after = (turned - twist) / step
+        added[sample] = inertia * (speed - after) / step
+        twist, speed = turned, after
+    return added

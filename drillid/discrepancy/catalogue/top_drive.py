@@ -6,7 +6,7 @@ import numpy as np
 
 from drillid.discrepancy.catalogue.cause import Cause, OperatingPoint, Size, WindowModel
 from drillid.discrepancy.detectors.drive import DelayJitterDetector, TorqueLimitDetector, TorqueRateLimitDetector
-from drillid.discrepancy.detectors.motion import BacklashDetector
+from drillid.discrepancy.detectors.gear import BacklashDetector
 
 _LEAST_VARIANCE = 1e-12
 """s², in place of zero, where the square root has no derivative."""

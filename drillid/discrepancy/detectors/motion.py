@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.fft import irfft, rfft
-from scipy.special import ndtr, stdtr
+from scipy.special import stdtr
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
@@ -37,10 +37,6 @@ _STANDING = 0.15
 """Speed, as a share of the mean, below which the bit counts as standing."""
 _TURNS_BACK = 1.0
 """Swing of the bit per mean speed from which it turns backward; the rock, which only resists, holds it instead."""
-_BETWEEN_FLANKS = 0.15
-"""Torque, as a share of its standard deviation, below which a gear may be between its flanks."""
-_ABOVE_GEAR = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""Shares of the top drive's inertia that may lie above the play, as the motor and its gear do."""
 _LEAST_SHARE = 0.005
 """Share of the time about zero below which there are too few data."""
 
@@ -50,7 +46,7 @@ class Motion:
 
     def __init__(self, residual: ResidualRecord) -> None:
         self.residual = residual
-        self.low_pass = _low_pass(residual.frequency, _LOW_PASS)
+        self.low_pass = low_pass(residual.frequency, _LOW_PASS)
         s, top_drive = residual.s, residual.system.top_drive
         speed, command = rfft(_centred(residual.speed)), rfft(_centred(residual.command))
         self.drive_torque: Complex = np.ravel(drive(top_drive, s)) * command
@@ -65,7 +61,7 @@ class Motion:
         Low-passed at 6 Hz; the logged command gives its mean.
         """
         mean = float(self.residual.command.mean())
-        torque = (self.drive_torque - above * self.inertial_torque) * _low_pass(self.residual.frequency, _TOP_LOW_PASS)
+        torque = (self.drive_torque - above * self.inertial_torque) * low_pass(self.residual.frequency, _TOP_LOW_PASS)
         return np.asarray(irfft(torque, self.residual.samples) + mean, dtype=float)
 
     def below(self, share: float) -> tuple[Floats, Complex]:
@@ -95,7 +91,7 @@ class Motion:
         return np.asarray(irfft(speed, residual.samples), dtype=float), transfer
 
 
-def _low_pass(frequency: Floats, band: tuple[float, float]) -> Floats:
+def low_pass(frequency: Floats, band: tuple[float, float]) -> Floats:
     """Low pass that rolls off from 1 to 0 over a band, (line,)."""
     low, high = band
     return np.asarray(np.sin(np.pi / 2 * np.clip((high - frequency) / (high - low), 0.0, 1.0)) ** 2, dtype=float)
@@ -134,41 +130,16 @@ class StandingBitDetector(Detector):
         """
         residual = inspection.residual
         mean = float(residual.speed.mean())
-        speed = _inner(residual, mean + inspection.cached(Motion).below(1.0)[0])
+        speed = inner(residual, mean + inspection.cached(Motion).below(1.0)[0])
         swing = float(np.ptp(np.quantile(speed, [0.025, 0.975]))) / (2 * abs(mean))
-        dwelling = _dwelling(residual, speed, _STANDING * abs(mean))
-        normals = [] if dwelling is None else [dwelling]
+        standing = dwelling(residual, speed, _STANDING * abs(mean))
+        normals = [] if standing is None else [standing]
         line = inspection.cached(strongest_line)
         if line is not None and swing > _TURNS_BACK and swings_in_limit_cycle(inspection):
             normals.append(line.score.normal)
         if not normals:
             return None
         return Score(max(normals), swing, 0.1 * swing, max(*normals, 0.0) ** 2 / 2)
-
-
-class BacklashDetector(Detector):
-    """A torque at the gear that dwells at zero.
-
-    The share of the top drive's inertia above the play is unknown: several are tried, with a Bonferroni correction. The
-    size of the play is unknown as well, as the rotation of the string meanwhile is not recorded.
-    """
-
-    needs_command = True
-
-    def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Score of the time at zero torque; None where there is hardly any, or the rig is in a limit cycle, as turning
-        points of its torque look like play.
-        """
-        if swings_in_limit_cycle(inspection):
-            return None
-        residual, motion = inspection.residual, inspection.cached(Motion)
-        torques = [_inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
-        tried = [_dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
-        normals = [normal for normal in tried if normal is not None]
-        if not normals:
-            return None
-        normal = normal_of_p_value(min(len(normals) * float(ndtr(-max(normals))), 1.0))
-        return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
 
 
 def _curvature(residual: ResidualRecord) -> float:
@@ -182,12 +153,13 @@ def _response_to_squared_speed(motion: Motion, share: float) -> Floats:
     return motion.residual.filtered(-transfer, _centred(speed**2 / 2))
 
 
-def _inner(residual: ResidualRecord, series: Floats) -> Floats:
+def inner(residual: ResidualRecord, series: Floats) -> Floats:
+    """A series (samples,) without its ends, where motion computed from the top needs data from outside the window."""
     ends = round(_ENDS_S * residual.record.rate)
     return series[ends:-ends]
 
 
-def _dwelling(residual: ResidualRecord, series: Floats, width: float) -> float | None:
+def dwelling(residual: ResidualRecord, series: Floats, width: float) -> float | None:
     """Standard normal value of the time spent about zero, in excess of that expected; None where there are few data.
 
     The expected time is extrapolated from two pairs of bands beside zero, as by a parabola.

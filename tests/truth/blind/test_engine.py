@@ -23,6 +23,7 @@ from benchmarks.blind.generator.effects_string import upper_share
 from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.trace import trace
 from benchmarks.blind.judge import Ideals, ideals, judge
+from benchmarks.blind.other_world.cases import plain_case as other_plain_case
 from benchmarks.blind.vocabulary import ERROR_RATE
 from drillid.discrepancy import CATALOGUE
 from drillid.discrepancy.inference import screen
@@ -210,6 +211,13 @@ def test_a_cause_that_never_comes_to_its_threshold_leaves_no_trace(
 ) -> None:
     left = trace(replace(plain_case(seed, 1)[0], hidden=(Hidden(name, size, 0.5),)))
     assert left > 100.0 if acts else left < 0.1
+
+
+@pytest.mark.parametrize(("play", "verdict"), [(0.1, "gear_backlash"), (1e-7, "none")])
+def test_play_is_named_by_a_speed_measured_below_the_gear(play: float, verdict: str) -> None:
+    case = replace(other_plain_case(52008, 1)[0], hidden=(Hidden("gear_backlash", play, 0.5),), command_logged=True)
+    found = examine(evidence_of(case), error_rate=ERROR_RATE, seed=case.seed)
+    assert [one.verdict for one in found.verdicts] == [verdict]
 
 
 def test_where_no_cause_has_a_threshold_no_trace_is_known() -> None:

@@ -24,7 +24,7 @@ from drillid.discrepancy.detectors.score import score, whitened
 from drillid.discrepancy.gather import all_detections
 from drillid.errors import EstimationError
 from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
-from drillid.physics.limits import rate_limited
+from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.nonlinear import Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, Weakening
 from drillid.physics.parameters import DAMPING_BHA
 from drillid.simulation.recorder import Recorder, Tone
@@ -401,6 +401,24 @@ def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None
 def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
     plain = records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)
     assert max(detections_of(record)["gear_backlash"].score for record in plain) < 3
+
+
+def test_teeth_part_for_as_long_as_the_motor_takes_to_cross_the_play() -> None:
+    torque, inertia, play, step = 50.0, 400.0, 0.1, 1e-3
+    reversed_at, samples = 500, 3000
+    series = np.where(np.arange(samples) < reversed_at, torque, -torque)
+    withheld = withheld_by_play(series, step, inertia, play / 2)
+    apart = np.flatnonzero(withheld)
+    assert apart[0] == reversed_at
+    assert apart.size * step == pytest.approx(np.sqrt(2 * play * inertia / torque), abs=2 * step)
+    assert withheld[apart[:-2]] == pytest.approx(torque)
+    # when the teeth meet, the motor gives back what it gained
+    assert withheld.sum() == pytest.approx(0.0, abs=1e-6 * torque / step)
+
+
+def test_a_torque_that_keeps_its_sign_holds_the_teeth_together() -> None:
+    assert not withheld_by_play(np.array([3.0, 1.0, 2.0]), 0.1, 100.0, 0.05).any()
+    assert not withheld_by_play(np.array([-3.0, -1.0, -2.0]), 0.1, 100.0, 0.05).any()
 
 
 def test_rate_limit_of_a_step() -> None:

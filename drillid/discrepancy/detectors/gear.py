@@ -1,0 +1,137 @@
+"""Detections of play in the gear of the top drive, by the torque at the gear.
+
+The speed may be measured on either side of the gear. Above it, at the motor, the torque at the gear follows from the
+record and dwells at zero while the teeth are apart. Below it, at the quill, the record gives the torque that a rigid
+gear would pass on and so how the motor turns against the quill once the teeth part. What the gear withholds meanwhile,
+and returns when they meet, is sought in the speed, which responds to it as to the sweep.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.fft import irfft, rfft
+from scipy.ndimage import uniform_filter1d
+from scipy.special import ndtr
+
+from drillid.arrays import Complex, Floats
+from drillid.discrepancy.detectors.detector import Detector, Inspection
+from drillid.discrepancy.detectors.motion import Motion, dwelling, inner, low_pass
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
+from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
+from drillid.physics.limits import withheld_by_play
+
+_BETWEEN_FLANKS = 0.15
+"""Torque, as a share of its standard deviation, below which a gear may be between its flanks."""
+_ABOVE_GEAR = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""Shares of the top drive's inertia that may lie above the play, as the motor and its gear do."""
+_LOW_PASS = (0.6, 0.9)
+"""Roll-off of the low pass on the torque of a rigid gear, as shares of the model's highest frequency."""
+_PLAYS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
+"""rad, tried where the speed is measured below the gear."""
+_ABOVE_PLAY = (0.3, 0.45, 0.6, 0.75, 0.9)
+"""Shares of the inertia above the gear that are tried with each of them."""
+_DRAWS, _STEP, _SMOOTH_HZ = 2, 0.05, 0.5
+"""Disturbances that give the linear part, their size as a share of the torque's standard deviation, and the band, Hz,
+over which it is averaged."""
+
+
+class BacklashDetector(Detector):
+    """Play of the gear, where the torque at it changes sign.
+
+    The share of the inertia above the play is unknown: several are tried, with a correction for the search. The size
+    of the play is not told: above the gear the rotation of the string meanwhile is not recorded, and below it several
+    pairs of play and share explain the record nearly alike.
+    """
+
+    needs_command = True
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
+        """Speed response to what plays would withhold; None where the torque does not change its sign, or the rig is in
+        a limit cycle, as turning points of its torque look like play.
+        """
+        if swings_in_limit_cycle(inspection):
+            return None
+        gear = inspection.cached(Gear)
+        columns = np.concatenate([gear.responses(share, _PLAYS) for share in _ABOVE_PLAY])
+        if not columns.any():
+            return None
+        return Candidate(name, columns, np.full(len(columns), np.nan), one_sided=True)
+
+    def score(self, name: str, inspection: Inspection) -> Score | None:
+        """The clearer of the candidate's score and that of the time at zero torque, corrected for the choice; None
+        where there is neither.
+        """
+        if swings_in_limit_cycle(inspection):
+            return None
+        scores = [each for each in (inspection.scores.get(name), _dwelling_score(inspection)) if each]
+        if len(scores) < 2:
+            return scores[0] if scores else None
+        best = max(scores, key=lambda each: each.normal)
+        normal = normal_of_p_value(min(2 * float(ndtr(-best.normal)), 1.0))
+        return replace(best, normal=normal, log_ratio=max(normal, 0.0) ** 2 / 2)
+
+
+class Gear:
+    """What a gear with play would withhold from a quill whose speed is recorded."""
+
+    def __init__(self, residual: ResidualRecord) -> None:
+        self.residual = residual
+        self.inertia = float(np.ravel(residual.system.top_drive.inertia)[0])
+        low, high = _LOW_PASS
+        self._motion = Motion(residual)
+        self._low_pass = low_pass(residual.frequency, (low * residual.highest, high * residual.highest))
+
+    def responses(self, share: float, plays: Sequence[float]) -> Floats:
+        """Speed (plays, samples) by which plays change the record, less its linear part, rad/s; zero where the torque
+        does not change its sign.
+
+        Parameters
+        ----------
+        share : of the top drive's inertia that is above the gear
+        """
+        lines = (self._motion.drive_torque - share * self._motion.inertial_torque) * self._low_pass
+        torque = irfft(lines, self.residual.samples) + float(self.residual.command.mean())
+        if torque.min() > 0 or torque.max() < 0:
+            return np.zeros((len(plays), self.residual.samples))
+        return np.stack([self._response(torque, share * self.inertia, play / 2) for play in plays])
+
+    def _response(self, torque: Floats, inertia: float, half_play: float) -> Floats:
+        withheld = self._withheld(torque, inertia, half_play)
+        lines = rfft(withheld - withheld.mean())
+        lines -= self._linear_part(torque, inertia, half_play) * rfft(torque - torque.mean())
+        return np.asarray(irfft(lines * self.residual.top_mobility, self.residual.samples), dtype=float)
+
+    def _linear_part(self, torque: Floats, inertia: float, half_play: float) -> Complex:
+        """Mean transfer function (line,) from the torque to what is withheld: its mean derivative.
+
+        As for the limits of a drive, what is left is uncorrelated with Gaussian noise in the torque.
+        """
+        random, lines = np.random.default_rng(0), self.residual.frequency.size
+        product, power = np.zeros(lines, dtype=complex), np.zeros(lines)
+        for _ in range(_DRAWS):
+            disturbance = _STEP * torque.std() * random.standard_normal(torque.size)
+            change = self._withheld(torque + disturbance, inertia, half_play)
+            change -= self._withheld(torque - disturbance, inertia, half_play)
+            spectrum = rfft(disturbance)
+            product += rfft(change / 2) * spectrum.conj()
+            power += np.abs(spectrum) ** 2
+        width = max(3, round(_SMOOTH_HZ / self.residual.frequency[1]))
+        real, imaginary, total = (uniform_filter1d(part, width) for part in (product.real, product.imag, power))
+        return np.asarray((real + 1j * imaginary) / total, dtype=complex)
+
+    def _withheld(self, torque: Floats, inertia: float, half_play: float) -> Floats:
+        return withheld_by_play(torque, 1 / self.residual.record.rate, inertia, half_play)
+
+
+def _dwelling_score(inspection: Inspection) -> Score | None:
+    """Score of the time at zero torque, by the best of several shares; None where there is hardly any."""
+    residual, motion = inspection.residual, inspection.cached(Motion)
+    torques = [inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
+    tried = [dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]
+    normals = [normal for normal in tried if normal is not None]
+    if not normals:
+        return None
+    normal = normal_of_p_value(min(len(normals) * float(ndtr(-max(normals))), 1.0))
+    return Score(normal, np.nan, np.inf, max(normal, 0.0) ** 2 / 2)
