@@ -121,15 +121,15 @@ AMPLITUDE_REACH = Rule(
 )
 UNEVEN_ROWS = Rule(
     2e-4,
-    "standard deviation of the age of a record's rows, s, from which it hides jitter of the drive",
+    "standard deviation of the age of a record's rows, s, from which it may pass for jitter of the drive",
     "three times that of even rows; lines between samples at 22 ms, or a hold of 1 ms, make as much",
-    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew",
+    _DETECTORS + "test_rows_of_different_ages_are_no_jitter",
 )
 STEPPED_ROWS = Rule(
     2e-3,
     "the same, s, from which rows in steps hide a slew of the drive",
     "lines between samples at 50 ms make less, a hold of 7 ms as much",
-    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew",
+    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_no_slew",
 )
 LINE_KEPT = Rule(
     2.0,

@@ -126,6 +126,18 @@ def null_detections(null_records: list[WindowRecord]) -> list[dict[str, Detectio
     return [detections_of(record) for record in null_records]
 
 
+@pytest.fixture
+def _tones_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other cause is looked for."""
+    monkeypatch.setattr(detecting, "detectors", lambda: {"aliased_tone": detectors()["aliased_tone"]})
+
+
+@pytest.fixture
+def _jitter_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other cause is looked for."""
+    monkeypatch.setattr(detecting, "detectors", lambda: {"delay_jitter": detectors()["delay_jitter"]})
+
+
 @pytest.mark.parametrize("cause", ALWAYS)
 def test_scores_are_standard_normal_without_causes(null_detections: list[dict[str, Detection]], cause: str) -> None:
     scores = np.array([detections[cause].score for detections in null_detections])
@@ -219,12 +231,25 @@ def test_delay_jitter() -> None:
     assert _has_size(_plain(records(rig, 60)[0], "delay_jitter"), 0.014**2)
 
 
-def test_rows_that_a_slower_control_wrote_are_neither_jitter_nor_slew() -> None:
+def test_rows_that_a_slower_control_wrote_are_no_slew() -> None:
     (record,) = records(RIG, 5)
-    found = detections_of(of_slower_samples(record, 0.05, held=True))
-    assert "delay_jitter" not in found
-    assert "torque_rate_limit" not in found
-    assert "delay_jitter" not in detections_of(of_slower_samples(record, 0.0275, held=False))
+    assert "torque_rate_limit" not in detections_of(of_slower_samples(record, 0.05, held=True))
+
+
+@pytest.mark.usefixtures("_jitter_alone")
+@pytest.mark.parametrize(("interval", "held"), [(0.0075, True), (0.015, True), (0.05, True), (0.0275, False)])
+def test_rows_of_different_ages_are_no_jitter(null_records: list[WindowRecord], interval: float, *, held: bool) -> None:
+    rows = [of_slower_samples(record, interval, held=held) for record in null_records[:8]]
+    scores = [detection.score for detection in all_detections(rows)]
+    assert np.sum(scores) / np.sqrt(8) < 3
+    assert max(scores) < 3.5
+
+
+def test_jitter_shows_in_rows_of_different_ages() -> None:
+    top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
+    rig = replace(RIG, system=replace(SHALLOW.system, top_drive=top_drive))
+    rows = of_slower_samples(records(rig, 60)[0], 0.0075, held=True)
+    assert _has_size(_plain(rows, "delay_jitter"), 0.014**2)
 
 
 def test_once_per_revolution() -> None:
@@ -336,12 +361,6 @@ def test_harder_rock_is_no_cause_and_hides_none() -> None:
 def test_a_tone_is_a_line(null_records: list[WindowRecord]) -> None:
     tone = Recorder(SAMPLE_INTERVAL, tones=(Tone(8.3137, 0.002),))
     assert detections_of(recorded(null_records[0], tone))["line"].score > 4
-
-
-@pytest.fixture
-def _tones_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No other cause is looked for."""
-    monkeypatch.setattr(detecting, "detectors", lambda: {"aliased_tone": detectors()["aliased_tone"]})
 
 
 @pytest.mark.usefixtures("_tones_alone")
