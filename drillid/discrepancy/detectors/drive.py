@@ -124,7 +124,7 @@ class TorqueRateLimitDetector(LimitDetector):
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """As for any limit, in even rows; else None."""
-        return None if inspection.logged.time_error > STEPPED_ROWS else super().candidate(name, inspection)
+        return None if inspection.residual.time_error > STEPPED_ROWS else super().candidate(name, inspection)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Constant slopes of the logged command, where it is logged behind its limit, in even rows; else None."""
