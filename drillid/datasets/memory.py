@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,8 @@ class WellReadOnce(WellFolders):
     opened: dict[tuple[str, str], xr.Dataset] = field(default_factory=dict)
     """By stage and name."""
 
-    def read(self, stage: str, name: str) -> xr.Dataset:
-        """A dataset; see `WellFolders.read`."""
+    def read(self, stage: str, name: str, variables: Collection[str] | None = None) -> xr.Dataset:
+        """A dataset with all of its variables; see `WellFolders.read`."""
         if (stage, name) not in self.opened:
             self.opened[stage, name] = super().read(stage, name)
         return self.opened[stage, name]
@@ -42,8 +42,8 @@ class WellInMemory(WellFolders):
     tables: dict[tuple[str, str], str] = field(default_factory=dict)
     """The same for tables, as CSV."""
 
-    def read(self, stage: str, name: str) -> xr.Dataset:
-        """A dataset that a stage wrote; a copy, so that nobody changes what another reads."""
+    def read(self, stage: str, name: str, variables: Collection[str] | None = None) -> xr.Dataset:
+        """A dataset that a stage wrote with all of its variables; a copy, so that nobody changes what another reads."""
         return self.datasets[stage, name].copy()
 
     def earlier(self, stage: str, name: str) -> None:

@@ -4,7 +4,7 @@ import contextlib
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -68,15 +68,19 @@ class WellFolders:
         """Folder of what the stage made of this well before, while it is made again."""
         return self.results / stage / ".previous" / self.well
 
-    def read(self, stage: str, name: str) -> xr.Dataset:
+    def read(self, stage: str, name: str, variables: Collection[str] | None = None) -> xr.Dataset:
         """Open a dataset lazily; a long series without an index of its times, which would load all of them.
+
+        Parameters
+        ----------
+        variables : those to open, which takes less time where there are few; by default all
 
         Raises
         ------
         DamageError
             If a file of it is missing or has changed, at once or when its values are read.
         """
-        return _opened(self.stage(stage), stage, name)
+        return _opened(self.stage(stage), stage, name, variables)
 
     def earlier(self, stage: str, name: str) -> xr.Dataset | None:
         """The same of what the stage made before, for rows that need not be made again; None where there is none."""
@@ -220,15 +224,16 @@ def _rename(temporary: Path, path: Path) -> None:
     os.replace(temporary, path)
 
 
-def _opened(folder: Path, stage: str, name: str) -> xr.Dataset:
+def _opened(folder: Path, stage: str, name: str, variables: Collection[str] | None = None) -> xr.Dataset:
     from drillid.datasets.checked_store import CheckedStore
     from drillid.datasets.direct import without_threads
 
     long = "time" in DATASETS[name].variables
     store = CheckedStore(folder / f"{name}.zarr", stage)
+    dropped = [] if variables is None else [each for each in DATASETS[name].variables if each not in variables]
     # without dask, whose graph takes longer than the reading of a window's samples
     with without_threads():
-        dataset: xr.Dataset = xr.open_zarr(store, chunks=None, create_default_indexes=not long)
+        dataset: xr.Dataset = xr.open_zarr(store, chunks=None, create_default_indexes=not long, drop_variables=dropped)
     return dataset
 
 

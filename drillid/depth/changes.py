@@ -114,7 +114,7 @@ def _windows(folders: WellFolders) -> dict[str, list[Any]]:
     """End, depths and content of each window by its start; times in ns since 1970."""
     if not folders.has("windows", "windows"):
         return {}
-    windows = folders.read("windows", "windows")
+    windows = folders.read("windows", "windows", ("start", "end", "depth_from", "depth_to"))
     start, end = (windows[name].values.astype("datetime64[ns]").astype(np.int64) for name in ("start", "end"))
     depths = ([_or_none(depth) for depth in windows[name].values.tolist()] for name in ("depth_from", "depth_to"))
     rows = zip(end.tolist(), *depths, strict=True)

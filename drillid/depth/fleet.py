@@ -21,9 +21,8 @@ def write_fleet(results: Path, wells: Sequence[str]) -> None:
     for well in wells:
         folders = WellFolders(results, well)
         if folders.has("depth", "depth"):
-            depth = folders.read("depth", "depth")
-            chosen = depth[[name for name in FLEET.variables if name in depth.variables]].load()
-            row = chosen.reset_coords().rename_dims(depth="row").drop_vars("row", errors="ignore")
+            depth = folders.read("depth", "depth", FLEET.variables).load()
+            row = depth.reset_coords().rename_dims(depth="row").drop_vars("row", errors="ignore")
             name = depth.attrs.get("well", well)
             tables.append(row.assign(well=("row", np.full(depth.sizes["depth"], name, dtype=object))))
     fleet = xr.concat(tables, "row", join="exact") if tables else FLEET.empty()

@@ -18,6 +18,8 @@ LEARNT = "learnt.csv"
 COLUMNS = ("well", "rig", "from_m", "to_m", "resembles", "gain_nats", "same_as", "least_p_value", "sentence")
 """Of the fleet's table; `same_as` holds the other wells with the same, joined by '|', and `least_p_value` the smallest
 p-value of these being the same."""
+_OF_SET = ("from_m", "to_m", "fingerprint")
+"""What is read of a well's examination."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +43,11 @@ def learnt_in(folders: WellFolders) -> list[LearntInWell]:
     """What is stored of the extensions that a well was offered."""
     if not folders.has("discrepancy", "examination"):
         return []
-    examination = folders.read("discrepancy", "examination")
+    examination = folders.read("discrepancy", "examination", _OF_SET)
     well, rig = (str(examination.attrs.get(name, folders.well)) for name in ("well", "rig"))
     found = []
     for number in np.flatnonzero(examination["fingerprint"].values != ""):
-        of_set = examination[["from_m", "to_m", "fingerprint"]].isel(set=number)
+        of_set = examination.isel(set=number)
         content = json.loads(str(of_set["fingerprint"].values))
         begin, end = (float(of_set[name].values) for name in ("from_m", "to_m"))
         found.append(LearntInWell(well, rig, begin, end, Fingerprint.of(content)))
