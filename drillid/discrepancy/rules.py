@@ -113,6 +113,12 @@ LEAST_MISSING_SHARE = Rule(
     "a limit withholds all of the missing torque: a smaller share is due to another cause",
     "make blind: detections_named",
 )
+MOST_MISSING_SHARE = Rule(
+    4.0,
+    "amplitude from which missing torque is due to another cause, 1 being all of it",
+    "limits and plays that are tried lie so close that the nearest has an amplitude from 0.4 to 2.5",
+    _DETECTORS + "test_hardly_any_missing_torque_is_no_evidence",
+)
 AMPLITUDE_REACH = Rule(
     3.0,
     "standard errors within which the amplitude must reach that share",
@@ -121,9 +127,9 @@ AMPLITUDE_REACH = Rule(
 )
 UNEVEN_ROWS = Rule(
     2e-4,
-    "standard deviation of the age of a record's rows, s, from which it may pass for jitter of the drive",
+    "standard deviation of the age of a record's samples, s, from which it hides jitter of the drive",
     "three times that of even rows; lines between samples at 22 ms, or a hold of 1 ms, make as much",
-    _DETECTORS + "test_rows_of_different_ages_are_no_jitter",
+    _DETECTORS + "test_in_rows_of_different_ages_no_jitter_is_sought",
 )
 STEPPED_ROWS = Rule(
     2e-3,

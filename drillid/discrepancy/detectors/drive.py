@@ -19,7 +19,7 @@ from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.detectors.delivered import limit_by_delivery
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
-from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, without
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
 from drillid.physics.limits import rate_limited
 from drillid.records.quality import quantisation_step
@@ -143,7 +143,9 @@ class DelayJitterDetector(Detector):
     excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Regression of the noise power on the square of the command's slope."""
+        """Regression of the noise power on the square of the command's slope; None where the samples are as uneven."""
+        if inspection.residual.time_error > UNEVEN_ROWS:
+            return None
         return jitter_score(inspection.residual, inspection.unexplained)
 
 
@@ -209,7 +211,7 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
 
     A delay in error by ξ makes a torque error of ξ times the command's slope. The noise power, weighted towards the
     frequencies at which jitter is most visible, is regressed on the square of that part of the slope that is periodic
-    with the sweep, which is free of noise. Where rows are of different ages, what that adds is a second regressor.
+    with the sweep, which is free of noise.
 
     Parameters
     ----------
@@ -221,32 +223,31 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
     sensitivity = np.where(inside, np.abs(residual.mobility) ** 2 * samples / residual.noise, 0.0)
     weight = np.sqrt(sensitivity / sensitivity.max())
     power = residual.filtered(weight * np.sqrt(samples / residual.noise) * inside, unexplained * residual.taper) ** 2
-    uneven = residual.time_error > UNEVEN_ROWS
-    regressors = [residual.periodic_slope(residual.command) ** 2, *([residual.row_noise] if uneven else [])]
+    slope = residual.filtered(residual.s, residual.command - residual.command.mean())
+    periodic_slope = slope - residual.without_sweep(slope)
     size_block = round(_BLOCK_S * rate)
     count = samples // size_block
     blocks = [
         values[: count * size_block].reshape(count, -1).mean(axis=1)
-        for values in (power, residual.taper**2, *(each * residual.taper**2 for each in regressors))
+        for values in (power, periodic_slope**2 * residual.taper**2, residual.taper**2)
     ]
-    response, untapered, regressor, *rows = (values[blocks[1] > 1 - 1e-6] for values in blocks)
-    others = np.stack([untapered, *rows])
+    untapered = blocks[2] > 1 - 1e-6
+    response, regressor = blocks[0][untapered], blocks[1][untapered]
     gain = 2 / samples * float(np.sum(weight**2 * sensitivity)) * _HOLD_S * rate / residual.inflation
-    coefficient, error = _regression(without(regressor, others), without(response, others))
+    coefficient, error = _regression(regressor - regressor.mean(), response)
     ratio = coefficient / error
-    normal = normal_of_p_value(float(stdtr(response.size - 1 - len(others), -ratio)))
+    normal = normal_of_p_value(float(stdtr(response.size - 2, -ratio)))
     return Score(normal, coefficient / gain, error / gain, max(normal, 0.0) ** 2 / 2)
 
 
 def _regression(regressor: Floats, response: Floats) -> tuple[float, float]:
-    """Slope of a response on a regressor, both less their projections on others, and its standard error, robust to
-    heteroscedasticity and autocorrelation.
+    """Slope on a centred regressor, and its standard error robust to heteroscedasticity and autocorrelation.
 
     Autocovariances are weighted after Newey and West (1987, Econometrica 55, 703–708).
     """
     energy = float(regressor @ regressor)
     slope = float(regressor @ response) / energy
-    residual = response - slope * regressor
+    residual = response - response.mean() - slope * regressor
     leverage = 1 / regressor.size + regressor**2 / energy
     products = regressor * residual / (1 - leverage)
     total = float(products @ products)

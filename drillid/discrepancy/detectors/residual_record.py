@@ -41,8 +41,6 @@ _MOST_POWER, _SMOOTH = 0.95, 1.5
 """Share of the sweep's power that lies below its highest frequency, and how far above that its edges reach."""
 _BLOCK_S = 4.0
 """s, over which the rough part of the sweep is compared with its slope."""
-_LEAST_ROUGH = 1e-3
-"""Share of its mean below which the rough part of a block counts as so much."""
 _MOST_STEPS = 4
 """Largest number of torque steps subtracted from a window; a torque that steps more often is no change of rock."""
 
@@ -173,43 +171,15 @@ class ResidualRecord:
         Rows that hold the last sample of a slower control, or lie on lines between its samples, are of different ages.
         The median over blocks leaves out the jump at the end of a sweep's period.
         """
-        rough, steep = self._in_blocks(self.rough_sweep), self._in_blocks(self._sweep_slopes[0])
-        return float(np.sqrt(np.median(rough / np.maximum(steep, np.finfo(float).tiny))))
-
-    @cached_property
-    def row_noise(self) -> Floats:
-        """Mean square (samples,) of what the age of the rows adds to the speed, rad²/s², up to a factor.
-
-        Rows that hold an older sample are off in proportion to the slope, rows on lines between samples to the
-        curvature. How much of either there is shows in the sweep, by non-negative least squares (Lawson and Hanson
-        1974, Solving Least Squares Problems, chapter 23).
-        """
-        from scipy.optimize import nnls
-
-        steep = np.stack([self._in_blocks(series) for series in self._sweep_slopes], axis=1)
-        rough, scale = self._in_blocks(self.rough_sweep), steep.mean(axis=0)
-        relative = 1 / np.maximum(rough, _LEAST_ROUGH * rough.mean())
-        shares = nnls(steep / scale * relative[:, None], rough * relative)[0] / scale
-        slope = self.periodic_slope(self.speed)
-        return np.asarray(shares[0] * slope**2 + shares[1] * self.periodic_slope(slope) ** 2, dtype=float)
-
-    def periodic_slope(self, series: Floats) -> Floats:
-        """Slope of a series (samples,), in the model's band, of its part that is periodic with the sweep."""
-        slope = self.filtered(self.s * (self.frequency <= self.highest), series - series.mean())
-        return np.asarray(slope - self.without_sweep(slope), dtype=float)
-
-    @cached_property
-    def _sweep_slopes(self) -> tuple[Floats, Floats]:
-        """Slope and curvature (samples,) of the tapered sweep in its own band."""
         lines, smooth = self._sweep_lines
-        slope, curvature = (irfft(lines * self.s**order * smooth, self.samples) for order in (1, 2))
-        return slope, curvature
-
-    def _in_blocks(self, series: Floats) -> Floats:
-        """Mean square (blocks,) of a series (samples,) over whole blocks."""
+        slope = irfft(lines * self.s * smooth, self.samples)
         length = max(1, min(round(_BLOCK_S * self.record.rate), self.samples))
         count = self.samples // length
-        return np.asarray(np.mean(series[: count * length].reshape(count, length) ** 2, axis=1), dtype=float)
+        rough, steep = (
+            np.mean(series[: count * length].reshape(count, length) ** 2, axis=1)
+            for series in (self.rough_sweep, slope)
+        )
+        return float(np.sqrt(np.median(rough / np.maximum(steep, np.finfo(float).tiny))))
 
     @cached_property
     def rough_sweep(self) -> Floats:

@@ -12,7 +12,7 @@ from scipy.special import fdtrc, ndtr, ndtri, stdtr
 from drillid.arrays import Floats, Indices
 from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
-from drillid.discrepancy.rules import AMPLITUDE_REACH, LEAST_BLOCKS, LEAST_MISSING_SHARE, TAIL
+from drillid.discrepancy.rules import AMPLITUDE_REACH, LEAST_BLOCKS, LEAST_MISSING_SHARE, MOST_MISSING_SHARE, TAIL
 
 _BLOCK_S = 4.0
 _DRAWS = 4000
@@ -106,8 +106,9 @@ def score(
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
     supported = blocks >= LEAST_BLOCKS
     if candidate.settings is not None:
-        # a limit withholds all of the missing torque: an amplitude far below 1 belongs to another cause
+        # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
         supported &= amplitude + AMPLITUDE_REACH * deviation > LEAST_MISSING_SHARE
+        supported &= amplitude < MOST_MISSING_SHARE
     usable = usable[supported]
     amplitude, deviation, blocks = (values[supported] for values in (amplitude, deviation, blocks))
     by_shape = np.full((columns.shape[0], 2), np.nan)
