@@ -1,4 +1,6 @@
-"""Rows that show the samples of a slower control, held or on lines between them, as the samples themselves."""
+"""Rows that show the samples of a control that is not in step with them, as the samples themselves: held, on lines
+between slower samples, or each the last one of a faster control.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from drillid.arrays import Floats
+from drillid.records.aged_rows import aged_samples
 from drillid.records.held_rows import held_samples
 from drillid.records.interpolated_rows import line_samples
 
@@ -19,13 +22,13 @@ class Released(NamedTuple):
     """Channels on smooth curves through the samples that their rows show."""
 
     channels: Floats
-    """(channel, time); as they are where each row is a sample of its own."""
+    """(channel, time); as they are where the rows are even."""
     interval: float
-    """s, between samples; NaN where each row is a sample of its own."""
+    """s, between the control's samples; NaN where the rows do not show it."""
 
 
 def released(channels: Floats, rate: float) -> Released:
-    """Channels of a record that holds or interpolates its samples, on a smooth curve through these.
+    """Channels of a record whose rows are not in step with the control, on a smooth curve through its samples.
 
     Rows that hold samples of another rate have different ages, which repeats the spectrum of the signals at other
     frequencies; so do rows on lines between them.
@@ -39,16 +42,30 @@ def released(channels: Floats, rate: float) -> Released:
     shown = _samples(channels[finite]) if finite.any() else None
     if shown is None:
         return Released(channels, float("nan"))
-    places, samples = shown
     smooth = channels.copy()
-    smooth[finite] = make_interp_spline(places, samples, k=_DEGREE, axis=1)(np.arange(channels.shape[1]))
-    return Released(smooth, float(np.median(np.diff(places))) / rate)
+    spline = make_interp_spline(shown.places, shown.samples, k=_DEGREE, axis=1)
+    smooth[finite] = spline(np.arange(channels.shape[1]))
+    return Released(smooth, shown.interval / rate)
 
 
-def _samples(channels: Floats) -> tuple[Floats, Floats] | None:
-    """Places (sample,) in rows and samples (channel, sample); None where each row is a sample of its own."""
+class _Samples(NamedTuple):
+    places: Floats
+    """(sample,), in rows."""
+    samples: Floats
+    """(channel, sample)."""
+    interval: float
+    """Of the control, rows."""
+
+
+def _samples(channels: Floats) -> _Samples | None:
+    """The samples that the rows show; None where each row is a sample of its own."""
     held = held_samples(channels)
-    if held is None:
-        return line_samples(channels)
-    places, rows = held
-    return places, channels[:, rows]
+    if held is not None:
+        places, rows = held
+        return _Samples(places, channels[:, rows], float(np.median(np.diff(places))))
+    on_lines = line_samples(channels)
+    if on_lines is not None:
+        places, samples = on_lines
+        return _Samples(places, samples, float(np.median(np.diff(places))))
+    aged = aged_samples(channels)
+    return None if aged is None else _Samples(aged[0], channels, aged[1])

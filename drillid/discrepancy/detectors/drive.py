@@ -34,7 +34,8 @@ _JITTER_BAND = (1.0, 0.4)
 _SAME = 1e-6
 """Relative difference below which two samples are the same, where a series has no quantisation step."""
 _HOLD_S = 0.02
-"""s, time for which each delay of a drive with jitter is assumed to hold."""
+"""s, time for which each delay of a drive with jitter is assumed to hold where the rows do not show the control's
+interval."""
 _BLOCK_S = 4.0
 _NEIGHBOURS = 6
 """Blocks over which errors are correlated, as the noise level changes slowly."""
@@ -233,7 +234,8 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
     ]
     untapered = blocks[2] > 1 - 1e-6
     response, regressor = blocks[0][untapered], blocks[1][untapered]
-    gain = 2 / samples * float(np.sum(weight**2 * sensitivity)) * _HOLD_S * rate / residual.inflation
+    hold = 1 / residual.record.sample_rate if np.isfinite(residual.record.sample_rate) else _HOLD_S
+    gain = 2 / samples * float(np.sum(weight**2 * sensitivity)) * hold * rate / residual.inflation
     coefficient, error = _regression(regressor - regressor.mean(), response)
     ratio = coefficient / error
     normal = normal_of_p_value(float(stdtr(response.size - 2, -ratio)))

@@ -70,7 +70,7 @@ class WindowRecord:
     known: KnownEquipment
     """Controller and collars held fixed in that fit."""
     sample_rate: float = np.inf
-    """Samples per s that the rows hold; beyond the rows' rate where each is a sample of its own."""
+    """Samples of the control per s; infinite where the rows do not show them."""
 
     def __post_init__(self) -> None:
         if not self.sweep.shape == self.speed.shape == self.command.shape or self.sweep.ndim != 1:
@@ -79,7 +79,7 @@ class WindowRecord:
             raise EstimationError("window's record", "sweep, speed or fit is not finite", "Leave the window out")
 
     def released(self) -> "WindowRecord":
-        """The record with the samples of a slower control on smooth curves; itself where its rows hold none."""
+        """The record with its rows' samples on smooth curves; itself where the rows are even."""
         channels = np.stack([self.sweep, self.speed, self.command])
         smooth, interval = released(channels, self.rate)
         if np.isnan(interval):

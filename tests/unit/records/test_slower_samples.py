@@ -1,4 +1,4 @@
-"""Rows that hold or interpolate the samples of a slower control."""
+"""Rows that hold or interpolate the samples of a control that is not in step with them."""
 
 import numpy as np
 import pytest
@@ -31,6 +31,34 @@ def test_held_samples_lie_on_their_curve_again(interval: float) -> None:
     assert misses[best] < 2.0
     assert np.abs(found[1] - channels(time[50:-50] + shifts[best])[1]).max() < 1e-4
     assert np.isnan(found[2]).all()
+
+
+def swept(time: np.ndarray) -> np.ndarray:
+    """A torque up to 5 Hz, as in a sweep, and a speed."""
+    sweep = 500 * np.sin(2 * np.pi * time * (0.05 + 2.5 * time / SECONDS))
+    return np.stack([sweep, 10 + 0.2 * np.cos(2 * np.pi * time * (0.05 + 2.5 * time / SECONDS))])
+
+
+@pytest.mark.parametrize("interval", [0.0043, 0.0075, 0.0083, 0.0125, 0.015, 0.0175, 0.0191])
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_rows_of_different_ages_lie_on_their_curve_again(interval: float, noise: float) -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = swept(np.floor(time / interval + 1e-9) * interval)
+    rows[1] += noise * np.random.default_rng(0).standard_normal(time.size)
+    shown = released(rows, RATE)
+    assert shown.interval == pytest.approx(interval, rel=1e-4)
+    # the rows are late by a constant time
+    inner, shifts = slice(500, -500), np.linspace(-0.02, 0.0, 401)
+    curves = np.array([swept(time[inner] + shift)[0] for shift in shifts])
+    before, after = (np.abs(values[0, inner] - curves).max(axis=1).min() for values in (rows, shown.channels))
+    assert before > 15.0
+    assert after < 0.1 * before
+
+
+def test_channels_of_other_ages_leave_rows_as_they_are() -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    rows = np.stack([swept(np.floor(time / 0.0125) * 0.0125)[0], swept(time)[1]])
+    np.testing.assert_array_equal(released(rows, RATE).channels, rows)
 
 
 def test_two_samples_may_be_the_same() -> None:
