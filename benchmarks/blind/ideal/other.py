@@ -12,7 +12,7 @@ from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, L
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
 from benchmarks.blind.other_world.rig import Drive, Recording, Window
-from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD
+from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY
 from benchmarks.blind.other_world.theory import (
     command_mobility,
     control_response,
@@ -138,9 +138,17 @@ def _priors(case: Case) -> Priors:
     """From the documents' tolerances and the distribution that windows are drawn from."""
     sheet, first = case.sheet, case.segments[0]
     collars = sum(piece.inertia for piece in case.rig.collars)
-    lump = np.hypot(1.0, collars * sheet.collar_relative / 50.0)
-    shared = [1.5, np.log(3.0), sheet.length_relative, sheet.polar_moment_error / sheet.polar_moment]
-    shared += [sheet.delay_error / 0.01, sheet.inertia_td_error / sheet.inertia_td, 2.0, lump]
+    stated = {
+        "polar_moment": sheet.polar_moment_error / sheet.polar_moment,
+        "delay": sheet.delay_error / sheet.delay,
+        "inertia_td": sheet.inertia_td_error / sheet.inertia_td,
+        "collar_polar_moment": sheet.collar_relative,
+    }
+    # a value that is wrong outright is no better known than such values are drawn
+    errors = stated | ({sheet.wrong: WRONG_BY} if sheet.wrong else {})
+    lump = np.hypot(1.0, collars * errors["collar_polar_moment"] / 50.0)
+    shared = [1.5, np.log(3.0), sheet.length_relative, errors["polar_moment"]]
+    shared += [errors["delay"] * sheet.delay / 0.01, errors["inertia_td"], 2.0, lump]
     shared += [sheet.controller_relative, sheet.controller_relative, 1e3 * sheet.clock_error, _interval_error(case)]
     units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
     return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3))
@@ -149,5 +157,7 @@ def _priors(case: Case) -> Priors:
 def _interval_error(case: Case) -> float:
     """Standard uncertainty of the control's interval in decades; no document states it, but rows may show it."""
     interval, kind = case.rig.control.interval, case.rig.recording.kind
-    shown = interval > 1 / RATE if kind == "hold" else interval >= 2 / RATE
+    readings = 1 / (RATE * interval)
+    in_step = abs(readings - round(readings)) < 1e-6
+    shown = not in_step if kind == "hold" else interval >= 2 / RATE
     return 0.01 if shown else INTERVAL_SPREAD

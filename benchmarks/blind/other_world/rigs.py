@@ -44,6 +44,9 @@ _JOINT_LENGTH, _PIPE_LENGTH = 0.45, 9.5
 """m, of a tool joint, and from one to the next."""
 WRONG_SHEETS = 0.05
 """Share of data sheets with a value that is wrong outright."""
+_WRONG_FACTORS = (0.7, 0.8, 1.25, 1.4)
+WRONG_BY = float(np.sqrt(np.mean(np.log(_WRONG_FACTORS) ** 2)))
+"""By how much, as the root of the mean square of its logarithm."""
 LOCAL_SPREAD = np.array([0.15, 0.10, 0.15])
 """Relative standard deviation of a window's κ, δ and damping at the bit from the set's."""
 _MEMORY = 0.7
@@ -307,7 +310,7 @@ def draw_sheet(generator: np.random.Generator, rig: Rig) -> Sheet:
     if generator.random() >= WRONG_SHEETS:
         return sheet
     wrong = str(generator.choice(["inertia_td", "polar_moment", "collar_polar_moment", "delay"]))
-    factor = float(generator.choice([0.7, 0.8, 1.25, 1.4]))
+    factor = float(generator.choice(_WRONG_FACTORS))
     return altered(sheet, wrong=wrong, **{wrong: getattr(sheet, wrong) * factor})
 
 
