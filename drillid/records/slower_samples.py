@@ -10,9 +10,9 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from drillid.arrays import Floats
-from drillid.records.aged_rows import aged_samples
 from drillid.records.held_rows import held_samples
 from drillid.records.interpolated_rows import line_samples
+from drillid.records.uneven_rows import aged_samples, off_their_lines
 
 _DEGREE = 5
 """Of the spline through the samples: at a fifth of their rate its gain is right to 1e-4."""
@@ -68,4 +68,11 @@ def _samples(channels: Floats) -> _Samples | None:
         places, samples = on_lines
         return _Samples(places, samples, float(np.median(np.diff(places))))
     aged = aged_samples(channels)
-    return None if aged is None else _Samples(aged[0], channels, aged[1])
+    if aged is not None:
+        places, interval = aged
+        return _Samples(places, channels, interval)
+    straightened = off_their_lines(channels)
+    if straightened is not None:
+        samples, interval = straightened
+        return _Samples(np.arange(channels.shape[1], dtype=float), samples, interval)
+    return None

@@ -101,8 +101,8 @@ def _explained(candidate: Candidate, inspection: Inspection) -> Floats:
 
 
 def _score_alone(applicable: Mapping[str, Detector], inspection: Inspection) -> None:
-    """Add the scores of detectors with a separate test; those that others may exclude come last."""
-    for name, detector in sorted(applicable.items(), key=lambda item: bool(item[1].excluded_by)):
+    """Add the scores of detectors with a separate test; those that more others may exclude come later."""
+    for name, detector in sorted(applicable.items(), key=lambda item: len(item[1].excluded_by)):
         if any(inspection.clearly_detected(other) for other in detector.excluded_by):
             continue
         own_score = detector.score(name, inspection)

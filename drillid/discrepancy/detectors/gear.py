@@ -18,7 +18,7 @@ from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.motion import Motion, dwelling, inner, low_pass
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
-from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
+from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, whitened
 from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
 from drillid.physics.limits import withheld_by_play
 
@@ -46,26 +46,17 @@ class BacklashDetector(Detector):
     """
 
     needs_command = True
-
-    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """Speed response to what plays would withhold; None where the torque does not change its sign, or the rig is in
-        a limit cycle, as turning points of its torque look like play.
-        """
-        if swings_in_limit_cycle(inspection):
-            return None
-        gear = inspection.cached(Gear)
-        columns = np.concatenate([gear.responses(share, _PLAYS) for share in _ABOVE_PLAY])
-        if not columns.any():
-            return None
-        return Candidate(name, columns, np.full(len(columns), np.nan), one_sided=True)
+    # the torque of a rigid gear follows from the acceleration, which steps of the speed spoil
+    excluded_by = ("quantisation",)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """The clearer of the candidate's score and that of the time at zero torque, corrected for the choice; None
-        where there is neither.
+        """The clearer of the scores by what is withheld and by the time at zero torque, corrected for the choice.
+
+        None where there is neither, or the rig is in a limit cycle, as turning points of its torque look like play.
         """
         if swings_in_limit_cycle(inspection):
             return None
-        scores = [each for each in (inspection.scores.get(name), _dwelling_score(inspection)) if each]
+        scores = [each for each in (_withheld_score(name, inspection), _dwelling_score(inspection)) if each]
         if len(scores) < 2:
             return scores[0] if scores else None
         best = max(scores, key=lambda each: each.normal)
@@ -123,6 +114,16 @@ class Gear:
 
     def _withheld(self, torque: Floats, inertia: float, half_play: float) -> Floats:
         return withheld_by_play(torque, 1 / self.residual.record.rate, inertia, half_play)
+
+
+def _withheld_score(name: str, inspection: Inspection) -> Score | None:
+    """Score of the speed response to what plays would withhold; None where the torque does not change its sign."""
+    residual, gear = inspection.residual, Gear(inspection.residual)
+    columns = np.concatenate([gear.responses(share, _PLAYS) for share in _ABOVE_PLAY])
+    if not columns.any():
+        return None
+    unknown = np.full(len(columns), np.nan)
+    return score(whitened(Candidate(name, columns, unknown, one_sided=True), residual), residual.error, residual)
 
 
 def _dwelling_score(inspection: Inspection) -> Score | None:

@@ -112,8 +112,25 @@ def test_smooth_rough_and_rounded_rows_are_not_on_lines(rate: float) -> None:
         assert np.isnan(released(np.stack([series, noise]), rate).interval)
 
 
-@pytest.mark.parametrize("interval", [0.0025, 0.011, 0.02, 0.027, 0.035])
-def test_samples_close_together_leave_rows_as_they_are(interval: float) -> None:
+@pytest.mark.parametrize("interval", [0.011, 0.0125, 0.015, 0.0175, 0.0225, 0.027, 0.0375])
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_rows_on_lines_between_close_samples_lie_on_their_curve_again(interval: float, noise: float) -> None:
+    time = np.arange(0, SECONDS, 1 / RATE)
+    samples = (np.arange(-1, SECONDS / interval + 2) + 0.3) * interval
+    shown = swept(samples)
+    shown[1] += noise * np.random.default_rng(0).standard_normal(samples.size)
+    rows = np.stack([np.interp(time, samples, values) for values in shown])
+    found, inner = released(rows, RATE), slice(500, -500)
+    assert found.interval == pytest.approx(interval, rel=1e-6)
+    before, after = (np.abs(values[0] - swept(time)[0])[inner].max() for values in (rows, found.channels))
+    assert after < 0.3 * before
+    assert noise or np.abs(found.channels[1] - swept(time)[1])[inner].max() < 0.3 * np.abs(rows - swept(time))[1].max()
+
+
+@pytest.mark.parametrize("interval", [0.0025, 0.005, 0.01, 0.02])
+@pytest.mark.parametrize("held", [True, False])
+def test_samples_in_step_with_the_rows_leave_them_as_they_are(interval: float, *, held: bool) -> None:
     time, samples = np.arange(0, SECONDS, 1 / RATE), np.arange(-1, SECONDS / interval + 2) * interval
-    rows = np.stack([np.interp(time, samples, values) for values in channels(samples)])
+    shown = np.floor(time / interval + 1e-9) * interval
+    rows = swept(shown) if held else np.stack([np.interp(time, samples, values) for values in swept(samples)])
     np.testing.assert_array_equal(released(rows, RATE).channels, rows)
