@@ -172,11 +172,16 @@ def judge(
     Parameters
     ----------
     stands : whether the bit stands for some of the time, so that stick-slip is a right answer as well, and no linear
-        test is valid
+        test is valid; where it never does, torque that falls with speed is one for stick-slip
     """
     if stands:
         alike = tuple((*names, "stuck_slip_regimes") for names in ideal.same)
         ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, alike)
+    else:
+        alike = tuple(
+            (*names, *(["stribeck_cutting"] if "stuck_slip_regimes" in names else [])) for names in ideal.same
+        )
+        ideal = replace(ideal, same=alike)
     # a size may have less effect than its half, such as a shift of the modes by a whole spacing
     large = bool(min(ideal.half_power, ideal.family_power) >= 0.5)
     # what is there by the rig's own nature is no alarm and no second cause
@@ -227,6 +232,13 @@ def judge(
         seconds=answer.seconds,
         score=answer.score,
     )
+
+
+def _with_regime(same: tuple[str, ...], stands: bool) -> tuple[str, ...]:
+    """Causes that cannot be distinguished, with what the bit's regime makes of them."""
+    if stands:
+        return (*same, "stuck_slip_regimes")
+    return (*same, "stribeck_cutting") if "stuck_slip_regimes" in same else same
 
 
 def is_true(case: AnyCase, verdict: Claim, same: tuple[tuple[str, ...], ...]) -> bool:

@@ -128,6 +128,14 @@ def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
     assert [one.verdict for one in found.verdicts] == ["unknown"]
 
 
+def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
+    case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
+    ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))
+    for stands in (False, True):
+        assert judge(case, always("stribeck_cutting"), ideal, stands=stands).right is not stands
+        assert judge(case, always("stuck_slip_regimes"), ideal, stands=stands).right
+
+
 def test_what_two_others_make_exactly_is_not_taken_out() -> None:
     """A record times g with a control times 1/g is an actuator times g; no search has to find it."""
     ideal = Ideals(17.0, 1.0, 1.0, 1.0, 30.0, (("actuator_gain",),))
