@@ -48,25 +48,24 @@ heavy tails make it once in a while.
 
 A likelihood ratio test that knows the cause, its shape and all but the nuisance parameters has the noncentrality λ: the
 least squared distance, in units of the noise and of the data sheet's tolerances, between the rig with the cause and any
-rig without it. The interval at which a control reads is a nuisance too where rows do not show it, and a value of the
-data sheet that is wrong outright has the spread of such values for its tolerance. The distance is computed from the
-simulated equipment, in the second world from its own closed forms, not from the engine's model. A cause is *detectable*
-with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates that are
-effectively distinct (Li and Ji 2005). "Twice the size" refers to the latter: at half the size, and at the size itself,
-the ideal test over the family has 50 % power or more. `power_ratio` compares with the ideal test at the engine's own
-rate of false alarms. Sizes are drawn so that √λ is log-uniform over 1 … 30, or over 10 … 30 where the catalogue lacks
-the cause or it is drawn large, as far as physical sizes allow. What is not linear (limits, play, regimes) has no such
-test and is left out of `power_ratio`. The trace of limits and play in the records is known, as the same rig is
-simulated under the same noise without them: a limit that is never reached leaves none, nor does a play that never
-opens. They count where a test over the family that knows the trace, sample by sample, would detect half of it.
+rig without it. The interval at which a control reads is a nuisance too where rows do not show it. A test knows that one
+data sheet in twenty has a value that is wrong outright, which it may assume at the odds against it. The distance is
+computed from the simulated equipment, in the second world from its own closed forms, not from the engine's model. A
+cause is *detectable* with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of
+candidates that are effectively distinct (Li and Ji 2005). "Twice the size" refers to the latter: at half the size, and
+at the size itself, the ideal test over the family has 50 % power or more. `power_ratio` compares with the ideal test at
+the engine's own rate of false alarms. Sizes are drawn so that √λ is log-uniform over 1 … 30, or over 10 … 30 where the
+catalogue lacks the cause or it is drawn large, as far as physical sizes allow. What is not linear (limits, play,
+regimes) has no such test and is left out of `power_ratio`. The trace of limits and play in the records is known, as the
+same rig is simulated under the same noise without them: a limit that is never reached leaves none, nor does a play that
+never opens. They count where a test over the family that knows the trace, sample by sample, would detect half of it.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard
 deviations. Every rival that explains half of it to first order is searched for from all its shapes and sizes, whoever
-names it. Of two causes each is
-tested given the other, whose size is free in the ideal test.
-Where the bit stands for some of the time, for whatever reason, stick-slip is a right answer; where a torque that falls
-with speed was to make it stand and never did, that torque is.
+names it. Of two causes each is tested given the other, whose size is free in the ideal test. Where the bit stands for
+some of the time, for whatever reason, stick-slip is a right answer; where a torque that falls with speed was to make it
+stand and never did, that torque is.
 
 For a cause that is removed from the catalogue, the best test is unaware of it: a χ² of 24 degrees of freedom, as many
 as a smooth disturbance at a port has, at any of seven ports. In the cases that `unknown_share` counts it has 50 % power

@@ -189,7 +189,7 @@ def judge(
     verdicts = [
         verdict
         for verdict in answer.verdicts
-        if verdict.verdict != NONE and not (verdict.members and set(verdict.members) <= beside)
+        if verdict.verdict != NONE and (set(verdict.members) & case.hidden_names or not set(verdict.members) & beside)
     ]
     world, right = world_of(case), [_named(alike, verdicts) for alike in ideal.same]
     families = {CAUSES[cause.name].family for cause in case.hidden if cause.name in CAUSES}
@@ -245,7 +245,7 @@ def is_true(case: AnyCase, verdict: Claim, same: tuple[tuple[str, ...], ...]) ->
     """Whether a verdict is true: one of its members is present, or nothing is wrong, or an unknown cause is present."""
     if verdict.verdict == NONE:
         return not case.hidden
-    if verdict.members and set(verdict.members) <= present(case):
+    if set(verdict.members) & present(case):
         return True
     if verdict.verdict == UNKNOWN:
         return case.removed

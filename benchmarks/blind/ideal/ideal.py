@@ -91,6 +91,18 @@ class Ideal:
         return self._noncentrality(hidden, beside)
 
     def _least_noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
+        """With any value of the documents wrong outright, where that costs less than what it explains."""
+        least = self._distance_without(hidden, beside)
+        for each in self.priors.wrong:
+            if least > each.cost:
+                other = copy(self)
+                shared = self.priors.shared.copy()
+                shared[each.nuisance] = each.spread
+                other.priors = replace(self.priors, shared=shared, wrong=())
+                least = min(least, each.cost + other._distance_without(hidden, beside))
+        return least
+
+    def _distance_without(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...]) -> float:
         if any(not self.effects[cause.name].linear and cause.name not in ADDITIVE for cause in hidden):
             return float("nan")
         tones = sum(self._tone(cause) for cause in hidden if cause.name in ADDITIVE)

@@ -8,11 +8,11 @@ import numpy as np
 
 from benchmarks.blind.hidden import Hidden, altered
 from benchmarks.blind.ideal.line import MOUNTED, PIECE
-from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top
+from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
 from benchmarks.blind.other_world.rig import Drive, Recording, Window
-from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY
+from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY, WRONG_SHEETS
 from benchmarks.blind.other_world.theory import (
     command_mobility,
     control_response,
@@ -138,20 +138,33 @@ def _priors(case: Case) -> Priors:
     """From the documents' tolerances and the distribution that windows are drawn from."""
     sheet, first = case.sheet, case.segments[0]
     collars = sum(piece.inertia for piece in case.rig.collars)
-    stated = {
+    errors = {
         "polar_moment": sheet.polar_moment_error / sheet.polar_moment,
         "delay": sheet.delay_error / sheet.delay,
         "inertia_td": sheet.inertia_td_error / sheet.inertia_td,
         "collar_polar_moment": sheet.collar_relative,
     }
-    # a value that is wrong outright is no better known than such values are drawn
-    errors = stated | ({sheet.wrong: WRONG_BY} if sheet.wrong else {})
-    lump = np.hypot(1.0, collars * errors["collar_polar_moment"] / 50.0)
-    shared = [1.5, np.log(3.0), sheet.length_relative, errors["polar_moment"]]
-    shared += [errors["delay"] * sheet.delay / 0.01, errors["inertia_td"], 2.0, lump]
-    shared += [sheet.controller_relative, sheet.controller_relative, 1e3 * sheet.clock_error, _interval_error(case)]
+
+    def deviation(name: str, error: float) -> float:
+        """In the unit of the nuisance."""
+        units = {"delay": sheet.delay / 0.01, "collar_polar_moment": collars / 50.0}
+        return float(np.hypot(error * units.get(name, 1.0), name == "collar_polar_moment"))
+
+    odds = (1 - WRONG_SHEETS) / (WRONG_SHEETS / len(errors))
+    places = {"polar_moment": 3, "delay": 4, "inertia_td": 5, "collar_polar_moment": 7}
+    wrong = [
+        Wrong(places[name], deviation(name, WRONG_BY), float(2 * np.log(odds * WRONG_BY / error)))
+        for name, error in errors.items()
+    ]
+    if sheet.wrong:
+        # it is no better known than such values are drawn, and there is no other
+        errors, wrong = errors | {sheet.wrong: WRONG_BY}, []
+    own = {name: deviation(name, error) for name, error in errors.items()}
+    shared = [1.5, np.log(3.0), sheet.length_relative, own["polar_moment"], own["delay"], own["inertia_td"], 2.0]
+    shared += [own["collar_polar_moment"], sheet.controller_relative, sheet.controller_relative]
+    shared += [1e3 * sheet.clock_error, _interval_error(case)]
     units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
-    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3))
+    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3), tuple(wrong))
 
 
 def _interval_error(case: Case) -> float:

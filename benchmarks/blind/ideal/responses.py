@@ -103,6 +103,19 @@ class Priors:
 
     shared: Floats
     local: Floats
+    wrong: tuple["Wrong", ...] = ()
+    """Values of documents of which at most one may be wrong outright."""
+
+
+class Wrong(NamedTuple):
+    """A value that may be wrong outright."""
+
+    nuisance: int
+    """Its place among those of the set."""
+    spread: float
+    """Standard deviation if it is."""
+    cost: float
+    """Twice the log odds against it, and of densities at the most likely value."""
 
 
 class Sealed(Protocol):

@@ -1,5 +1,6 @@
 """Cases of the second world: what is hidden in them, and that its ideal test sees what is simulated."""
 
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from benchmarks.blind.draw import STRATIFIED, draw, planned
 from benchmarks.blind.engines import data_sheet, evidence_of
 from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.ideal.of_case import ideal_of
+from benchmarks.blind.ideal.responses import NUISANCES
 from benchmarks.blind.other_world.cases import EFFECTS, Case, plain_case
 from benchmarks.blind.other_world.effects_string import zone
 from benchmarks.blind.other_world.rig import DENSITY
@@ -44,6 +46,17 @@ def test_an_effect_changes_its_window_more_the_larger_it_is(case: Case, name: st
         small, large = (ideal.noncentrality((Hidden(name, size, 0.4),)) for size in (low, high))
         # the frequency of a notch, or of a drive's resonance, is no strength
         assert 0 <= small < large or not effect.in_catalogue
+
+
+def test_a_cause_that_one_wrong_document_explains_is_no_farther_than_the_odds_against_that(case: Case) -> None:
+    ideal = ideal_of(case)
+    believing = copy(ideal)
+    believing.priors = replace(ideal.priors, wrong=())
+    believing._noncentrality = believing._least_noncentrality
+    inertia = min(each.cost for each in ideal.priors.wrong if each.nuisance == list(NUISANCES).index("inertia_td"))
+    gain, zone = (Hidden("actuator_gain", 0.3, 0.5),), (Hidden("local_damping_zone", 200.0, 0.5),)
+    assert inertia < ideal.noncentrality(gain) < 0.8 * believing.noncentrality(gain)
+    assert ideal.noncentrality(zone) == pytest.approx(believing.noncentrality(zone), rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["local_damping_zone", "drive_lag", "clock_offset", "speed_filter"])
