@@ -128,7 +128,7 @@ AMPLITUDE_REACH = Rule(
 UNEVEN_ROWS = Rule(
     2e-4,
     "standard deviation of the age of a record's samples, s, from which it hides jitter of the drive",
-    "three times that of even rows; lines between samples at 22 ms, or a hold of 1 ms, make as much",
+    "lines between samples at 22 ms, or a hold of 1 ms, make as much",
     _DETECTORS + "test_in_rows_of_random_ages_no_jitter_is_sought",
 )
 STEPPED_ROWS = Rule(

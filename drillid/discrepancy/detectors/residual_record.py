@@ -18,6 +18,7 @@ from drillid.physics.eight_parameters import KnownEquipment, command_mobility_wi
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
 from drillid.physics.top_drive import control, drive
+from drillid.records.roughness import HELD, Roughness
 from drillid.records.slower_samples import released
 
 _BAND = (0.02, 10.0)
@@ -37,10 +38,6 @@ _LEAST_POWER, _BEYOND_SWEEP = 1e-4, 1.25
 """Share of the sweep's largest line power below which a line counts as unexcited; harmonics are removed up to this
 factor times the highest excited frequency."""
 
-_MOST_POWER, _SMOOTH = 0.95, 1.5
-"""Share of the sweep's power that lies below its highest frequency, and how far above that its edges reach."""
-_BLOCK_S = 4.0
-"""s, over which the rough part of the sweep is compared with its slope."""
 _MOST_STEPS = 4
 """Largest number of torque steps subtracted from a window; a torque that steps more often is no change of rock."""
 
@@ -171,29 +168,7 @@ class ResidualRecord:
         Rows that hold the last sample of a slower control, or lie on lines between its samples, are of different ages.
         The median over blocks leaves out the jump at the end of a sweep's period.
         """
-        lines, smooth = self._sweep_lines
-        slope = irfft(lines * self.s * smooth, self.samples)
-        length = max(1, min(round(_BLOCK_S * self.record.rate), self.samples))
-        count = self.samples // length
-        rough, steep = (
-            np.mean(series[: count * length].reshape(count, length) ** 2, axis=1)
-            for series in (self.rough_sweep, slope)
-        )
-        return float(np.sqrt(np.median(rough / np.maximum(steep, np.finfo(float).tiny))))
-
-    @cached_property
-    def rough_sweep(self) -> Floats:
-        """What of the tapered sweep is too rough for its own band, (samples,) N m."""
-        lines, smooth = self._sweep_lines
-        return np.asarray(irfft(lines * ~smooth, self.samples), dtype=float)
-
-    @cached_property
-    def _sweep_lines(self) -> tuple[Complex, Booleans]:
-        """Lines of the tapered sweep, and which of them lie in its own band."""
-        lines = rfft((self.sweep - self.sweep.mean()) * self.taper)
-        power = np.cumsum(np.abs(lines) ** 2)
-        smooth = self.frequency <= _SMOOTH * self.frequency[np.searchsorted(power, _MOST_POWER * power[-1])]
-        return np.asarray(lines, dtype=complex), np.asarray(smooth, dtype=bool)
+        return Roughness(self.sweep, HELD).unevenness / self.record.rate
 
     def filtered(self, transfer: Complex, series: Floats) -> Floats:
         """A series (..., samples) filtered by a transfer function (line,), the window taken as periodic."""

@@ -82,6 +82,8 @@ def test_rows_out_of_turn_and_few_samples_do_no_harm() -> None:
     near = np.abs(np.arange(time.size) - 1000) > 50
     assert np.abs(released(rows, RATE).channels - clean)[:2, near].max() < 1.0
     few = np.repeat(np.arange(5.0), 300)[None]
+    for rows in (np.zeros((2, 3)), np.random.default_rng(0).normal(size=(2, 40))):
+        np.testing.assert_array_equal(released(rows, RATE).channels, rows)
     np.testing.assert_array_equal(released(few, RATE).channels, few)
 
 
