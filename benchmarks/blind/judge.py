@@ -174,14 +174,9 @@ def judge(
     stands : whether the bit stands for some of the time, so that stick-slip is a right answer as well, and no linear
         test is valid; where it never does, torque that falls with speed is one for stick-slip
     """
+    ideal = replace(ideal, same=tuple(_with_regime(names, stands=stands) for names in ideal.same))
     if stands:
-        alike = tuple((*names, "stuck_slip_regimes") for names in ideal.same)
-        ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, alike)
-    else:
-        alike = tuple(
-            (*names, *(["stribeck_cutting"] if "stuck_slip_regimes" in names else [])) for names in ideal.same
-        )
-        ideal = replace(ideal, same=alike)
+        ideal = Ideals(np.nan, np.nan, np.nan, np.nan, ideal.candidates, ideal.same)
     # a size may have less effect than its half, such as a shift of the modes by a whole spacing
     large = bool(min(ideal.half_power, ideal.family_power) >= 0.5)
     # what is there by the rig's own nature is no alarm and no second cause
@@ -234,7 +229,7 @@ def judge(
     )
 
 
-def _with_regime(same: tuple[str, ...], stands: bool) -> tuple[str, ...]:
+def _with_regime(same: tuple[str, ...], *, stands: bool) -> tuple[str, ...]:
     """Causes that cannot be distinguished, with what the bit's regime makes of them."""
     if stands:
         return (*same, "stuck_slip_regimes")
