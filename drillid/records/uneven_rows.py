@@ -20,6 +20,8 @@ _SHORTEST, _HARMONICS = 0.2, 4
 """Rows, shortest interval that is sought, and harmonics of its rate of which the strongest line may be one."""
 _LOWEST = 0.004
 """Cycles a row, lowest frequency of that line."""
+_CLEAR = 150.0
+"""Its power relative to the mean: noise and rounding have up to 40, rows out of step from 600 on."""
 _PART, _FEW = 8, 5
 """Part of the record, one in so many, in which steps are compared, and the number of those compared over all of it."""
 _TOLD = 0.1
@@ -79,6 +81,8 @@ def _step(channels: Floats, kind: Kind) -> Step | None:
     if rough.unevenness < kind.even:
         return None
     start, rows = _start(channels[0], rough), channels.shape[1]
+    if start is None:
+        return None
     # the sawtooth must not slip along the record
     found = minimize(
         lambda moved: rough.misfit(Step(start.frequency + moved[0] / rows, start.phase + moved[1])),
@@ -93,20 +97,21 @@ def _step(channels: Floats, kind: Kind) -> Step | None:
     return None if any(other.contradicts(step) for other in others) else step
 
 
-def _start(channel: Floats, rough: Roughness) -> Step:
-    """The likely step that fits best, of the few that do where the derivative is largest."""
+def _start(channel: Floats, rough: Roughness) -> Step | None:
+    """The likely step that fits best, of the few that do where the derivative is largest; None where none is likely."""
+    likely = _likely(rough)
+    if not likely:
+        return None
     length = rough.rows // _PART
     large = np.cumsum(np.append(0.0, rough.derivative**2))
     first = int(np.argmax(large[length:] - large[:-length]))
     part = Roughness(channel[first : first + length], rough.kind)
-    best = sorted(
-        _likely(rough), key=lambda each: part.misfit(Step(each.frequency, each.phase + each.frequency * first))
-    )
+    best = sorted(likely, key=lambda each: part.misfit(Step(each.frequency, each.phase + each.frequency * first)))
     return min(best[:_FEW], key=rough.misfit)
 
 
 def _likely(rough: Roughness) -> list[Step]:
-    """Steps of which the strongest line of the rows' errors may be a harmonic.
+    """Steps of which the strongest line of the rows' errors may be a harmonic; none where no line stands out.
 
     The n-th harmonic of the errors is proportional to cos 2π (n (f k + φ) + turn) at row k, and the line is n f, less a
     whole number, or that with its sign reversed.
@@ -116,6 +121,8 @@ def _likely(rough: Roughness) -> list[Step]:
     power = np.abs(rfft(errors, size)) ** 2
     place = lowest + int(np.argmax(power[lowest:-1]))
     before, at, after = power[place - 1 : place + 2]
+    if at < _CLEAR * power[lowest:].mean():
+        return []
     line = (place + 0.5 * (before - after) / (before - 2 * at + after)) / size
     turn = float(np.angle(errors @ np.exp(-2j * np.pi * line * np.arange(rough.rows)))) / (2 * np.pi)
     likely = []
