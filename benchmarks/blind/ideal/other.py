@@ -140,14 +140,14 @@ def _priors(case: Case) -> Priors:
     collars = sum(piece.inertia for piece in case.rig.collars)
     errors = {
         "polar_moment": sheet.polar_moment_error / sheet.polar_moment,
-        "delay": sheet.delay_error / sheet.delay,
+        "delay": sheet.delay_error / abs(sheet.delay),
         "inertia_td": sheet.inertia_td_error / sheet.inertia_td,
         "collar_polar_moment": sheet.collar_relative,
     }
 
     def deviation(name: str, error: float) -> float:
         """In the unit of the nuisance."""
-        units = {"delay": sheet.delay / 0.01, "collar_polar_moment": collars / 50.0}
+        units = {"delay": abs(sheet.delay) / 0.01, "collar_polar_moment": collars / 50.0}
         return float(np.hypot(error * units.get(name, 1.0), name == "collar_polar_moment"))
 
     odds = (1 - WRONG_SHEETS) / (WRONG_SHEETS / len(errors))
