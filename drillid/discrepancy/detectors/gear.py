@@ -17,7 +17,6 @@ from scipy.special import ndtr
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.motion import Motion, dwelling, inner, low_pass
-from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, whitened
 from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
 from drillid.physics.limits import withheld_by_play
@@ -67,11 +66,11 @@ class BacklashDetector(Detector):
 class Gear:
     """What a gear with play would withhold from a quill whose speed is recorded."""
 
-    def __init__(self, residual: ResidualRecord) -> None:
+    def __init__(self, motion: Motion) -> None:
+        self._motion, residual = motion, motion.residual
         self.residual = residual
         self.inertia = float(np.ravel(residual.system.top_drive.inertia)[0])
         low, high = _LOW_PASS
-        self._motion = Motion(residual)
         self._low_pass = low_pass(residual.frequency, (low * residual.highest, high * residual.highest))
 
     def responses(self, share: float, plays: Sequence[float]) -> Floats:
@@ -86,39 +85,44 @@ class Gear:
         torque = irfft(lines, self.residual.samples) + float(self.residual.command.mean())
         if torque.min() > 0 or torque.max() < 0:
             return np.zeros((len(plays), self.residual.samples))
-        return np.stack([self._response(torque, share * self.inertia, play / 2) for play in plays])
+        draws = np.random.default_rng(0).standard_normal((_DRAWS, torque.size))
+        disturbances = _STEP * torque.std() * draws
+        spectra, torque_lines = rfft(disturbances), rfft(torque - torque.mean())
 
-    def _response(self, torque: Floats, inertia: float, half_play: float) -> Floats:
-        withheld = self._withheld(torque, inertia, half_play)
-        lines = rfft(withheld - withheld.mean())
-        lines -= self._linear_part(torque, inertia, half_play) * rfft(torque - torque.mean())
-        return np.asarray(irfft(lines * self.residual.top_mobility, self.residual.samples), dtype=float)
+        def response(half_play: float) -> Floats:
+            withheld = self._withheld(torque, share, half_play)
+            changes = [
+                self._withheld(torque + each, share, half_play) - self._withheld(torque - each, share, half_play)
+                for each in disturbances
+            ]
+            transfer = self._linear_part(np.stack(changes) / 2, spectra)
+            lines = rfft(withheld - withheld.mean()) - transfer * torque_lines
+            return np.asarray(irfft(lines * self.residual.top_mobility, self.residual.samples), dtype=float)
 
-    def _linear_part(self, torque: Floats, inertia: float, half_play: float) -> Complex:
+        return np.stack([response(play / 2) for play in plays])
+
+    def _linear_part(self, changes: Floats, spectra: Complex) -> Complex:
         """Mean transfer function (line,) from the torque to what is withheld: its mean derivative.
 
         As for the limits of a drive, what is left is uncorrelated with Gaussian noise in the torque.
+
+        Parameters
+        ----------
+        changes : (draws, samples) of what is withheld, by disturbances of the torque
+        spectra : (draws, line) of these disturbances
         """
-        random, lines = np.random.default_rng(0), self.residual.frequency.size
-        product, power = np.zeros(lines, dtype=complex), np.zeros(lines)
-        for _ in range(_DRAWS):
-            disturbance = _STEP * torque.std() * random.standard_normal(torque.size)
-            change = self._withheld(torque + disturbance, inertia, half_play)
-            change -= self._withheld(torque - disturbance, inertia, half_play)
-            spectrum = rfft(disturbance)
-            product += rfft(change / 2) * spectrum.conj()
-            power += np.abs(spectrum) ** 2
+        product, power = np.sum(rfft(changes) * spectra.conj(), axis=0), np.sum(np.abs(spectra) ** 2, axis=0)
         width = max(3, round(_SMOOTH_HZ / self.residual.frequency[1]))
         real, imaginary, total = (uniform_filter1d(part, width) for part in (product.real, product.imag, power))
         return np.asarray((real + 1j * imaginary) / total, dtype=complex)
 
-    def _withheld(self, torque: Floats, inertia: float, half_play: float) -> Floats:
-        return withheld_by_play(torque, 1 / self.residual.record.rate, inertia, half_play)
+    def _withheld(self, torque: Floats, share: float, half_play: float) -> Floats:
+        return withheld_by_play(torque, 1 / self.residual.record.rate, share * self.inertia, half_play)
 
 
 def _withheld_score(name: str, inspection: Inspection) -> Score | None:
     """Score of the speed response to what plays would withhold; None where the torque does not change its sign."""
-    residual, gear = inspection.residual, Gear(inspection.residual)
+    residual, gear = inspection.residual, Gear(inspection.cached(Motion))
     columns = np.concatenate([gear.responses(share, _PLAYS) for share in _ABOVE_PLAY])
     if not columns.any():
         return None
