@@ -39,13 +39,21 @@ def released(channels: Floats, rate: float) -> Released:
     rate : rows per second
     """
     finite = np.isfinite(channels).all(axis=1)
-    shown = _samples(channels[finite]) if finite.any() else None
-    if shown is None:
+    found = _right(channels[finite]) if finite.any() else None
+    if found is None:
         return Released(channels, float("nan"))
     smooth = channels.copy()
+    smooth[finite], interval = found
+    return Released(smooth, interval / rate)
+
+
+def _right(channels: Floats) -> tuple[Floats, float] | None:
+    """Channels (channel, time) set right, and the control's interval in rows; None where there is nothing to mend."""
+    shown = _samples(channels)
+    if shown is None:
+        return off_their_lines(channels)
     spline = make_interp_spline(shown.places, shown.samples, k=_DEGREE, axis=1)
-    smooth[finite] = spline(np.arange(channels.shape[1]))
-    return Released(smooth, shown.interval / rate)
+    return np.asarray(spline(np.arange(channels.shape[1])), dtype=float), shown.interval
 
 
 class _Samples(NamedTuple):
@@ -58,7 +66,7 @@ class _Samples(NamedTuple):
 
 
 def _samples(channels: Floats) -> _Samples | None:
-    """The samples that the rows show; None where each row is a sample of its own."""
+    """The samples that the rows hold, or on whose lines they lie; None where they show none."""
     held = held_samples(channels)
     if held is not None:
         places, rows = held
@@ -68,11 +76,4 @@ def _samples(channels: Floats) -> _Samples | None:
         places, samples = on_lines
         return _Samples(places, samples, float(np.median(np.diff(places))))
     aged = aged_samples(channels)
-    if aged is not None:
-        places, interval = aged
-        return _Samples(places, channels, interval)
-    straightened = off_their_lines(channels)
-    if straightened is not None:
-        samples, interval = straightened
-        return _Samples(np.arange(channels.shape[1], dtype=float), samples, interval)
-    return None
+    return None if aged is None else _Samples(aged[0], channels, aged[1])

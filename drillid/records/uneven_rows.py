@@ -37,10 +37,10 @@ def aged_samples(channels: Floats) -> tuple[Floats, float] | None:
     """
     from scipy.signal import detrend
 
-    step = _step(channels, HELD)
-    if step is None:
+    found = _step(channels, HELD)
+    if found is None:
         return None
-    rows = channels.shape[1]
+    step, rows = found[0], channels.shape[1]
     # the roughness does not tell a slow change of all ages, which would be a drift of the clock
     return np.arange(rows) - detrend(step.fraction(rows) * step.interval), step.interval
 
@@ -53,11 +53,11 @@ def off_their_lines(channels: Floats) -> tuple[Floats, float] | None:
     ----------
     channels : as for `aged_samples`
     """
-    step = _step(channels, ON_LINES)
-    if step is None:
+    found = _step(channels, ON_LINES)
+    if found is None:
         return None
+    step, highest = found
     error = ON_LINES.error(step.fraction(channels.shape[1]), step.interval)
-    highest = Roughness(channels[0], ON_LINES).highest
     return channels - error * np.stack([_curvature(channel, highest) for channel in channels]), step.interval
 
 
@@ -71,8 +71,10 @@ def _curvature(channel: Floats, highest: float) -> Floats:
     return np.asarray(curved[ends:-ends], dtype=float)
 
 
-def _step(channels: Floats, kind: Kind) -> Step | None:
-    """How the control steps past rows of a kind; None where they are even, or not all channels are of this kind."""
+def _step(channels: Floats, kind: Kind) -> tuple[Step, float] | None:
+    """How the control steps past rows of a kind, and the highest frequency of the first channel, cycles a row; None
+    where rows are even, or not all channels are of this kind.
+    """
     from scipy.optimize import minimize
 
     if channels.shape[1] < _LEAST_ROWS:
@@ -94,7 +96,7 @@ def _step(channels: Floats, kind: Kind) -> Step | None:
     if not rough.median_misfit(step) < _TOLD:
         return None
     others = [Roughness(channel, kind, rough.highest) for channel in channels[1:]]
-    return None if any(other.contradicts(step) for other in others) else step
+    return None if any(other.contradicts(step) for other in others) else (step, rough.highest)
 
 
 def _start(channel: Floats, rough: Roughness) -> Step | None:
