@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.blind.hidden import Hidden, altered
 from benchmarks.blind.ideal.line import MOUNTED, PIECE
-from benchmarks.blind.ideal.responses import RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
+from benchmarks.blind.ideal.responses import NUISANCES, RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
 from benchmarks.blind.other_world.rig import Drive, Recording, Window
@@ -151,9 +151,13 @@ def _priors(case: Case) -> Priors:
         return float(np.hypot(error * units.get(name, 1.0), name == "collar_polar_moment"))
 
     odds = (1 - WRONG_SHEETS) / (WRONG_SHEETS / len(errors))
-    places = {"polar_moment": 3, "delay": 4, "inertia_td": 5, "collar_polar_moment": 7}
+    nuisances = list(NUISANCES)
     wrong = [
-        Wrong(places[name], deviation(name, WRONG_BY), float(2 * np.log(odds * WRONG_BY / error)))
+        Wrong(
+            nuisances.index("inertia_bit" if name == "collar_polar_moment" else name),
+            deviation(name, WRONG_BY),
+            float(2 * np.log(odds * WRONG_BY / error)),
+        )
         for name, error in errors.items()
     ]
     if sheet.wrong:
