@@ -103,13 +103,18 @@ def recorded(record: WindowRecord, recorder: Recorder) -> WindowRecord:
     return replace(record, speed=recorder.record(record.speed, SAMPLE_INTERVAL))
 
 
+def between_rows(record: WindowRecord, places: np.ndarray) -> np.ndarray:
+    """Sweep, speed and command at places (n,) in rows, on smooth curves through these, (3, n)."""
+    channels = np.stack([record.sweep, record.speed, record.command])
+    return np.asarray(CubicSpline(np.arange(record.sweep.size), channels, axis=1)(places))
+
+
 def of_slower_samples(record: WindowRecord, interval: float, *, held: bool) -> WindowRecord:
     """The same with rows that hold samples at some interval, s, or lie on lines between them."""
     rows = np.arange(record.sweep.size)
     samples = np.arange(0, rows[-1], interval * RATE)
     place = np.floor(rows / (interval * RATE)) * interval * RATE if held else rows
-    channels = CubicSpline(rows, np.stack([record.sweep, record.speed, record.command]), axis=1)(samples)
-    sweep, speed, command = (np.interp(place, samples, values) for values in channels)
+    sweep, speed, command = (np.interp(place, samples, values) for values in between_rows(record, samples))
     return replace(record, sweep=sweep, speed=speed, command=command)
 
 
@@ -117,7 +122,7 @@ def of_random_ages(record: WindowRecord) -> WindowRecord:
     """The same with rows that are up to 12 ms old."""
     rows = np.arange(record.sweep.size)
     places = rows - 0.012 * RATE * np.random.default_rng(0).random(rows.size)
-    sweep, speed, command = CubicSpline(rows, np.stack([record.sweep, record.speed, record.command]), axis=1)(places)
+    sweep, speed, command = between_rows(record, places)
     return replace(record, sweep=sweep, speed=speed, command=command)
 
 
