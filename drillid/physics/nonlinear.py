@@ -175,6 +175,28 @@ class TwistLaw:
             )
 
 
+@dataclass(frozen=True, eq=False)
+class ErrorLaw:
+    """A torque that the speed control adds to its own as a table of its speed error, as a gain that grows with it.
+
+    Linear between its points, straight beyond either end. The error is that of the filtered reading from the set
+    point; the torque passes the control's filter.
+    """
+
+    error: Floats
+    """(points,) rad/s, set point less reading, rising in equal steps."""
+    torque: Floats
+    """(points,) N m, in the direction of rotation."""
+
+    def __post_init__(self) -> None:
+        if not _is_table(self.error, self.torque):
+            raise SettingsError(
+                "law of the speed control",
+                "it needs one finite torque for each of at least two speed errors in equal rising steps",
+                "Draw the spline at equally spaced errors",
+            )
+
+
 def _is_table(places: Floats, values: Floats) -> bool:
     """Whether there is one finite value for each of at least two places in equal rising steps."""
     steps = np.diff(places)
@@ -265,6 +287,7 @@ class NonlinearRig:
     regenerative: RegenerativeBit | None = None
     law: SpeedLaw | None = None
     coupling: TwistLaw | None = None
+    control_law: ErrorLaw | None = None
     gear: Gear = Gear()
     limits: DriveLimits = DriveLimits()
     sensor: SpeedSensor = SpeedSensor()
@@ -309,7 +332,7 @@ class NonlinearRig:
     def linearised(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
         """The linear system of small vibrations about a steady speed (rad/s), with the cutting laws at that speed.
 
-        Wall contact, laws of bit and coupling, gear, limits, sensor and the control's sampling are left out.
+        Wall contact, laws of bit, coupling and control, gear, limits, sensor and the control's sampling are left out.
         """
         laws: list[RegenerativeCutting | StribeckCutting] = []
         if self.cutting is not None:

@@ -27,8 +27,12 @@ def control(controller: Controller, s: Complex) -> Complex:
 def _unfiltered(controller: Controller, s: Complex) -> Any:
     """A E, N m s/rad."""
     compensation = controller.compensated_inertia * s / (1 + s * controller.compensation_filter)
-    gain = controller.proportional + controller.integral / s - compensation
-    shaped = gain if controller.shaping is None else gain * controller.shaping.factor(s)
+    return after_gains(controller, s, controller.proportional + controller.integral / s - compensation)
+
+
+def after_gains(controller: Controller, s: Complex, torque: Any = 1.0) -> Any:
+    """What the control makes of the torque of its gains before it commands it."""
+    shaped = torque if controller.shaping is None else torque * controller.shaping.factor(s)
     return shaped / (1 + s * controller.torque_filter)
 
 

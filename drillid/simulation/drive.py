@@ -28,6 +28,7 @@ from drillid.simulation.parts import (
     Drive,
     compiled,
 )
+from drillid.simulation.tables import law_torque
 
 
 @compiled
@@ -102,6 +103,8 @@ def control_torque(control: Control, step: float, speed_set: float, speed: float
     if memory[EXCESS] * error <= 0.0:
         integral += control.integral * step / 2 * (error + memory[ERROR])
     unfiltered = control.proportional * error + integral
+    if control.law.present:
+        unfiltered += law_torque(control.law, error)
     if control.compensated_inertia > 0.0:
         unfiltered -= control.compensated_inertia * error_slope(control, step, error, memory)
     unfiltered = shaped(control.shaping, unfiltered, memory, SHAPED_CONTROL)

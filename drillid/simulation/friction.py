@@ -13,7 +13,6 @@ from drillid.simulation.parts import (
     EARLIER_CUT,
     FOLLOWING,
     FURTHEST,
-    CouplingTable,
     LawTable,
     NodeFriction,
     Rock,
@@ -78,30 +77,12 @@ def weakened(static: float, dynamic: float, speed: float, threshold: float, expo
 
 
 @compiled
-def law_torque(law: LawTable, speed: float) -> float:
-    """Torque (N m) of the bit's law at a speed; straight beyond its ends."""
-    place = (speed - law.first) / law.spacing
-    k = min(max(int(np.floor(place)), 0), law.torque.size - 2)
-    return float(law.torque[k] + (place - k) * (law.torque[k + 1] - law.torque[k]))
-
-
-@compiled
 def acting_speed(law: LawTable, state: State) -> float:
     """Speed that the bit's law acts on, half a step after the state's speeds, rad/s."""
     if law.followed < 1.0:
         following = state.memory[FOLLOWING]
         return float(following + law.followed_half * (state.speed[-1] - following))
     return float(1.5 * state.speed[-1] - 0.5 * state.before[-1])
-
-
-@compiled
-def coupling_compliance(coupling: CouplingTable, torque: float) -> float:
-    """Compliance (rad/(N m)) of a coupling at a torque; constant beyond its ends."""
-    place = (torque - coupling.first) / coupling.spacing
-    last = coupling.compliance.size - 1
-    k = min(max(int(np.floor(place)), 0), last - 1)
-    share = min(max(place - k, 0.0), 1.0)
-    return float(coupling.compliance[k] + share * (coupling.compliance[k + 1] - coupling.compliance[k]))
 
 
 @compiled

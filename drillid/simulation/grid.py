@@ -8,7 +8,7 @@ from drillid.arrays import Floats
 from drillid.errors import SettingsError
 from drillid.physics.attachments import MountedInertia
 from drillid.physics.equipment import Controller, Section, Shaping
-from drillid.physics.nonlinear import NonlinearRig, Weakening
+from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, Weakening
 from drillid.simulation.parts import (
     Control,
     CouplingTable,
@@ -23,6 +23,8 @@ from drillid.simulation.parts import (
     SpatialGrid,
 )
 from drillid.simulation.relaxation import RATES, Relaxations, relaxations
+
+_NO_LAW = LawTable(False, 0.0, 1.0, np.zeros(2), 1.0, 1.0)
 
 
 def element_counts(rig: NonlinearRig, time_step: float) -> tuple[int, ...]:
@@ -251,7 +253,7 @@ def _law(rig: NonlinearRig, grid: SpatialGrid, time_step: float) -> LawTable:
     """The bit's law, whose torque is extrapolated by half a step."""
     law = rig.law
     if law is None:
-        return LawTable(False, 0.0, 1.0, np.zeros(2), 1.0, 1.0)
+        return _NO_LAW
     # extrapolation by half a step halves the greatest stable step
     if law.steepest * time_step > grid.inertia[-1]:
         raise SettingsError(
@@ -294,7 +296,15 @@ def _control(rig: NonlinearRig, time_step: float) -> Control:
         float(controller.compensation_filter),
         *_matching(controller),
         _shaping(controller.shaping, every * time_step),
+        _control_law(rig.control_law),
     )
+
+
+def _control_law(law: ErrorLaw | None) -> LawTable:
+    if law is None:
+        return _NO_LAW
+    torque = np.ascontiguousarray(law.torque, dtype=float)
+    return LawTable(True, float(law.error[0]), float(law.error[1] - law.error[0]), torque, 1.0, 1.0)
 
 
 def _matching(controller: Controller) -> tuple[float, float, float, float]:

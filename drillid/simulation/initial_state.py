@@ -6,7 +6,6 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
-from drillid.simulation.friction import law_torque
 from drillid.simulation.parts import (
     DEMAND,
     DRIVE_BEFORE,
@@ -34,6 +33,7 @@ from drillid.simulation.parts import (
     Rock,
     State,
 )
+from drillid.simulation.tables import law_torque
 
 
 def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: float, time_step: float) -> State:
@@ -73,7 +73,10 @@ def steady_state(machines: Sequence[Machine], inputs: Inputs, mean_bit_torque: f
         memory[MEAN_STRING] = memory[SMOOTH_STRING]
     else:
         error -= machine.control.matching * memory[SMOOTH_STRING]
-    memory[[ERROR, SMOOTH_ERROR]], memory[INTEGRAL] = error, load - machine.control.proportional * error
+    proportional = machine.control.proportional * error
+    if machine.control.law.present:
+        proportional += law_torque(machine.control.law, error)
+    memory[[ERROR, SMOOTH_ERROR]], memory[INTEGRAL] = error, load - proportional
     if gear.present:
         memory[TWIST] = torque[0] / grid.stiffness[0] + np.sign(torque[0]) * gear.half_play
         grid.coupling[0] = gear.damping if torque[0] != 0.0 else 0.0

@@ -11,9 +11,7 @@ from drillid.simulation.drive import control_torque, drive_torque, read_speed
 from drillid.simulation.friction import (
     acting_speed,
     chip_torque,
-    coupling_compliance,
     factorise,
-    law_torque,
     reaction,
     set_levels,
     settle,
@@ -32,6 +30,7 @@ from drillid.simulation.parts import (
     State,
     compiled,
 )
+from drillid.simulation.tables import coupling_compliance, law_torque
 
 OUTPUTS = 7
 """Top-drive speed, its reading, command, drive torque, torque into the string, bit speed, torque on bit."""

@@ -75,7 +75,7 @@ class Rock(NamedTuple):
 
 
 class LawTable(NamedTuple):
-    """Torque of the bit against its speed; `present` is False without any."""
+    """Torque of the bit against its speed, or of the control against its error; `present` is False without any."""
 
     present: bool
     first: float
@@ -164,6 +164,8 @@ class Control(NamedTuple):
     """s; infinite passes the mean."""
     shaping: Floats
     """(5,) coefficients b₀, b₁, b₂, a₁, a₂ of its rational factor in discrete time."""
+    law: LawTable
+    """Torque against the speed error beside those of both gains."""
 
 
 class Drive(NamedTuple):

@@ -31,6 +31,7 @@ SAME = 0.01
 """p-value from which two fingerprints count as the same."""
 LAW_OF = "law of"
 """With what it is of, the name of a law among elements."""
+CONTROL_LAW = "law of the speed control"
 _PLACE_STEP = 0.01
 
 
@@ -191,7 +192,9 @@ def _textbook(described: Described) -> str:
 
 
 def _law_words(name: str, values: Floats) -> str:
-    """A law as a drag by the square of the speed, or a coupling that softens or stiffens."""
+    """A law as a drag by the squared speed, a gain by the squared error, or a coupling that softens or stiffens."""
+    if name == CONTROL_LAW:
+        return f"a gain of the speed control that changes by {values[0]:.3g} N m s³/rad³ times the squared error"
     if values.size == 1:
         memory = name.partition("with")[2]
         return f"a drag of {values[0] / 2:.3g} N m s²/rad² at the bit{' with' + memory if memory else ''}"

@@ -2,71 +2,43 @@
 twist of a coupling against its torque, as a free cubic spline.
 
 The base model holds the law's tangent at each window's mean, so that the law is told by its curvature alone: piecewise
-linear, its double integral a cubic spline. The part of the speed that repeats with the sweep is what the base model
-predicts, plus what `drillid.simulation` adds with the law to the same rig without it; so errors of the simulation are
-those of a difference. The kind of law is the one that explains most to first order; its curvatures are fitted by Gauss
-and Newton to the harmonics of the sweep's period, the number of knots is the one that predicts left-out windows best,
-and windows that took no part judge the offer.
+linear, its double integral a cubic spline. That of the speed control has a slope beside it, as the base model has taken
+the gain that answers the sweep for that of small errors. The part of the speed that repeats with the sweep is what the
+base model predicts, plus what `drillid.simulation` adds with the law to the same rig without it; so errors of the
+simulation are those of a difference. The kind of law is the one that explains most to first order; it is fitted by
+Gauss and Newton to the harmonics of the sweep's period, the number of knots is the one that predicts left-out windows
+best, and windows that took no part judge the offer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.learning.fingerprint import Described, Fingerprint
 from drillid.discrepancy.learning.law_kinds import LawKind, screened
+from drillid.discrepancy.learning.law_spline import LawSpline
 from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import NEIGHBOURS_SHARE_VARIANCE
 from drillid.statistics import TWO_SIDED
-from drillid.units import RPM
 
 KNOTS = (1, 2, 4)
 """Numbers of knots of the curvature that are tried."""
-POINTS = 41
-"""Places at which a law is drawn."""
 MOST_WINDOWS = 8
 """Windows that are simulated, evenly chosen."""
 _ROUNDS = 2
-_STEP = 0.3
-"""Step of a curvature in finite differences, in units in which the law bends by the kind's scale over its range."""
+_BEND, _TILT = 0.3, 0.03
+"""Steps of curvatures and of the slope in finite differences, in units in which the law bends by the kind's scale over
+its range, and is as steep.
+"""
 _WIDE = 3.0
-"""Prior standard deviation of a curvature in these units."""
+"""Prior standard deviation of each in these units."""
 _EVERY = 3
 """Of so many windows one is held back."""
-
-
-@dataclass(frozen=True, eq=False)
-class Curvature:
-    """Second derivative of a law, linear between knots over a range of speeds (rad/s), or of torques (N m)."""
-
-    knots: Floats
-    """(K,)."""
-    values: Floats
-    """(K,) N m s²/rad², or rad/(N m)²."""
-    low: float
-    high: float
-    """Range beyond which the law is straight."""
-
-    def drawn(self, mean: float) -> tuple[Floats, Floats]:
-        """Places (POINTS,) in the range, and the law less its tangent at one of them."""
-        grid = np.linspace(self.low, self.high, POINTS)
-        second = np.interp(grid, self.knots, self.values)
-        slope = cumulative_trapezoid(second, grid, initial=0)
-        value = cumulative_trapezoid(slope, grid, initial=0)
-        tangent = np.interp(mean, grid, value) + np.interp(mean, grid, slope) * (grid - mean)
-        return grid, value - tangent
-
-    @property
-    def bend(self) -> Floats:
-        """Factors (K,) of the values in the slope at the upper end less that at the lower."""
-        grid = np.linspace(self.low, self.high, POINTS)
-        return np.array([np.trapezoid(np.interp(grid, self.knots, row), grid) for row in np.eye(self.knots.size)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,15 +46,15 @@ class LearntLaw:
     """A law that was learnt, with its gain on data that it has not seen."""
 
     kind: LawKind
-    curvature: Curvature
+    spline: LawSpline
     covariance: Floats
-    """(K, K) of its values."""
-    slope: float
-    """Of the law at the mean, which the base model has, N m s/rad; of a coupling, whose own it does not tell, 0."""
+    """(K + 1, K + 1) of its slope at the mean, 0 where that is not fitted, and of its second derivatives."""
+    slope_in_model: float
+    """Of the law at the mean, N m s/rad; 0 where the base model does not tell that of the law."""
     mean: float
     """Over the windows, rad/s or N m."""
     evidence: float
-    """Log Bayes factor of the law against a straight one, in the data that learning saw."""
+    """Log Bayes factor of the law against none, in the data that learning saw."""
     gain: PredictiveGain
     held_out: int
     """Row of one of the windows that judged it."""
@@ -93,50 +65,39 @@ class LearntLaw:
         return self.evidence > 0 and self.gain.low > 0
 
     @property
-    def rise(self) -> tuple[float, float]:
-        """Slope at the upper end of the range less that at the lower, and its standard error."""
-        own = self.curvature
-        return float(own.bend @ own.values), float(np.sqrt(own.bend @ self.covariance @ own.bend))
+    def change(self) -> tuple[float, float]:
+        """Change of the slope over the range, as the kind counts it, and its standard error."""
+        factors = self.kind.change(self.spline)
+        return float(factors @ self.spline.values), float(np.sqrt(factors @ self.covariance[1:, 1:] @ factors))
 
     @property
     def words(self) -> str:
-        """The law by its slope at either end of its range, with the 95 % interval of their difference."""
-        (rise, error), own, kind = self.rise, self.curvature, self.kind
-        margin = TWO_SIDED * error
-        if kind.place is None:
-            memory = "" if kind.memory == 0 else f", which it follows with a memory of {kind.memory:g} s"
-            return (
-                f"the bit's damping changes by {rise:.3g} ± {margin:.2g} N m s/rad from {own.low / RPM:.0f} to "
-                f"{own.high / RPM:.0f} rpm, a cubic spline of its speed{memory}"
-            )
-        return (
-            f"a coupling at {kind.place:.0%} of the string, whose compliance changes by {1e3 * rise:.3g} ± "
-            f"{1e3 * margin:.2g} rad/(kN m) from {own.low / 1e3:.1f} to {own.high / 1e3:.1f} kN m, a cubic spline of "
-            "its torque"
-        )
+        """The law by the change of its slope over its range, with the 95 % interval of that."""
+        change, error = (self.kind.words_scale * value for value in self.change)
+        return self.kind.words(f"{change:.3g} ± {TWO_SIDED * error:.2g}", self.spline)
 
     @property
     def fingerprint(self) -> Fingerprint:
-        """Its curvature in the mean over its range, and the place of a coupling."""
-        own, (rise, error) = self.curvature, self.rise
-        span = own.high - own.low
-        values, variances = [rise / span], [(error / span) ** 2]
-        if self.kind.place is not None:
-            values, variances = [*values, self.kind.place], [*variances, 0.0]
+        """The change of its slope relative to its range, and its place where that was sought."""
+        per_change, place = self.kind.per_change(self.spline), self.kind.place
+        change, error = (per_change * value for value in self.change)
+        values, variances = [change], [error**2]
+        if place is not None:
+            values, variances = [*values, place], [*variances, 0.0]
         return Fingerprint(self.evidence, (Described(self.kind.element, np.array(values), np.diag(variances), 0.0),))
 
     def drawn(self) -> tuple[Floats, Floats, Floats]:
-        """Places (POINTS,), the law about its value at the mean, and the standard errors of its bend."""
-        own = self.curvature
-        grid, bend = own.drawn(self.mean)
-        units = (Curvature(own.knots, row, own.low, own.high) for row in np.eye(own.values.size))
+        """Places (POINTS,), the law about its value at the mean, and its standard errors."""
+        own = self.spline
+        grid, law = own.drawn(self.mean)
+        units = [replace(own, slope=row[0], values=row[1:]) for row in np.eye(own.values.size + 1)]
         slopes = np.stack([unit.drawn(self.mean)[1] for unit in units])
         error = np.sqrt(np.einsum("kp,kl,lp->p", slopes, self.covariance, slopes))
-        return grid, bend + self.slope * (grid - self.mean), error
+        return grid, law + self.slope_in_model * (grid - self.mean), error
 
 
 class _Fit:
-    """Curvatures of one number of knots fitted to windows."""
+    """A law of one number of knots fitted to windows; coefficients are its slope, where that is one, and curvatures."""
 
     def __init__(self, kind: LawKind, windows: Sequence[LawWindow], knots: int) -> None:
         swings = [float(np.abs(kind.swing(window)).max()) for window in windows]
@@ -146,30 +107,39 @@ class _Fit:
         self.kind, self.windows = kind, windows
         # one knot is a constant curvature
         self.knots = np.linspace(self.low, self.high, knots)
-        self.unit = max(map(kind.scale, windows)) / (self.high - self.low)
+        scale = max(map(kind.scale, windows))
+        bends = np.full(knots, scale / (self.high - self.low))
+        self.units = np.append(scale, bends) if kind.has_slope else bends
+        self.steps = np.append(_TILT, np.full(knots, _BEND))[-self.units.size :]
 
-    def curvature(self, coefficients: Floats) -> Curvature:
-        """The curvature of coefficients (K,) in units."""
-        return Curvature(self.knots, self.unit * coefficients, self.low, self.high)
+    def spline(self, coefficients: Floats) -> LawSpline:
+        """The law of coefficients (C,) in units."""
+        values = self.units * coefficients
+        slope = float(values[0]) if self.kind.has_slope else 0.0
+        return LawSpline(self.knots, values[-self.knots.size :], self.low, self.high, slope)
+
+    def covariance(self, covariance: Floats) -> Floats:
+        """That of slope and second derivatives (K + 1, K + 1), from that of coefficients in units."""
+        own = np.outer(self.units, self.units) * covariance
+        return np.asarray(own if self.kind.has_slope else np.pad(own, (1, 0)), dtype=float)
 
     def added(self, window: int, coefficients: Floats) -> Complex:
         """Whitened change of a window's harmonics by the law, (lines,)."""
         own = self.windows[window]
         if not coefficients.any():
             return np.zeros(own.s.size, dtype=complex)
-        return added(self.kind, own, self.curvature(coefficients))
+        return added(self.kind, own, self.spline(coefficients))
 
     def expanded(self, window: int, coefficients: Floats) -> tuple[Complex, Complex]:
-        """The change (lines,) and its derivatives (K, lines)."""
+        """The change (lines,) and its derivatives (C, lines)."""
         now = self.added(window, coefficients)
-        steps = _STEP * np.eye(coefficients.size)
-        slopes = [(self.added(window, coefficients + step) - now) / _STEP for step in steps]
+        slopes = [(self.added(window, coefficients + step) - now) / step.sum() for step in np.diag(self.steps)]
         return now, np.stack(slopes)
 
 
-def added(kind: LawKind, window: LawWindow, curvature: Curvature) -> Complex:
+def added(kind: LawKind, window: LawWindow, spline: LawSpline) -> Complex:
     """Whitened change of a window's harmonics by a law, (lines,)."""
-    return np.asarray(kind.added(window, *curvature.drawn(kind.mean(window))) / window.error, dtype=complex)
+    return np.asarray(kind.added(window, *spline.drawn(kind.mean(window))) / window.error, dtype=complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +184,7 @@ class _Equations:
 
 
 def learnt_law(windows: Sequence[LawWindow]) -> LearntLaw:
-    """Learn the curvature of a law from some windows, and judge it on the others.
+    """Learn a law from some windows, and judge it on the others.
 
     Of a single window every other harmonic is held back.
     """
@@ -223,22 +193,21 @@ def learnt_law(windows: Sequence[LawWindow]) -> LearntLaw:
     own, lines = [windows[number] for number in training], [seen[number] for number in training]
     kind = max(screened(own, lines), key=lambda each: each.statistic).kind
     fits = {knots: _Fit(kind, own, knots) for knots in KNOTS}
-    equations = {knots: _Equations.about(fit, np.zeros(knots), lines) for knots, fit in fits.items()}
+    equations = {knots: _Equations.about(fit, np.zeros(fit.units.size), lines) for knots, fit in fits.items()}
     knots = min(KNOTS, key=lambda number: _missed(equations[number]))
     fit, about = fits[knots], equations[knots]
     for _ in range(_ROUNDS - 1):
         about = _Equations.about(fit, about.solved()[0], lines)
     coefficients, covariance = about.solved()
-    curvature = fit.curvature(coefficients)
-    slope = float(np.mean([float(window.window_model.system.bit.damping) for window in windows]))
+    spline = fit.spline(coefficients)
+    slope = float(np.mean([kind.slope_in_model(window) for window in windows]))
     mean = float(np.mean([kind.mean(window) for window in windows]))
-    excess, gain = _gain(kind, windows, held, curvature)
-    own_slope = slope if kind.place is None else 0.0
+    excess, gain = _gain(kind, windows, held, spline)
     evidence, last = (
         about.evidence(excess),
         max(each.row for each, used in zip(windows, held, strict=True) if used.any()),
     )
-    return LearntLaw(kind, curvature, excess * fit.unit**2 * covariance, own_slope, mean, evidence, gain, last)
+    return LearntLaw(kind, spline, excess * fit.covariance(covariance), slope, mean, evidence, gain, last)
 
 
 def _parts(windows: Sequence[LawWindow]) -> tuple[list[Booleans], list[Booleans]]:
@@ -266,7 +235,7 @@ def _missed(equations: _Equations) -> float:
 
 
 def _gain(
-    kind: LawKind, windows: Sequence[LawWindow], held: Sequence[Booleans], curvature: Curvature
+    kind: LawKind, windows: Sequence[LawWindow], held: Sequence[Booleans], spline: LawSpline
 ) -> tuple[float, PredictiveGain]:
     """Factor on variances by what neither model explains, and the gain on the lines held back, per window."""
     total = power = squares = 0.0
@@ -274,7 +243,7 @@ def _gain(
     for window, lines in zip(windows, held, strict=True):
         if not lines.any():
             continue
-        change = added(kind, window, curvature)[lines]
+        change = added(kind, window, spline)[lines]
         before = window.residual[lines]
         total += 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(before - change) ** 2))
         power += float(np.sum(np.abs(change) ** 2))

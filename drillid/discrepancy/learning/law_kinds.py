@@ -1,5 +1,6 @@
-"""What a law may be of: the bit's torque against its speed, with or without a memory, or a coupling's twist against its
-torque; and what each adds to the record to first order in its curvature.
+"""What a law may be of: the bit's torque against its speed, with or without a memory, a coupling's twist against its
+torque, or the speed control's torque against its error; and what each adds to the record to first order in its
+spline.
 
 About the base model a law without a tangent answers the swing that the sweep makes at its place by a torque, or a
 twist, of second order, whose way to the record is linear (the second-order Volterra kernel; Schetzen 1980, The Volterra
@@ -8,23 +9,27 @@ and Wiener Theories of Nonlinear Systems, chapter 3). By reciprocity it is the w
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import chdtrc
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.learning.fingerprint import CONTROL_LAW
+from drillid.discrepancy.learning.law_spline import LawSpline
 from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.rules import NEIGHBOURS_SHARE_VARIANCE
 from drillid.physics.bottom_end import above_motor, bit_load
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import input_admittance, speed_ratio
-from drillid.physics.nonlinear import NonlinearRig, SpeedLaw, TwistLaw
+from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, SpeedLaw, TwistLaw
 from drillid.physics.responses import command_mobility
 from drillid.physics.strings import String, cut
-from drillid.physics.top_drive import torque_transfers
+from drillid.physics.top_drive import after_gains, torque_transfers
+from drillid.units import RPM
 
 _MARGIN = 1.25
 """Compliance that a coupling is simulated with, per the least that keeps its twist from falling."""
@@ -35,69 +40,176 @@ POWERS = (2, 3)
 
 
 @dataclass(frozen=True)
-class LawKind:
-    """One kind of law."""
+class LawKind(ABC):
+    """One kind of law; `place` and `value` are what it acts on and what it answers, in SI units."""
 
+    variables: ClassVar[tuple[str, str, str]]
+    """Dataset variables of the places at which it is drawn, of its values and of their standard errors."""
+    words_scale: ClassVar[float] = 1.0
+    """Factor on changes of its slope in words."""
+    has_slope: ClassVar[bool] = False
+    """Whether its slope at the mean is fitted beside its curvature."""
+
+    @property
+    def place(self) -> float | None:
+        """Share of the string above it, where that is sought."""
+        return None
+
+    @property
+    @abstractmethod
+    def element(self) -> str:
+        """Its name in fingerprints."""
+
+    @property
+    @abstractmethod
+    def family(self) -> str:
+        """The port at which it acts."""
+
+    @abstractmethod
+    def words(self, change: str, spline: LawSpline) -> str:
+        """The law in words, by the change of its slope with its interval."""
+
+    @abstractmethod
+    def mean(self, window: LawWindow) -> float:
+        """What it acts on in the mean over a window."""
+
+    @abstractmethod
+    def swing(self, window: LawWindow) -> Floats:
+        """What it acts on less its mean, over one period of the sweep by the base model, (samples,)."""
+
+    @abstractmethod
+    def recorded(self, window: LawWindow, answer: Floats) -> Complex:
+        """Harmonics (lines,) of the record by what it answers over one period of the sweep, (samples,)."""
+
+    @abstractmethod
+    def added(self, window: LawWindow, place: Floats, value: Floats) -> Complex:
+        """Harmonics (lines,) that a law, less what the base model has of it, adds to the record, simulated.
+
+        Parameters
+        ----------
+        place, value : (points,)
+        """
+
+    def scale(self, window: LawWindow) -> float:
+        """Usual slope: the pipe's characteristic admittance, N m s/rad."""
+        return float(window.window_model.system.string[0].characteristic_admittance)
+
+    def slope_in_model(self, window: LawWindow) -> float:
+        """Its slope at the mean, where the base model tells that, or 0."""
+        return 0.0
+
+    def change(self, spline: LawSpline) -> Floats:
+        """Factors (K,) of the spline's second derivatives in the change of the slope over the range."""
+        return spline.rise
+
+    def per_change(self, spline: LawSpline) -> float:
+        """Factor from that change to what does not depend on the range."""
+        return 1 / spline.span
+
+
+@dataclass(frozen=True)
+class BitLaw(LawKind):
+    """The bit's torque (N m) against its speed (rad/s), or against a speed that follows it."""
+
+    variables = ("law_speed", "law_torque", "law_error")
     memory: float = 0.0
-    """s, of a law of the bit."""
-    place: float | None = None
-    """Share of the string above a coupling; None of a law of the bit."""
+    """s."""
 
     @property
     def element(self) -> str:
         """Its name in fingerprints."""
-        if self.place is not None:
-            return "law of a coupling"
         return "law of the bit" if self.memory == 0 else f"law of the bit with a memory of {self.memory:g} s"
 
     @property
     def family(self) -> str:
         """The port at which it acts."""
-        if self.place is None or self.place == 1:
-            return "bit"
-        return "top" if self.place == 0 else "upper string" if self.place < 1 / 2 else "lower string"
+        return "bit"
+
+    def words(self, change: str, spline: LawSpline) -> str:
+        """The change of the bit's damping."""
+        memory = "" if self.memory == 0 else f", which it follows with a memory of {self.memory:g} s"
+        ends = f"from {spline.low / RPM:.0f} to {spline.high / RPM:.0f} rpm"
+        return f"the bit's damping changes by {change} N m s/rad {ends}, a cubic spline of its speed{memory}"
 
     def mean(self, window: LawWindow) -> float:
-        """What it acts on in the mean over a window, rad/s or N m."""
-        return window.mean_speed if self.place is None else window.mean_torque
+        """Mean speed."""
+        return window.mean_speed
 
     def swing(self, window: LawWindow) -> Floats:
-        """What it acts on less its mean, over one period of the sweep by the base model, rad/s or N m, (samples,)."""
+        """The bit's speed less its mean, or what follows it."""
         system, (s, sweep) = window.window_model.system, window.whole_sweep
-        ratio, admittance = _at(system, 1.0 if self.place is None else self.place, s)
-        lines = command_mobility(system, s) * sweep * ratio
-        lines = lines / (1 + self.memory * s) if self.place is None else lines * admittance
-        size = window.period.size
-        return np.asarray(np.fft.irfft(size * np.append(0.0, lines), size), dtype=float)
+        return window.series(command_mobility(system, s) * sweep * _at(system, 1.0, s)[0] / (1 + self.memory * s))
+
+    def recorded(self, window: LawWindow, answer: Floats) -> Complex:
+        """By a torque against the bit's rotation."""
+        return np.asarray(-_to_top(window, 1.0)[0] * window.harmonics(answer), dtype=complex)
+
+    def added(self, window: LawWindow, place: Floats, value: Floats) -> Complex:
+        """By torques (N m) at speeds (rad/s)."""
+        rig = NonlinearRig(window.window_model.system, law=SpeedLaw(place, value, self.memory))
+        return window.simulated(rig, window.mean_speed) - window.still
+
+    def slope_in_model(self, window: LawWindow) -> float:
+        """The bit's damping."""
+        return float(window.window_model.system.bit.damping)
+
+
+@dataclass(frozen=True)
+class CouplingLaw(LawKind):
+    """A coupling's twist (rad) against its torque (N m)."""
+
+    variables = ("coupling_torque", "coupling_twist", "coupling_error")
+    words_scale = 1e3
+    at: float = 0.0
+    """Share of the string above it."""
+
+    @property
+    def place(self) -> float:
+        """Share of the string above it."""
+        return self.at
+
+    @property
+    def element(self) -> str:
+        """Its name in fingerprints."""
+        return "law of a coupling"
+
+    @property
+    def family(self) -> str:
+        """The port at which it acts."""
+        if self.at in (0, 1):
+            return "bit" if self.at else "top"
+        return "upper string" if self.at < 1 / 2 else "lower string"
+
+    def words(self, change: str, spline: LawSpline) -> str:
+        """The change of its compliance."""
+        ends = f"from {spline.low / 1e3:.1f} to {spline.high / 1e3:.1f} kN m"
+        at = f"a coupling at {self.at:.0%} of the string"
+        return f"{at}, whose compliance changes by {change} rad/(kN m) {ends}, a cubic spline of its torque"
+
+    def mean(self, window: LawWindow) -> float:
+        """Mean torque."""
+        return window.mean_torque
+
+    def swing(self, window: LawWindow) -> Floats:
+        """Its torque less its mean."""
+        system, (s, sweep) = window.window_model.system, window.whole_sweep
+        ratio, admittance = _at(system, self.at, s)
+        return window.series(command_mobility(system, s) * sweep * ratio * admittance)
 
     def scale(self, window: LawWindow) -> float:
-        """Usual slope: the pipe's characteristic admittance, N m s/rad, or the compliance of a stand, rad/(N m)."""
+        """Compliance of a stand, rad/(N m)."""
         pipe = window.window_model.system.string[0]
-        if self.place is None:
-            return float(pipe.characteristic_admittance)
         return _STAND / float(pipe.shear_modulus * pipe.polar_moment)
 
     def recorded(self, window: LawWindow, answer: Floats) -> Complex:
-        """Harmonics (lines,) of the record by a torque against the bit's rotation, or a twist, over a period."""
-        ratio, admittance = _at(window.window_model.system, 1.0 if self.place is None else self.place, window.s)
-        drive = torque_transfers(window.window_model.system.top_drive, window.s)[0]
-        to_top = window.window_model.mobility(window.s) / drive * ratio
-        way = -to_top if self.place is None else window.s * to_top * admittance
-        return np.asarray(way * window.harmonics(answer), dtype=complex)
+        """By a twist."""
+        to_top, admittance = _to_top(window, self.at)
+        return np.asarray(window.s * to_top * admittance * window.harmonics(answer), dtype=complex)
 
     def added(self, window: LawWindow, place: Floats, value: Floats) -> Complex:
-        """Harmonics (lines,) that a law without a tangent at the mean adds to the record, simulated.
-
-        Parameters
-        ----------
-        place, value : (points,), torques at speeds, N m and rad/s, or twists at torques, rad and N m
-        """
+        """By twists (rad) at torques (N m)."""
         system = window.window_model.system
-        if self.place is None:
-            law = SpeedLaw(place, value, self.memory)
-            with_law = window.simulated(NonlinearRig(system, law=law), window.mean_speed)
-            return with_law - window.still
-        depth = self.place * float(sum(section.length for section in system.string))
+        depth = self.at * float(sum(section.length for section in system.string))
         # a compliance that both have keeps the twist from falling; at rest the torque is that about the mean
         least = _MARGIN * max(0.0, -float(np.diff(value).min()) / float(place[1] - place[0]))
         torque = place - window.mean_torque
@@ -109,12 +221,76 @@ class LawKind:
         return bent - straight
 
 
-KINDS = (
-    LawKind(),
-    *(LawKind(memory=memory) for memory in (0.3, 1.0, 3.0)),
-    *(LawKind(place=place) for place in (0.0, 0.25, 0.5, 0.75, 1.0)),
+@dataclass(frozen=True)
+class ControlLaw(LawKind):
+    """The speed control's torque (N m) against its speed error (rad/s), which is zero in the mean."""
+
+    variables = ("control_speed_error", "control_torque", "control_torque_error")
+    has_slope = True
+
+    @property
+    def element(self) -> str:
+        """Its name in fingerprints."""
+        return CONTROL_LAW
+
+    @property
+    def family(self) -> str:
+        """The port at which it acts."""
+        return "control"
+
+    def words(self, change: str, spline: LawSpline) -> str:
+        """The change of the proportional gain."""
+        end = f"{spline.span / 2 / RPM:.1f} rpm"
+        return (
+            f"the speed control's gain changes by {change} N m s/rad from no speed error to one of {end}, a cubic "
+            "spline of that"
+        )
+
+    def mean(self, window: LawWindow) -> float:
+        """Zero."""
+        return 0.0
+
+    def swing(self, window: LawWindow) -> Floats:
+        """The speed error."""
+        system, (s, sweep) = window.window_model.system, window.whole_sweep
+        return window.series(-command_mobility(system, s) * sweep / (1 + s * system.top_drive.controller.speed_filter))
+
+    def recorded(self, window: LawWindow, answer: Floats) -> Complex:
+        """By a torque that is added to that of the control before its filter."""
+        way = window.window_model.mobility(window.s) * after_gains(
+            window.window_model.system.top_drive.controller, window.s
+        )
+        return np.asarray(way * window.harmonics(answer), dtype=complex)
+
+    def added(self, window: LawWindow, place: Floats, value: Floats) -> Complex:
+        """By torques (N m) at speed errors (rad/s)."""
+        rig = NonlinearRig(window.window_model.system, control_law=ErrorLaw(place, value))
+        return window.simulated(rig, window.mean_speed) - window.still
+
+    def change(self, spline: LawSpline) -> Floats:
+        """Of the gain from no error to a large one of either sign."""
+        return spline.growth
+
+    def per_change(self, spline: LawSpline) -> float:
+        """Per squared error."""
+        return 4 / spline.span**2
+
+
+KINDS: tuple[LawKind, ...] = (
+    BitLaw(),
+    *(BitLaw(memory) for memory in (0.3, 1.0, 3.0)),
+    *(CouplingLaw(place) for place in (0.0, 0.25, 0.5, 0.75, 1.0)),
+    ControlLaw(),
 )
 """Kinds that are tried."""
+
+
+def _to_top(window: LawWindow, place: float) -> tuple[Complex, Complex]:
+    """Speed that is recorded per torque at a place of the string, by reciprocity, and the admittance below it."""
+    system = window.window_model.system
+    ratio, admittance = _at(system, place, window.s)
+    drive = torque_transfers(system.top_drive, window.s)[0]
+    return window.window_model.mobility(window.s) / drive * ratio, admittance
 
 
 def _at(system: DrillingSystem, place: float, s: Complex) -> tuple[Complex, Complex]:

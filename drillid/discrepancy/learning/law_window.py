@@ -108,6 +108,11 @@ class LawWindow:
         lines = np.fft.rfft(self.period) / self.period.size
         return laplace(np.arange(1, lines.size) / self.seconds), np.asarray(lines[1:], dtype=complex)
 
+    def series(self, lines: Complex) -> Floats:
+        """One period (samples,) of what has these harmonics, at all lines but the mean."""
+        size = self.period.size
+        return np.asarray(np.fft.irfft(size * np.append(0.0, lines), size), dtype=float)
+
     def harmonics(self, series: Floats) -> Complex:
         """Harmonics (lines,) of one period of a series (samples,)."""
         return np.asarray((np.fft.rfft(series) / self.period.size)[self._places], dtype=complex)

@@ -19,7 +19,8 @@ from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import Extension
 from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_candidates, shared_likelihood
 from drillid.discrepancy.learning.examined import learnt_words
-from drillid.discrepancy.learning.law import POINTS
+from drillid.discrepancy.learning.law_kinds import BitLaw, ControlLaw, CouplingLaw
+from drillid.discrepancy.learning.law_spline import POINTS
 from drillid.discrepancy.products.advice import advice_text, best_shapes, identified_fit
 from drillid.discrepancy.products.extended_model import COORDINATES, extension_variables, parameters
 from drillid.discrepancy.products.immittance import missing_immittance
@@ -212,19 +213,19 @@ def _missing(examination: Examination) -> Columns:
 
 
 def _law(examination: Examination) -> Columns:
-    """The learnt law of the bit or of a coupling; NaN without one."""
-    law, missing = examination.law, np.full((3, POINTS), np.nan)
-    is_coupling = law is not None and law.kind.place is not None
-    drawn = missing if law is None else np.stack(law.drawn())
-    kinds = {
-        ("law_speed", "law_torque", "law_error"): missing if is_coupling else drawn,
-        ("coupling_torque", "coupling_twist", "coupling_error"): drawn if is_coupling else missing,
+    """The learnt law of bit, coupling or control; NaN without one."""
+    law = examination.law
+    columns: Columns = {
+        name: (("law_point",), np.full(POINTS, np.nan))
+        for kind in (BitLaw, CouplingLaw, ControlLaw)
+        for name in kind.variables
     }
-    columns = {
-        name: (("law_point",), row) for names, rows in kinds.items() for name, row in zip(names, rows, strict=True)
-    }
-    place = np.nan if law is None or law.kind.place is None else law.kind.place
-    return columns | {"law_memory": ((), law.kind.memory if law else np.nan), "coupling_place": ((), place)}
+    memory = place = np.nan
+    if law is not None:
+        columns |= {name: (("law_point",), row) for name, row in zip(law.kind.variables, law.drawn(), strict=True)}
+        memory = law.kind.memory if isinstance(law.kind, BitLaw) else np.nan
+        place = np.nan if law.kind.place is None else law.kind.place
+    return columns | {"law_memory": ((), memory), "coupling_place": ((), place)}
 
 
 def _held_out(examined: ExaminedSet, data: WellData) -> Columns:

@@ -13,7 +13,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive, of_window
-from drillid.physics.nonlinear import NonlinearRig, SpeedLaw, TwistLaw
+from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, SpeedLaw, TwistLaw
 from drillid.physics.sensor import Recording
 
 if TYPE_CHECKING:
@@ -172,7 +172,10 @@ def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
     """
     return {
         row: NonlinearRig(
-            window_model.system, law=_bit_law(examination, row), coupling=_coupling(examination, row, window_model)
+            window_model.system,
+            law=_bit_law(examination, row),
+            coupling=_coupling(examination, row, window_model),
+            control_law=_control_law(examination, row),
         )
         for row, window_model in _models_of(examination, "window_set").items()
     }
@@ -197,6 +200,14 @@ def _coupling(examination: xr.Dataset, row: int, window_model: WindowModel) -> T
     bend = _less_tangent(torque, twist, mean)
     least = max(0.0, -float(np.diff(bend).min()) / float(torque[1] - torque[0]))
     return TwistLaw(float(examination["coupling_place"].values[number]) * length, torque, bend + least * torque)
+
+
+def _control_law(examination: xr.Dataset, row: int) -> ErrorLaw | None:
+    number = int(examination["window_set"].values[row])
+    error, torque = (examination[name].values[number] for name in ("control_speed_error", "control_torque"))
+    if not np.isfinite(torque).all():
+        return None
+    return ErrorLaw(error, torque)
 
 
 def _less_tangent(place: Floats, value: Floats, mean: float) -> Floats:

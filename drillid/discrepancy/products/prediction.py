@@ -112,7 +112,7 @@ def added_by_law(
     window = law_window(examination, row, lambda _: channels, rate)
     if law is None or window is None:
         return np.zeros(PHASES)
-    curve = law.curvature.drawn(law.kind.mean(window))
+    curve = law.spline.drawn(law.kind.mean(window))
     frequency, lines = window.s.imag / (2 * np.pi), law.kind.added(window, *curve)
     inside = (frequency >= band[0]) & (frequency <= band[1])
     spectrum = np.zeros(PHASES // 2 + 1, dtype=complex)

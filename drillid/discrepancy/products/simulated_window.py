@@ -109,4 +109,5 @@ def _with_cutting(rig: NonlinearRig, weight: float) -> NonlinearRig:
     """The rig with the bit's named cutting laws as the simulator has them."""
     if not rig.system.bit.cutting:
         return rig
-    return replace(NonlinearRig.from_linear(rig.system, weight), law=rig.law, coupling=rig.coupling)
+    cut = NonlinearRig.from_linear(rig.system, weight)
+    return replace(rig, system=cut.system, cutting=cut.cutting, regenerative=cut.regenerative)

@@ -75,8 +75,8 @@ def residual_chart(results: WellResults, number: int) -> Any:
 
 
 def law_chart(results: WellResults, number: int) -> Any | None:
-    """The learnt law with its 95 % band: of the bit kN m against rpm, of a coupling mrad against kN m; None where none
-    is offered.
+    """The learnt law with its 95 % band: of bit or control kN m against rpm, of a coupling mrad against kN m; None
+    where none is offered.
     """
     examined = results.examination.isel(set=number)
     for names, units, scales, words in _LAWS:
@@ -99,6 +99,12 @@ _LAWS = (
         ("kN m", "mrad"),
         (1e3, 1e-3),
         ("Law of a coupling that was learnt", "Torque", "Twist less its tangent"),
+    ),
+    (
+        ("control_speed_error", "control_torque", "control_torque_error"),
+        ("rpm", "kN m"),
+        (RPM, 1e3),
+        ("Law of the speed control that was learnt", "Speed error", "Torque beside that of its gains"),
     ),
 )
 """Variables of each kind of law, its units, their sizes in SI, and title and axes."""

@@ -79,12 +79,12 @@ def growing() -> tuple[Examination, list[Series]]:
 def test_drag_that_grows_with_the_square_is_learnt_with_its_size(growing: tuple[Examination, list[Series]]) -> None:
     found = learnt(*growing)
     assert found.offered
-    own = found.curvature
+    own = found.spline
     speed, torque, error = found.drawn()
     inner = (speed > own.low) & (speed < own.high)
     mean = found.mean
     truth = DRAG * (speed - mean) ** 2
-    bend = torque - found.slope * (speed - mean)
+    bend = torque - found.slope_in_model * (speed - mean)
     assert np.abs(bend - truth)[inner].max() < 0.35 * truth[inner].max()
     assert np.mean(np.abs(bend - truth)[inner] < 3 * error[inner] + 0.05 * truth[inner].max()) > 0.9
 
@@ -110,11 +110,12 @@ def test_the_stored_law_is_simulated_as_it_was_learnt(growing: tuple[Examination
         f"law_{name}": (("set", "law_point"), values[None])
         for name, values in (("speed", speed), ("torque", torque), ("error", error))
     }
-    missing = ("set", "law_point"), np.full((1, speed.size), np.nan)
-    variables |= {"law_memory": ("set", [0.0]), "coupling_torque": missing, "coupling_twist": missing}
+    others = ("coupling_torque", "coupling_twist", "control_speed_error", "control_torque")
+    variables |= dict.fromkeys(others, (("set", "law_point"), np.full((1, speed.size), np.nan)))
+    variables |= {"law_memory": ("set", [0.0])}
     rig = simulated_rigs(xr.Dataset(variables, {"coordinate": list(COORDINATES)}))[1]
     assert rig.law is not None
-    _, own = told.law.curvature.drawn(windows[1].speed.mean())
+    _, own = told.law.spline.drawn(windows[1].speed.mean())
     np.testing.assert_allclose(rig.law.torque, own, atol=0.05 * np.ptp(own))
     still = np.zeros(400)
     result = simulate(rig, still, still + windows[1].speed.mean(), still)

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 
 from drillid.errors import SettingsError
 from drillid.physics.attachments import with_joint
-from drillid.physics.nonlinear import NonlinearRig, SpeedLaw, TwistLaw
+from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, SpeedLaw, TwistLaw
+from drillid.physics.top_drive import with_gains
 from drillid.simulation.simulate import TIME_STEP, Simulation, simulate
 from tests.simulated import SHALLOW
 
@@ -79,8 +81,43 @@ def test_a_law_with_memory_follows_the_speed_of_the_bit(memory: float) -> None:
     assert closure(result) < 1e-3
 
 
+def test_the_control_adds_the_torque_of_its_law_at_the_speed_error() -> None:
+    error = np.linspace(-3.0, 3.0, 601)
+    law = ErrorLaw(error, 400.0 * error**3)
+    time = np.arange(round(30.0 / TIME_STEP)) * TIME_STEP
+    sweep, still = 800.0 * np.sin(2 * np.pi * 0.3 * time), np.zeros(time.size)
+    rig = NonlinearRig(SHALLOW.system, control_law=law)
+    result = simulate(rig, sweep, still + SPEED, still, sample_interval=TIME_STEP)
+    controller, off = SHALLOW.top_drive.controller, SPEED - result.speed_reading
+    integral = cumulative_trapezoid(controller.integral * off, time, initial=0)
+    added = result.torque_command - sweep - controller.proportional * off - integral
+    expected = np.interp(off, error, law.torque)
+    assert np.ptp(expected) > 100.0
+    np.testing.assert_allclose(added - added[0], expected - expected[0], atol=1e-3 * np.ptp(expected))
+
+
+def test_a_straight_law_of_the_control_is_a_larger_gain() -> None:
+    error = np.linspace(-3.0, 3.0, 601)
+    time = np.arange(round(20.0 / TIME_STEP)) * TIME_STEP
+    sweep, still = 800.0 * np.sin(2 * np.pi * 0.3 * time), np.zeros(time.size)
+    larger = with_gains(SHALLOW.top_drive.controller, np.array([1.5, 1.0]))
+    top_drive = replace(SHALLOW.top_drive, controller=larger)
+    more = larger.proportional - SHALLOW.top_drive.controller.proportional
+    rigs = (
+        NonlinearRig(SHALLOW.system, control_law=ErrorLaw(error, more * error)),
+        NonlinearRig(replace(SHALLOW.system, top_drive=top_drive)),
+    )
+    by_law, by_gain = (simulate(rig, sweep, still + SPEED, still).speed for rig in rigs)
+    np.testing.assert_allclose(by_law, by_gain, atol=1e-9)
+
+
 def test_a_coupling_whose_twist_falls_and_a_memory_below_zero_are_refused() -> None:
     with pytest.raises(SettingsError, match="never falls"):
         TwistLaw(100.0, TORQUE, -1e-5 * TORQUE)
     with pytest.raises(SettingsError, match="memory"):
         SpeedLaw(TORQUE, TORQUE, -1.0)
+
+
+def test_a_law_of_the_control_needs_equal_steps() -> None:
+    with pytest.raises(SettingsError, match="law of the speed control"):
+        ErrorLaw(np.array([0.0, 1.0, 3.0]), np.zeros(3))
