@@ -1,5 +1,6 @@
 """What took long to compute, kept in files, which are never there in part."""
 
+import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +22,7 @@ def pickled(path: Path, make: Callable[[], Kept]) -> Kept:
 def write(path: Path, content: bytes) -> None:
     """Write a file whole, under another name first, with the folders above it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".part")
+    # two processes may make the same
+    unfinished = path.with_suffix(f".{os.getpid()}.part")
     unfinished.write_bytes(content)
     unfinished.replace(path)

@@ -1,5 +1,6 @@
 """What is hidden in a sealed case, and how its records are kept, in either world."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +53,8 @@ def kept_records(path: Path, windows: int, simulated: Callable[[int], dict[str, 
     if not path.is_file():
         parts = [simulated(number) for number in range(windows)]
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(".part.npz")
+        # two processes may make the same
+        unfinished = path.with_suffix(f".{os.getpid()}.part.npz")
         series = {name: np.stack([part[name] for part in parts]).astype(np.float32) for name in _CHANNELS}
         np.savez_compressed(unfinished, **series)
         unfinished.replace(path)

@@ -8,7 +8,7 @@ import typer
 from benchmarks.learn.measurement import FILE
 from benchmarks.parts import command
 
-PARTS = ("recovered", "field_start", "fleets")
+PARTS = ("recovered", "laws", "field_start", "fleets")
 
 if __name__ == "__main__":
     typer.run(command("benchmarks.learn", PARTS, "What is learnt", FILE))

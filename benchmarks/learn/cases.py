@@ -15,6 +15,7 @@ from benchmarks.blind.ideal.own import OwnResponses
 from benchmarks.blind.ideal.responses import Kind
 from benchmarks.kept import pickled
 from benchmarks.learn.effects import HIDEABLE
+from benchmarks.learn.law_effects import LAWS
 from benchmarks.learn.measurement import FOLDER
 from drillid.arrays import Floats
 from drillid.config.settings import Settings
@@ -29,7 +30,7 @@ SEEN = 6.0
 """√λ of the ideal test, unaware of the effect, at which half of all sets would be told."""
 _SEAL = 90210
 _ROUNDS, _CLOSE = 12, 0.04
-_EFFECTS: Mapping[str, Effect] = own.EFFECTS | {name: each.effect for name, each in HIDEABLE.items()}
+_EFFECTS: Mapping[str, Effect] = own.EFFECTS | {name: each.effect for name, each in (HIDEABLE | LAWS).items()}
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from drillid.datasets.tables import read_table
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.gather import gather_well
-from drillid.discrepancy.learning.examined import with_learnt
-from drillid.discrepancy.learning.examined_law import with_law
+from drillid.discrepancy.learning.examined_law import with_linear_or_law
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.intervals import runs
@@ -121,7 +120,7 @@ def examine_set(
         sweep, speed = window_channels(data.records, data.windows, int(rows[row]), ("torque_sweep", "speed"))
         return sweep, speed
 
-    return ExaminedSet(rows, with_law(with_learnt(examination), channels, sample_rate(data.records), error_rate))
+    return ExaminedSet(rows, with_linear_or_law(examination, channels, sample_rate(data.records), error_rate))
 
 
 def evidence_of(data: WellData, memo: Memo | None = None) -> Evidence:

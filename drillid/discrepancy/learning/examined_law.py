@@ -1,5 +1,5 @@
-"""An examination with a law that is learnt in time, where its verdict is unknown and nothing linear is offered, or
-where the harmonics of the sweep's period show what its model lacks.
+"""An examination with a law that is learnt in time, where its verdict is unknown, or where the harmonics of the sweep's
+period show what its model lacks.
 """
 
 from collections.abc import Callable
@@ -9,6 +9,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.discrepancy.inference.most_mass import of_most_mass
+from drillid.discrepancy.learning.examined import with_learnt
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LearntLaw, learnt_law
 from drillid.discrepancy.learning.law_kinds import law_p_value
 from drillid.discrepancy.learning.law_window import LawWindow
@@ -23,27 +24,47 @@ _HARMONICS, _HIGHEST_SHARE = 2.0, 0.3
 """Highest frequency at which a law is compared, per highest one of the responses, and per rate of the samples."""
 
 
-def with_law(
+def with_linear_or_law(
     examination: Examination, channels: Callable[[int], tuple[Floats, Floats]], rate: float, error_rate: float = 0.05
 ) -> Examination:
-    """The examination with a law beside its extended model, where the verdict is unknown and no linear extension was
-    learnt, or where a law surely shows: a verdict none becomes unknown, and a named cause gets that beside it.
+    """The examination with a linear extension that was learnt, or with a law: where a law surely shows, and surely
+    predicts more, it takes the place of the former. Parameters as of `with_law`.
+    """
+    linear = with_learnt(examination)
+    if linear.fingerprint is None:
+        return with_law(examination, channels, rate, error_rate)
+    told = with_law(examination, channels, rate, error_rate, surely=True)
+    gain = max(verdict.predictive_gain for verdict in linear.verdicts if verdict.verdict == UNKNOWN)
+    if told.law is not None and told.law.gain.low > gain:
+        return told
+    return replace(linear, law_p_value=told.law_p_value)
+
+
+def with_law(
+    examination: Examination,
+    channels: Callable[[int], tuple[Floats, Floats]],
+    rate: float,
+    error_rate: float = 0.05,
+    *,
+    surely: bool = False,
+) -> Examination:
+    """The examination with a law beside its extended model, where the verdict is unknown, or where a law surely shows:
+    a verdict none becomes unknown, and a named cause gets that beside it.
 
     Parameters
     ----------
     channels : sweep (N m) and speed (rad/s) of a window, (samples,) each
     rate : Hz
     error_rate : chance that a set in which nothing is wrong gets another verdict than none
+    surely : learn it only where it surely shows
     """
-    if examination.fingerprint is not None:
-        return examination
     windows = law_windows(examination, channels, rate)
     if not windows:
         return examination
     p_value = law_p_value(windows)
     examination = replace(examination, law_p_value=p_value)
     is_unknown = any(verdict.verdict == UNKNOWN for verdict in examination.verdicts)
-    if not is_unknown and p_value >= error_rate * LAW_SHARE:
+    if (surely or not is_unknown) and p_value >= error_rate * LAW_SHARE:
         return examination
     try:
         law = learnt_law(windows)

@@ -157,4 +157,3 @@ def test_a_law_that_surely_shows_makes_unknown_of_none() -> None:
     first, second = told(named).verdicts
     assert first == named
     assert second.verdict == UNKNOWN
-    assert told(nothing, fingerprint=told(nothing).fingerprint).verdicts == (nothing,)

@@ -79,7 +79,7 @@ def test_a_set_that_is_complete_is_kept(
     # a rate at which every p-value is significant; the search for causes that follows takes long and is of no interest
     monkeypatch.setattr(kept_sets, "shared_error_rate", lambda *_: 1e9)
     monkeypatch.setattr(sets, "examine", lambda *_, **__: found[-1])
-    monkeypatch.setattr(sets, "with_law", lambda examination, *_: examination)
+    monkeypatch.setattr(sets, "with_linear_or_law", lambda examination, *_: examination)
     run(healthy, tmp_path / "grown", 2)
     assert calls == ["examine", "examine"]
 
