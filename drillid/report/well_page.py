@@ -11,6 +11,7 @@ from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import FIGURES
 from drillid.figures.data import WellResults
 from drillid.report.attention import items
+from drillid.report.charts.embedding import document, without_idle_parts
 from drillid.report.rendering import render
 from drillid.report.well_report import WellReport
 
@@ -55,13 +56,13 @@ def well_page(
     )
 
 
+@without_idle_parts()
 def _charts(well: WellReport, results: WellResults) -> dict[str, Any]:
     """The JSON of the log plot and that of the other charts, and for each kind the elements that they are drawn in.
 
     The log plot is a document of its own, which the page shows before it reads the other.
     """
     from drillid.report.charts import discovery, well_data
-    from drillid.report.charts.embedding import document
     from drillid.report.charts.log_plot import log_plot
     from drillid.report.charts.maps import map_charts, map_source, spectrum_charts, spectrum_source
     from drillid.report.charts.style import depth_range

@@ -42,6 +42,34 @@ def document(charts: Mapping[str, Any], named: Mapping[str, Any], prefix: str) -
 
 
 @contextlib.contextmanager
+def without_idle_parts() -> Iterator[None]:
+    """Let Bokeh make no part of a model before somebody asks for it, such as the box that a tool may draw.
+
+    It makes parts that nobody asks for, which takes more than half of the time of a page, and writes them into the
+    document, though its script makes the same of a model that lacks them.
+    """
+    from bokeh.core.has_props import HasProps
+    from bokeh.core.property.singletons import Intrinsic, Undefined
+
+    models: Any = HasProps
+    original = models.__init__
+
+    def begin(model: Any, **properties: Any) -> None:
+        super(models, model).__init__()
+        model._property_values, model._unstable_default_values, model._unstable_themed_values = {}, {}, {}
+        for name, value in properties.items():
+            if value is not Undefined and value is not Intrinsic:
+                setattr(model, name, value)
+        model._initialized = True
+
+    models.__init__ = begin
+    try:
+        yield
+    finally:
+        models.__init__ = original
+
+
+@contextlib.contextmanager
 def _defaults_not_found_out() -> Iterator[None]:
     """Let Bokeh look at no property that has its default value, which it leaves out of a document in the end.
 
