@@ -25,6 +25,7 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.datasheet import DataSheet, data_sheet
 from drillid.fits.window_fit import Measured, fit
 from drillid.fleet.lock import held
+from drillid.physics.limits import withheld_by_play
 from drillid.physics.parameters import USUAL
 from drillid.physics.responses import command_mobility, laplace
 
@@ -68,13 +69,14 @@ def fit_mobility() -> None:
 
 
 def examine_mobility() -> None:
-    """The model of a set of one window, with sums over its rows and with the rows themselves."""
+    """The model of a set of one window, with sums over its rows and with the rows themselves; a gear with play."""
     sheet, measured = computed()
     rows = (row[None] for row in (measured.mobility, measured.variance, measured.degrees_of_freedom))
     used, points = np.ones((1, measured.frequency.size), dtype=bool), OperatingPoints(*np.full((5, 1), DEPTH))
     model = SetModel(Evidence(measured.frequency, *rows, used, points, sheet, USUAL.mean(axis=0, keepdims=True)))
     model.products(model.start(), ())
     model.linearised(model.start())
+    withheld_by_play(np.zeros(2), 0.02, 1.0, 0.01)
 
 
 def computed() -> tuple[DataSheet, Measured]:

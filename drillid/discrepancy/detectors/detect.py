@@ -6,6 +6,7 @@ effects are distinguished by a greedy search: the strongest first, then the othe
 
 from collections.abc import Mapping
 from dataclasses import replace
+from graphlib import TopologicalSorter
 
 import numpy as np
 
@@ -101,8 +102,10 @@ def _explained(candidate: Candidate, inspection: Inspection) -> Floats:
 
 
 def _score_alone(applicable: Mapping[str, Detector], inspection: Inspection) -> None:
-    """Add the scores of detectors with a separate test; those that more others may exclude come later."""
-    for name, detector in sorted(applicable.items(), key=lambda item: len(item[1].excluded_by)):
+    """Add the scores of detectors with a separate test, each after those that may exclude it."""
+    order = TopologicalSorter({name: detector.excluded_by for name, detector in applicable.items()})
+    for name in (name for name in order.static_order() if name in applicable):
+        detector = applicable[name]
         if any(inspection.clearly_detected(other) for other in detector.excluded_by):
             continue
         own_score = detector.score(name, inspection)
