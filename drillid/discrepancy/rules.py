@@ -34,6 +34,7 @@ class Rule(float):
 
 
 _DETECTORS = "tests/truth/discrepancy/test_detectors.py::"
+_DRIVE = "tests/truth/discrepancy/test_drive_detectors.py::"
 _ENGINE = "tests/truth/blind/test_engine.py::"
 _PRODUCTS = "tests/truth/discrepancy/test_products.py::"
 _POOLING = "tests/unit/discrepancy/test_pooling.py::"
@@ -135,7 +136,7 @@ STEPPED_ROWS = Rule(
     2e-3,
     "the same, s, from which rows in steps hide a slew of the drive",
     "lines between samples at 50 ms make less, a hold of 7 ms as much",
-    _DETECTORS + "test_rows_that_a_slower_control_wrote_are_no_slew",
+    _DRIVE + "test_rows_that_a_slower_control_wrote_are_no_slew",
 )
 LINE_KEPT = Rule(
     2.0,

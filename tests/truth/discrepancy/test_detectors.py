@@ -1,42 +1,44 @@
 """Detections in records of the time-domain simulator: standard normal without their cause, of the right size with it.
 
-The rig is small and its noise changes in level, as drilling noise does.
+Those of what the top drive does to its command are in `test_drive_detectors`.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 from scipy.stats import binom
 
-from drillid.discrepancy.catalogue import SYMPTOMS
 from drillid.discrepancy.detectors import detect as detecting
 from drillid.discrepancy.detectors.change import ChangeDetector
 from drillid.discrepancy.detectors.detect import detect, detectors
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.detectors.detector import Inspection
-from drillid.discrepancy.detectors.drive import ceiling_score
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
 from drillid.discrepancy.detectors.recorder import RotatingErrors
 from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.discrepancy.detectors.score import Candidate, score, whitened
 from drillid.discrepancy.gather import all_detections
 from drillid.errors import EstimationError
-from drillid.excitation.torques import SWEEP_PERIOD, coloured_noise, exponential_sweeps
-from drillid.physics.limits import rate_limited, withheld_by_play
-from drillid.physics.nonlinear import Cutting, DriveLimits, Gear, NonlinearRig, SpeedSensor, VaryingRig, Weakening
+from drillid.excitation.torques import SWEEP_PERIOD
+from drillid.physics.nonlinear import Cutting, NonlinearRig, SpeedSensor, Weakening
 from drillid.physics.parameters import DAMPING_BHA
 from drillid.simulation.recorder import Recorder, Tone
-from drillid.simulation.simulate import SAMPLE_INTERVAL, simulate
-from tests.simulated import LEAD_IN_S, RATE, SHALLOW, WINDOW_S, Truth
+from drillid.simulation.simulate import SAMPLE_INTERVAL
+from tests.simulated import SHALLOW
+from tests.truth.discrepancy.window_records import (
+    RIG,
+    SPEED,
+    alone,
+    course,
+    detections_of,
+    has_size,
+    of_random_ages,
+    of_slower_samples,
+    recorded,
+    records,
+)
 
-STEP = 0.005
-SENSOR_NOISE = 0.002
-SPEED = 10.5
-RIG = NonlinearRig(SHALLOW.system)
-LIGHT = replace(SHALLOW, pipe=replace(SHALLOW.pipe, kappa=20.0), collars=replace(SHALLOW.collars, kappa=20.0))
 NULL_RUNS, NULL_WINDOWS = 5, 12
 ALWAYS = (
     "length_growth",
@@ -52,82 +54,6 @@ ALWAYS = (
     "control_trend",
 )
 """Causes and symptoms that every window of steady drilling can show."""
-
-
-def records(
-    rig: NonlinearRig | VaryingRig,
-    seed: int,
-    windows: int = 1,
-    truth: Truth = SHALLOW,
-    bit_torque: float | None = None,
-    weight: float = 0.0,
-    speed: float = SPEED,
-    harder_rock: float = 0.0,
-) -> list[WindowRecord]:
-    """Successive windows under bit noise whose level wanders by 30 %; amid the first the rock may get harder, N m."""
-    steps = round((LEAD_IN_S + windows * WINDOW_S) / STEP)
-    generator = np.random.default_rng(seed)
-    level = np.exp(coloured_noise(generator, steps, STEP, 0.3, 0.02))
-    noise = level * coloured_noise(generator, steps, STEP, truth.bit_noise, 2.0)
-    mean = truth.bit_torque if bit_torque is None else bit_torque
-    result = simulate(
-        rig,
-        exponential_sweeps(np.arange(steps) * STEP, truth.sweep_amplitude),
-        np.full(steps, speed),
-        mean + noise + harder_rock * (np.arange(steps) * STEP > LEAD_IN_S + WINDOW_S / 2),
-        mean_bit_torque=mean,
-        weight_on_bit=weight,
-        time_step=STEP,
-    )
-    reading = result.speed_reading + SENSOR_NOISE * generator.standard_normal(result.time.size)
-    sweep = exponential_sweeps(result.time, truth.sweep_amplitude)
-    return [
-        WindowRecord(
-            *(values[first : first + round(WINDOW_S * RATE)] for values in (sweep, reading, result.torque_command)),
-            RATE,
-            SWEEP_PERIOD,
-            truth.parameters,
-            truth.known,
-        )
-        for first in (round((LEAD_IN_S + number * WINDOW_S) * RATE) for number in range(windows))
-    ]
-
-
-def course(change: Callable[[float], NonlinearRig]) -> VaryingRig:
-    """A rig that changes with the share of the one window that has passed."""
-    return lambda time: change(min(max((time - LEAD_IN_S) / WINDOW_S, 0.0), 1.0))
-
-
-def recorded(record: WindowRecord, recorder: Recorder) -> WindowRecord:
-    """The same with the speed recorded otherwise."""
-    return replace(record, speed=recorder.record(record.speed, SAMPLE_INTERVAL))
-
-
-def between_rows(record: WindowRecord, places: np.ndarray) -> np.ndarray:
-    """Sweep, speed and command at places (n,) in rows, on smooth curves through these, (3, n)."""
-    channels = np.stack([record.sweep, record.speed, record.command])
-    return np.asarray(CubicSpline(np.arange(record.sweep.size), channels, axis=1)(places))
-
-
-def of_slower_samples(record: WindowRecord, interval: float, *, held: bool) -> WindowRecord:
-    """The same with rows that hold samples at some interval, s, or lie on lines between them."""
-    rows = np.arange(record.sweep.size)
-    samples = np.arange(0, rows[-1], interval * RATE)
-    place = np.floor(rows / (interval * RATE)) * interval * RATE if held else rows
-    sweep, speed, command = (np.interp(place, samples, values) for values in between_rows(record, samples))
-    return replace(record, sweep=sweep, speed=speed, command=command)
-
-
-def of_random_ages(record: WindowRecord) -> WindowRecord:
-    """The same with rows that are up to 12 ms old."""
-    rows = np.arange(record.sweep.size)
-    places = rows - 0.012 * RATE * np.random.default_rng(0).random(rows.size)
-    sweep, speed, command = between_rows(record, places)
-    return replace(record, sweep=sweep, speed=speed, command=command)
-
-
-def detections_of(record: WindowRecord) -> dict[str, Detection]:
-    return {detection.cause: detection for detection in detect(record)}
 
 
 @pytest.fixture(scope="session")
@@ -174,85 +100,6 @@ def test_windows_without_the_causes_place_have_no_such_detection(null_detections
         assert not {"quantisation", "stuck_slip_regimes", "gear_backlash"} & set(detections)
 
 
-def _plain(record: WindowRecord, cause: str) -> Detection:
-    """The detection of a cause that stands out, and more than that of any other."""
-    detections = detections_of(record)
-    assert detections[cause].score > 5
-    assert detections[cause].score == max(
-        detection.score for name, detection in detections.items() if name not in SYMPTOMS
-    ), detections
-    return detections[cause]
-
-
-def _has_size(detection: Detection, size: float) -> bool:
-    return abs(detection.size - size) < 3 * detection.size_error
-
-
-def test_torque_limit() -> None:
-    rig = replace(RIG, limits=DriveLimits(torque=1950.0))
-    assert _has_size(_plain(records(rig, 50)[0], "torque_limit"), 1950.0)
-
-
-@pytest.mark.parametrize(("name", "limit"), [("torque_limit", 1950.0), ("torque_rate_limit", 1500.0)])
-@pytest.mark.parametrize("step", [0.0, 2.0])
-def test_a_limit_shows_in_a_command_that_is_logged_behind_it(name: str, limit: float, step: float) -> None:
-    """The torque follows that command, so that none is missing, and no jitter of the delay takes its evidence."""
-    by_torque = name == "torque_limit"
-    record = records(replace(RIG, limits=DriveLimits(**{"torque" if by_torque else "rate": limit})), 50)[0]
-    command = np.clip(record.command, -limit, limit)
-    if not by_torque:
-        command = rate_limited(record.command, np.array([limit / record.rate]))[0]
-    command = np.round(command / step) * step if step else command
-    detections = detections_of(replace(record, command=command))
-    assert detections[name].score > 8
-    size, error = detections[name].size, detections[name].size_error
-    assert abs(size - limit) < max(4 * error, 1e-6 * limit)
-    assert error < 0.03 * limit
-    assert "delay_jitter" not in detections
-
-
-def test_a_command_without_a_limit_has_no_ceiling() -> None:
-    for seed in (60, 61):
-        command = records(RIG, seed)[0].command
-        for logged in (command, np.round(command / 10) * 10, np.repeat(command[::5], 5)):
-            for series in (logged, -logged, np.abs(np.diff(logged))):
-                assert ceiling_score(series) is None
-
-
-@pytest.mark.parametrize("seed", [52, 53])
-def test_rate_limit_that_is_reached_most_of_the_time(seed: int) -> None:
-    record = records(replace(RIG, limits=DriveLimits(rate=900.0)), seed)[0]
-    assert np.mean(np.abs(np.gradient(record.command)) * RATE > 900.0) > 0.5
-    detection = _plain(record, "torque_rate_limit")
-    assert abs(detection.size - 900.0) < 3 * detection.size_error
-    assert detection.size_error < 0.02 * 900.0
-
-
-def test_torque_limit_without_logged_command() -> None:
-    record = records(replace(RIG, limits=DriveLimits(torque=1900.0)), 50)[0]
-    detection = detections_of(replace(record, command=np.full_like(record.command, np.nan)))["torque_limit"]
-    assert np.isnan(detection.size)
-
-
-def test_torque_rate_limit() -> None:
-    rig = replace(RIG, limits=DriveLimits(rate=1500.0))
-    assert _has_size(_plain(records(rig, 52)[0], "torque_rate_limit"), 1500.0)
-
-
-def test_delay_jitter() -> None:
-    top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
-    rig = replace(RIG, system=replace(SHALLOW.system, top_drive=top_drive))
-    assert _has_size(_plain(records(rig, 60)[0], "delay_jitter"), 0.014**2)
-
-
-def test_rows_that_a_slower_control_wrote_are_no_slew() -> None:
-    (record,) = records(RIG, 5)
-    assert "torque_rate_limit" not in detections_of(of_random_ages(record))
-    for interval in (0.0125, 0.05):
-        released = detections_of(of_slower_samples(record, interval, held=True)).get("torque_rate_limit")
-        assert released is None or released.score < 3
-
-
 @pytest.mark.usefixtures("_jitter_alone")
 @pytest.mark.parametrize("interval", [0.0075, 0.0125, 0.0175, 0.0275, 0.0325])
 def test_samples_that_held_rows_release_are_no_jitter(null_records: list[WindowRecord], interval: float) -> None:
@@ -269,17 +116,9 @@ def test_in_rows_of_random_ages_no_jitter_is_sought() -> None:
     assert not detections_of(of_random_ages(record))
 
 
-@pytest.mark.parametrize("interval", [0.0125, 0.0275])
-def test_jitter_shows_in_samples_that_held_rows_release(interval: float) -> None:
-    top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
-    rig = replace(RIG, system=replace(SHALLOW.system, top_drive=top_drive))
-    rows = of_slower_samples(records(rig, 60)[0], interval, held=True)
-    assert _plain(rows, "delay_jitter").score > 5
-
-
 def test_once_per_revolution() -> None:
     rig = replace(RIG, sensor=SpeedSensor(ripple=0.003))
-    assert _has_size(_plain(records(rig, 53)[0], "once_per_revolution"), 0.003)
+    assert has_size(alone(records(rig, 53)[0], "once_per_revolution"), 0.003)
 
 
 @pytest.mark.parametrize(
@@ -296,7 +135,7 @@ def test_once_per_revolution() -> None:
     ],
 )
 def test_what_the_recorder_does(null_records: list[WindowRecord], cause: str, size: float, recorder: Recorder) -> None:
-    assert _has_size(_plain(recorded(null_records[0], recorder), cause), size)
+    assert has_size(alone(recorded(null_records[0], recorder), cause), size)
 
 
 @pytest.mark.parametrize(
@@ -330,7 +169,7 @@ def test_length_growth() -> None:
         return replace(RIG, system=replace(SHALLOW.system, string=(pipe, SHALLOW.collars)))
 
     truth = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0)
-    assert _has_size(_plain(records(course(grown), 54, truth=truth)[0], "length_growth"), 60.0)
+    assert has_size(alone(records(course(grown), 54, truth=truth)[0], "length_growth"), 60.0)
 
 
 def _with_damping(damping: float) -> NonlinearRig:
@@ -345,8 +184,8 @@ QUIET = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0, bit=replace(SHAL
 def test_parameter_drift(end: float) -> None:
     drifting = course(lambda share: _with_damping(30.0 + (end - 30.0) * share))
     record = records(drifting, 55, truth=QUIET)[0]
-    detection = _plain(record, "parameter_drift")
-    assert _has_size(detection, end - 30.0)
+    detection = alone(record, "parameter_drift")
+    assert has_size(detection, end - 30.0)
     assert detection.size_error < 0.3 * detection.size
     assert detection.misfit < 3 < detections_of(record)["trend"].score
 
@@ -355,8 +194,8 @@ def test_parameter_drift(end: float) -> None:
 def test_regime_change(after: float) -> None:
     jumping = course(lambda share: _with_damping(35.0 if share < 0.43 else after))
     record = records(jumping, 56, truth=QUIET)[0]
-    detection = _plain(record, "regime_change")
-    assert _has_size(detection, after - 35.0)
+    detection = alone(record, "regime_change")
+    assert has_size(detection, after - 35.0)
     assert detection.size_error < 0.3 * detection.size
     evenly = detections_of(record)["parameter_drift"]
     assert detection.misfit < 3 < evenly.misfit
@@ -416,7 +255,7 @@ def test_a_bit_that_sticks_and_slips() -> None:
     dynamic = 0.5 * SHALLOW.bit_torque / weight
     static = dynamic + steepness * threshold * np.exp(6.5 / threshold) / weight
     rig = replace(RIG, cutting=Cutting(static, dynamic, Weakening(threshold)))
-    detection = _plain(records(rig, 63, bit_torque=0.0, weight=weight, speed=6.5)[0], "stuck_slip_regimes")
+    detection = alone(records(rig, 63, bit_torque=0.0, weight=weight, speed=6.5)[0], "stuck_slip_regimes")
     assert detection.size > 1
 
 
@@ -433,38 +272,6 @@ def test_torque_that_falls_with_speed() -> None:
     assert max(detections["stribeck_cutting"].score, detections["coulomb_contact"].score) > 5
 
 
-LOOSE = NonlinearRig(LIGHT.system, gear=Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0))
-
-
-def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None:
-    record = records(LOOSE, 64, truth=LIGHT, bit_torque=-130.0)[0]
-    assert np.isnan(_plain(record, "gear_backlash").size)
-    assert "gear_backlash" not in detections_of(replace(record, command=np.full_like(record.command, np.nan)))
-
-
-def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
-    plain = records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)
-    assert max(detections_of(record)["gear_backlash"].score for record in plain) < 3
-
-
-def test_teeth_part_for_as_long_as_the_motor_takes_to_cross_the_play() -> None:
-    torque, inertia, play, step = 50.0, 400.0, 0.1, 1e-3
-    reversed_at, samples = 500, 3000
-    series = np.where(np.arange(samples) < reversed_at, torque, -torque)
-    withheld = withheld_by_play(series, step, inertia, play / 2)
-    apart = np.flatnonzero(withheld)
-    assert apart[0] == reversed_at
-    assert apart.size * step == pytest.approx(np.sqrt(2 * play * inertia / torque), abs=2 * step)
-    assert withheld[apart[:-2]] == pytest.approx(torque)
-    # when the teeth meet, the motor gives back what it gained
-    assert withheld.sum() == pytest.approx(0.0, abs=1e-6 * torque / step)
-
-
-def test_a_torque_that_keeps_its_sign_holds_the_teeth_together() -> None:
-    assert not withheld_by_play(np.array([3.0, 1.0, 2.0]), 0.1, 100.0, 0.05).any()
-    assert not withheld_by_play(np.array([-3.0, -1.0, -2.0]), 0.1, 100.0, 0.05).any()
-
-
 def test_hardly_any_missing_torque_is_no_evidence(null_records: list[WindowRecord]) -> None:
     residual = ResidualRecord(null_records[0])
     noise = residual.error
@@ -474,13 +281,6 @@ def test_hardly_any_missing_torque_is_no_evidence(null_records: list[WindowRecor
     )
     assert score(missing, noise, residual) is not None
     assert score(hardly_any, noise, residual) is None
-
-
-def test_rate_limit_of_a_step() -> None:
-    series = np.array([0.0, 1.0, 1.0, 1.0, 0.0])
-    slow, fast = rate_limited(series, np.array([0.4, 2.0]))
-    assert slow == pytest.approx([0.0, 0.4, 0.8, 1.0, 0.6])
-    assert fast == pytest.approx(series)
 
 
 @pytest.mark.parametrize("cut", [0.0, 0.01])
