@@ -7,8 +7,9 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from drillid.discrepancy.catalogue import Cause
+from drillid.discrepancy.inference.projection import secants
 from drillid.discrepancy.inference.screen import Screen
-from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set, normal_equations, within, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SHARED, Extension, Point, SetModel
 from drillid.discrepancy.rules import (
     CONTENDER,
@@ -27,6 +28,10 @@ _FINEST = 0.1
 """Share of its first length down to which the step of a shape is halved."""
 _MOST_FIXED = 2
 """Shapes of a cause without a size that are fitted."""
+_SELDOM, _SMALLER = 0.01, 0.1
+"""Interval of a control, s, from which a fit also begins where the base model makes room for a cause, and the size that
+the cause has there, per usual size.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +222,24 @@ class _CauseFitter:
             return near
         starts = (size.typical, large if size.low >= 0 else -size.typical)
         sizes = {float(np.clip(start, size.low, size.high)) for start in starts}
-        return [*near, *self._sized([self.base.point, self.model.expected()], sizes)]
+        points = [*near, *self._sized([self.base.point, self.model.expected()], sizes)]
+        if further.cause.is_linear and not size.fixed and self.model.control_interval >= _SELDOM:
+            points.append(self._given_room(further))
+        return points
+
+    def _given_room(self, further: Extension) -> Point:
+        """A cause at a small size, with all else moved by what the base model takes of it to first order.
+
+        What a control that samples seldom adds to its delay has a kink wherever the delay is so many intervals and a
+        half; a fit from size zero, or without room for the delay that comes with the cause, ends before the next one.
+        """
+        direction = secants(self.model, self.base, self.extensions, (further,), _SMALLER)
+        size = _SMALLER * further.cause.size.typical
+        matrix = normal_equations(self.model, self.base.point, self.extensions, direction).eliminated()[0]
+        moved = -size * np.linalg.solve(matrix[:-1, :-1], matrix[:-1, -1])
+        point = self.base.point
+        sizes = np.append(point.sizes + moved[SHARED : SHARED + point.sizes.size], size)
+        return within(replace(point, shared=point.shared + moved[:SHARED], sizes=sizes), (*self.extensions, further))
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
         """Each of some points with each of some sizes of a further cause."""

@@ -66,9 +66,8 @@ INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
 _INTERVAL_ERROR = 1e-3
 """Least standard uncertainty of the control's interval."""
-_HOLD, _HOLD_ERROR = 1e-4, 0.02
-"""Standard error of what is folded, in squares of the interval: its formula is that of the top drive's inertia, and the
-string below adds a tenth of that to the load, of which an interval's square by six is folded."""
+_HOLD = 1e-4
+"""s²."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01, -10.0, -10.0])
@@ -171,10 +170,19 @@ class SetModel:
         error += [sheet.delay_error / _DELAY, sheet.inertia_td_error / _INERTIA, 2.0, lump]
         error += [sheet.controller_relative, sheet.controller_relative, sheet.clock_error / _CLOCK]
         interval = self.control_interval / _INTERVAL
-        folded = max(_HOLD_ERROR * (_INTERVAL * interval) ** 2 / _HOLD, _INTERVAL_ERROR)
+        folded = max(self._folded_error / _HOLD, _INTERVAL_ERROR)
         off = max(sheet.control_interval_relative * interval, _INTERVAL_ERROR)
         mean, error = [*mean, interval, 0.0, 0.0], [*error, off, folded, folded]
         return np.array(mean), np.minimum(error, _WIDE)
+
+    @property
+    def _folded_error(self) -> float:
+        """Error of the variances by what is folded, s²: the share that the string adds to the top drive's inertia as
+        load, at the rate of the control, of an interval's square by six, which is that of this inertia alone.
+        """
+        string, interval = Section(1.0, self.polar_moment), self.control_interval
+        share = float(string.characteristic_admittance) * interval / (2 * np.pi * self.evidence.data_sheet.inertia_td)
+        return share * interval**2 / 6
 
     @property
     def control_interval(self) -> float:
