@@ -125,8 +125,13 @@ class Ideal:
         return total
 
     def least_distance(self, hidden: tuple[Hidden, ...]) -> float:
-        """Squared distance at the best nuisances."""
-        return self.closest(hidden)[0]
+        """Squared distance at the best nuisances, from the truth and from wherever else there may be a minimum."""
+        least = self.closest(hidden)[0]
+        for nuisance, offset in self.priors.starts:
+            begin = np.zeros(len(NUISANCES))
+            begin[nuisance] = offset
+            least = min(least, self.closest(hidden, rejected=least, begin=begin)[0])
+        return least
 
     def closest(
         self,
@@ -136,6 +141,7 @@ class Ideal:
         grown: bool = True,
         rejected: float = np.inf,
         hopeless: float = np.inf,
+        begin: Floats | None = None,
     ) -> tuple[float, tuple[Hidden, ...]]:
         """Squared distance at the best nuisances and the best sizes of rival causes, by Gauss–Newton.
 
@@ -145,6 +151,7 @@ class Ideal:
             far off
         rejected : squared distance above which the fit stops
         hopeless : the same at parts of the cause's size; the distance of the whole cause is then told as infinite
+        begin : nuisances from which the whole cause is fitted; by default those of the truth, for parts of it first
 
         Returns
         -------
@@ -152,9 +159,10 @@ class Ideal:
         rivals : at those sizes
         """
         theory = self.theory(frozenset(cause.name for cause in hidden))
-        point = _Point(np.zeros(len(NUISANCES)), np.zeros((len(self.windows), len(LOCAL))), rivals)
+        shared = np.zeros(len(NUISANCES)) if begin is None else begin
+        point = _Point(shared, np.zeros((len(self.windows), len(LOCAL))), rivals)
         least, before = np.inf, 1.0
-        whole = not grown or any(cause.name == "sign_or_unit" for cause in hidden)
+        whole = begin is not None or not grown or any(cause.name == "sign_or_unit" for cause in hidden)
         for share in (1.0,) if whole else _GROWTH:
             wanted = tuple(replace(cause, size=share * cause.size) for cause in hidden)
             target = {number: theory.response(number, wanted) for number in self.windows}

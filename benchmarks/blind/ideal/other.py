@@ -28,6 +28,11 @@ from benchmarks.blind.other_world.theory import (
 from benchmarks.blind.vocabulary import tone_frequency
 from drillid.arrays import Complex, Floats
 
+_SHARES = (-0.25, -0.125, 0.125, 0.25)
+"""Of an interval, by which the delay is off at the beginning of a fit."""
+_SELDOM, _OTHER_INTERVALS = 0.01, (0.01, 0.02, 0.035, 0.05)
+"""s, from which that matters, and intervals to begin with where it is not known."""
+
 
 class OtherResponses:
     """A case of the second world for the ideal test."""
@@ -168,7 +173,19 @@ def _priors(case: Case) -> Priors:
     shared += [own["collar_polar_moment"], sheet.controller_relative, sheet.controller_relative]
     shared += [1e3 * sheet.clock_error, _interval_error(case)]
     units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
-    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3), tuple(wrong))
+    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3), tuple(wrong), _starts(case))
+
+
+def _starts(case: Case) -> tuple[tuple[int, float], ...]:
+    """Delays and intervals to begin with: what a control that samples and holds adds to its delay has a kink wherever
+    the delay is so many intervals and a half, and an interval that is not known may be any.
+    """
+    interval, names = case.rig.control.interval, list(NUISANCES)
+    delays = tuple((names.index("delay"), share * interval / 0.01) for share in _SHARES if interval >= _SELDOM)
+    if _interval_error(case) < INTERVAL_SPREAD:
+        return delays
+    others = tuple((names.index("interval"), float(np.log10(other / interval))) for other in _OTHER_INTERVALS)
+    return delays + others
 
 
 def _interval_error(case: Case) -> float:

@@ -105,6 +105,8 @@ class Priors:
     local: Floats
     wrong: tuple["Wrong", ...] = ()
     """Values of documents of which at most one may be wrong outright."""
+    starts: tuple[tuple[int, float], ...] = ()
+    """Nuisances and offsets from which fits of all begin as well, as there may be several minima."""
 
 
 class Wrong(NamedTuple):
