@@ -28,7 +28,7 @@ from drillid.fleet.manifest import write_whole
 from drillid.fleet.provenance import digest, source_hash
 from drillid.statistics import TWO_SIDED
 
-FIRST = 130_000
+FIRST = 140_000
 """First seed of the proof; lower ones are for development."""
 SIZES = (3, 6, 12)
 """Wells of a fleet, in turn; a well takes about a second."""
@@ -49,7 +49,7 @@ DETECTABILITY = (2.5, 10.0)
 GAIN_CAUSE, GAIN_WELLS, GAIN_ROOT = "delay_jitter", (3, 6, 12, 24), 4.0
 """Cause that no data sheet limits, so that only the number of wells does; wells of one fleet, taken in turn; and √λ of
 the first of these."""
-PROCESSES = 1
+PROCESSES = 2
 _CODE = source_hash(
     "drillid.discrepancy.inference.shared_likelihood",
     "drillid.discrepancy.gather",

@@ -30,10 +30,12 @@ from drillid.discrepancy.inference.set_fit import (
     off_cost,
     within,
 )
-from drillid.discrepancy.inference.set_model import LOCAL, SHARED, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import DATA_SHEET, LOCAL, SHARED, Extension, Point, SetModel
 
-RIG = np.delete(np.arange(SHARED), LOCAL)
-"""Indices of the coordinates that belong to the rig."""
+RIG = np.array(DATA_SHEET)
+"""Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each set
+has found the one that is likeliest for itself, far from which no expansion holds.
+"""
 _SIGNED, _ONE_SIDED = (-1.0, -0.7071, 0.0, 0.7071, 1.0), (0.0, 0.1464, 0.5, 0.8536, 1.0)
 """Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""
 HELD = len(_SIGNED)
