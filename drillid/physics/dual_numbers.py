@@ -81,13 +81,6 @@ class Dual(NDArrayOperatorsMixin):
     def __repr__(self) -> str:
         return f"Dual({self.value!r}, {self.tangents!r}, {self.indices!r}, {self.parameters})"
 
-    @classmethod
-    def _of(cls, value: Array, tangents: Array, indices: Indices, parameters: int) -> "Dual":
-        """Of arrays that are aligned."""
-        made = object.__new__(cls)
-        made.value, made.tangents, made.indices, made.parameters = value, tangents, indices, parameters
-        return made
-
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         """Apply a ufunc to the values, and the chain rule to the tangents; other ufuncs raise TypeError."""
         if method != "__call__" or kwargs:
@@ -102,46 +95,7 @@ class Dual(NDArrayOperatorsMixin):
             if isinstance(argument, Dual):
                 tangents = _aligned(argument.tangents, result.ndim)
                 parts.append((argument.indices, tangents if slope is _one else slope(result, *values) * tangents))
-        tangents, indices = _summed(parts)
-        return Dual._of(result, tangents, indices, self.parameters)
-
-    def _changed(self, value: Any, tangents: Array) -> "Dual":
-        """The same parameters with another value and other derivatives, of the same shapes."""
-        return Dual._of(value, tangents, self.indices, self.parameters)
-
-    # with a number these are most of what a model computes, and by way of numpy take several times longer
-
-    def __add__(self, other: Any) -> Any:
-        """Sum."""
-        return self._changed(self.value + other, self.tangents) if isinstance(other, float) else np.add(self, other)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Any:
-        """Difference."""
-        if isinstance(other, float):
-            return self._changed(self.value - other, self.tangents)
-        return np.subtract(self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        """Difference."""
-        if isinstance(other, float):
-            return self._changed(other - self.value, -self.tangents)
-        return np.subtract(other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        """Product."""
-        if isinstance(other, float):
-            return self._changed(self.value * other, self.tangents * other)
-        return np.multiply(self, other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Any:
-        """Quotient."""
-        if isinstance(other, float):
-            return self._changed(self.value / other, self.tangents * (1 / other))
-        return np.divide(self, other)
+        return Dual(result, *_summed(parts), self.parameters)
 
     def full_tangents(self) -> Array:
         """Derivatives to all parameters, in the shape (P, *value.shape)."""

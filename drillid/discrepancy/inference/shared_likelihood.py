@@ -33,8 +33,8 @@ from drillid.discrepancy.inference.set_fit import (
 from drillid.discrepancy.inference.set_model import DATA_SHEET, LOCAL, SHARED, Extension, Point, SetModel
 
 RIG = np.array(DATA_SHEET)
-"""Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each set
-has found the one that is likeliest for itself, far from which no expansion holds.
+"""Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each
+set has found the one that is likeliest for itself, far from which no expansion holds.
 """
 _SIGNED, _ONE_SIDED = (-1.0, -0.7071, 0.0, 0.7071, 1.0), (0.0, 0.1464, 0.5, 0.8536, 1.0)
 """Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""

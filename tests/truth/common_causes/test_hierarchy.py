@@ -69,10 +69,14 @@ def test_one_bad_sensor_is_not_given_to_the_rig() -> None:
 
 
 def test_a_name_that_the_sisters_contradict_is_withdrawn() -> None:
-    sets = fleet(31, 10, error=0.005)
-    result = judged(sets, {"W3": [OwnVerdict(("drive_lag",), "drive_lag", 0.04)]})
-    assert result.verdict.cause == ""
-    assert [(each.well, each.standing) for each in result.standings] == [("W3", WITHDRAWN)]
+    own, standings = {"W3": [OwnVerdict(("drive_lag",), "drive_lag", 0.04)]}, []
+    for seed in range(31, 37):
+        result = judged(fleet(seed, 10, error=0.005), own)
+        assert result.verdict.cause == ""
+        standings += [(each.well, each.standing) for each in result.standings]
+    # the noise of one well alone favours a lag in half of all wells
+    assert standings.count(("W3", WITHDRAWN)) > 3
+    assert set(standings) <= {("W3", WITHDRAWN), ("W3", LONE)}
 
 
 def test_sisters_that_cannot_see_a_cause_contradict_nothing() -> None:
