@@ -13,7 +13,6 @@ import json
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
-from itertools import combinations
 from typing import Annotated, Any
 
 import numpy as np
@@ -30,7 +29,7 @@ from benchmarks.blind.vocabulary import ERROR_RATE
 from benchmarks.kept import write
 from benchmarks.learn.cases import LEARNING, SEEN, Case, well
 from benchmarks.learn.law_effects import LAWS, LawEffect
-from benchmarks.learn.measurement import FOLDER, share
+from benchmarks.learn.measurement import FOLDER, pairs, share
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.arrays import Complex, Floats
@@ -39,7 +38,6 @@ from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.set_fit import SetFit, fit_base, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.examined_law import law_window, with_linear_or_law
-from drillid.discrepancy.learning.fingerprint import SAME, Fingerprint
 from drillid.discrepancy.learning.law import added
 from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.verdicts.engine import examine
@@ -244,49 +242,25 @@ def measure(console: Console) -> Measurement:
     """All cases of the proof."""
     tasks = [(rig, name) for rig in RIGS for name in (*LAWS, "")]
     with ProcessPoolExecutor(PROCESSES) as pool:
-        every = [
-            each for wells in track(pool.map(outcomes_of, tasks), "laws", len(tasks), console=console) for each in wells
-        ]
+        done = track(pool.map(outcomes_of, tasks), "laws", len(tasks), console=console)
+        every = [each for wells in done for each in wells]
     console.print(_table(every))
     large = [each for each in every if each.twice]
     offered = [each for each in large if each.offered]
     recovered = sum(each.gain for each in offered) / max(sum(each.true_gain for each in offered), 1e-9)
     worse = [each.gain < 0 for each in every if each.offered]
     plain = [bool(each.offered) for each in every if not each.effect]
-    same, different = _pairs(offered)
+    same, different = pairs([(each.seed, each.effect, each.fingerprint) for each in offered])
     results = [
         *share("law_offered_share", "laws offered", len(offered), len(large), least=0.8),
         Result("law_recovered", "misfit of unseen windows recovered, of the true law's", recovered, 0.7, np.inf),
-        *share(
-            "law_worse_share",
-            "offers worse on unseen windows",
-            sum(worse),
-            len(worse),
-            most=0.02,
-        ),
-        *share(
-            "law_false_share",
-            "offers where nothing is hidden",
-            sum(plain),
-            len(plain),
-            most=0.05,
-        ),
+        *share("law_worse_share", "offers worse on unseen windows", sum(worse), len(worse), most=0.02),
+        *share("law_false_share", "offers where nothing is hidden", sum(plain), len(plain), most=0.05),
         *share("law_matched", "same law in two wells told the same", sum(same), len(same), least=0.9),
         *share("law_confused", "different laws told the same", sum(different), len(different), most=0.05),
     ]
     details = [{name: value for name, value in asdict(each).items() if name != "fingerprint"} for each in every]
     return Measurement(results, {"law_cases": details})
-
-
-def _pairs(offered: list[Outcome]) -> tuple[list[bool], list[bool]]:
-    """Whether pairs of wells of a rig are told to have the same, with the same effect and with different ones."""
-    same, different = [], []
-    for first, second in combinations(offered, 2):
-        if first.seed // 100 != second.seed // 100:
-            continue
-        likeness = Fingerprint.of(first.fingerprint).likeness(Fingerprint.of(second.fingerprint))
-        (same if first.effect == second.effect else different).append(likeness >= SAME)
-    return same, different
 
 
 def _table(outcomes: list[Outcome]) -> Table:

@@ -9,7 +9,6 @@ choice, measure what an offer is worth. `python -m benchmarks.learn.recovered RI
 import json
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,13 +21,12 @@ from benchmarks.blind.hidden import Hidden
 from benchmarks.kept import write
 from benchmarks.learn.cases import LEARNING, Case, evidence_of, seen, well
 from benchmarks.learn.effects import HIDEABLE
-from benchmarks.learn.measurement import FOLDER, share
+from benchmarks.learn.measurement import FOLDER, pairs, share
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.set_fit import fit_base, fit_set
 from drillid.discrepancy.inference.set_model import Point
-from drillid.discrepancy.learning.fingerprint import SAME, Fingerprint
 from drillid.discrepancy.learning.offer import learnt_extension
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.fleet.provenance import digest, source_hash
@@ -107,7 +105,7 @@ def measure(console: Console) -> Measurement:
     outcomes = [each for each in every if each["twice"]]
     offered = [each for each in outcomes if each["offered"]]
     recovered = sum(each["gain"] for each in offered) / max(sum(each["true_gain"] for each in offered), 1e-9)
-    same, different = _pairs(offered)
+    same, different = pairs([(each["seed"], each["effect"], each["fingerprint"]) for each in offered])
     gains = [each["gain"] for each in every if each["offered"]]
     worse, offers = sum(gain < 0 for gain in gains), len(gains)
     results = [
@@ -119,17 +117,6 @@ def measure(console: Console) -> Measurement:
     ]
     details = [{name: value for name, value in each.items() if name != "fingerprint"} for each in every]
     return Measurement(results, {"recovered_cases": details})
-
-
-def _pairs(offered: list[dict[str, Any]]) -> tuple[list[bool], list[bool]]:
-    """Whether pairs of wells are told to have the same, with the same effect and with different ones."""
-    same, different = [], []
-    for first, second in combinations(offered, 2):
-        if first["seed"] // 100 != second["seed"] // 100:
-            continue
-        likeness = Fingerprint.of(first["fingerprint"]).likeness(Fingerprint.of(second["fingerprint"]))
-        (same if first["effect"] == second["effect"] else different).append(likeness >= SAME)
-    return same, different
 
 
 def _table(outcomes: list[dict[str, Any]]) -> Table:
