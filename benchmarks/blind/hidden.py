@@ -1,6 +1,6 @@
 """What is hidden in a sealed case, and how its records are kept, in either world."""
 
-import os
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from benchmarks.kept import write
 from drillid.arrays import Floats
 
 Part = TypeVar("Part")
@@ -52,11 +53,9 @@ def kept_records(path: Path, windows: int, simulated: Callable[[int], dict[str, 
     """
     if not path.is_file():
         parts = [simulated(number) for number in range(windows)]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        # two processes may make the same
-        unfinished = path.with_suffix(f".{os.getpid()}.part.npz")
         series = {name: np.stack([part[name] for part in parts]).astype(np.float32) for name in _CHANNELS}
-        np.savez_compressed(unfinished, **series)
-        unfinished.replace(path)
+        content = io.BytesIO()
+        np.savez_compressed(content, **series)
+        write(path, content.getvalue())
     with np.load(path) as stored:
         return {name: stored[name].astype(float) for name in _CHANNELS}

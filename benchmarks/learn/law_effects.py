@@ -37,7 +37,6 @@ class LawEffect:
     kind: LawKind
     law: Callable[[Floats], Floats]
     """Per size."""
-    sizes: tuple[float, float]
 
     def with_tangent(self, window: LawWindow, size: float) -> LawWindow:
         """A window without the effect, with its tangent at the mean in the base model, as a fit would have it."""
@@ -60,13 +59,12 @@ def _with_hardening(world: World, size: float, context: Context) -> World:
 
 LAWS: dict[str, LawEffect] = {
     "growing_drag": LawEffect(
-        Effect("growing_drag", _with_drag, (0.05, 60.0), linear=False, in_catalogue=False), BitLaw(), drag, (0.05, 60.0)
+        Effect("growing_drag", _with_drag, (0.05, 60.0), linear=False, in_catalogue=False), BitLaw(), drag
     ),
     "growing_gain": LawEffect(
         Effect("growing_gain", _with_hardening, (1.0, 4e4), linear=False, in_catalogue=False),
         ControlLaw(),
         hardening,
-        (1.0, 4e4),
     ),
 }
 """N m s²/rad² and N m s³/rad³."""

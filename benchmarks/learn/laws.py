@@ -35,11 +35,13 @@ from benchmarks.result import Result
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.held_out_gain import gain_on
+from drillid.discrepancy.inference.rows import real_rows
 from drillid.discrepancy.inference.set_fit import SetFit, fit_base, fit_set
 from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
 from drillid.discrepancy.learning.examined_law import law_window, with_linear_or_law
 from drillid.discrepancy.learning.law import added
 from drillid.discrepancy.learning.law_window import LawWindow
+from drillid.discrepancy.products.extended_model import less_tangent
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.fleet.provenance import digest, source_hash
@@ -79,7 +81,7 @@ class Outcome:
 
 
 def slopes_of(model: SetModel, fit: SetFit, window: LawWindow) -> Floats:
-    """Whitened changes (14, 2 lines) of a window's harmonics by the base model's quantities, real parts first."""
+    """Whitened changes (14, 2 lines) of a window's harmonics by the base model's quantities, in real rows."""
     s, model_at = window.s, model.quantities(fit.point)[:, window.row : window.row + 1]
     units = model.units[:, window.row : window.row + 1]
     duals = [
@@ -87,11 +89,7 @@ def slopes_of(model: SetModel, fit: SetFit, window: LawWindow) -> Floats:
         for place, (value, unit) in enumerate(zip(model_at, units, strict=True))
     ]
     mobility = model.window_model(duals).mobility(s)
-    return _real(mobility.full_tangents()[:, 0] * window.sweep / window.error)
-
-
-def _real(rows: Complex) -> Floats:
-    return np.concatenate([rows.real, rows.imag], axis=-1)
+    return real_rows(mobility.full_tangents()[:, 0] * window.sweep / window.error)
 
 
 def detectability(name: str, plain: list[tuple[LawWindow, Floats]], size: float) -> float:
@@ -105,7 +103,7 @@ def detectability(name: str, plain: list[tuple[LawWindow, Floats]], size: float)
     for window, slopes in plain:
         window = own.with_tangent(window, size)
         place, value = _about_mean(own, window, size)
-        change = _real(own.kind.added(window, place, value) / window.error)
+        change = real_rows(own.kind.added(window, place, value) / window.error)
         rest = change - slopes.T @ np.linalg.lstsq(slopes.T, change)[0]
         total += float(rest @ rest)
     return float(np.sqrt(total))
@@ -115,9 +113,7 @@ def _about_mean(own: LawEffect, window: LawWindow, size: float) -> tuple[Floats,
     """The law over the range of the window's swing, less its tangent at the mean."""
     mean, reach = own.kind.mean(window), float(np.abs(own.kind.swing(window)).max())
     place = np.linspace(mean - reach, mean + reach, _POINTS)
-    value = size * own.law(place)
-    slope = np.interp(mean, place, np.gradient(value, place))
-    return place, value - np.interp(mean, place, value) - slope * (place - mean)
+    return place, less_tangent(place, size * own.law(place), mean)
 
 
 def windows_of(examination: Examination, records: Records, rows: Iterable[int]) -> list[LawWindow]:
@@ -143,7 +139,8 @@ def cases_of(rig: int, name: str) -> list[tuple[Case, bool]]:
         return [(_well(rig, _WELLS[-1] + 1), False)]
     wells = [_well(rig, number) for number in _WELLS]
     plain = [_plain(each) for each in wells]
-    sizes = np.geomspace(*LAWS[name].sizes, _SIZES)
+    first = wells[0]
+    sizes = np.geomspace(*LAWS[name].effect.range(first.world(0), first.context(Hidden(name, 0.0, 0.0))), _SIZES)
     roots = np.array([min(detectability(name, windows, size) for windows in plain) for size in sizes])
     large = np.flatnonzero(roots >= _TIMES * SEEN)
     size = float(sizes[large[0] if large.size else np.argmax(roots)])
@@ -185,7 +182,8 @@ def _outcome(name: str, case: Case, twice: bool) -> Outcome:
     size = case.hidden[0].size if case.hidden else 0.0
     verdicts = tuple(verdict.verdict for verdict in told.verdicts)
     named = told.extensions if told.law is not None or told.fingerprint is None else ()
-    unseen, base = _of_all_windows(told, evidence, named), fit_base(evidence)
+    model, base = fit_base(evidence)
+    unseen = _of_all_windows(told, model, base, named)
     windows = windows_of(unseen, records, range(LEARNING, evidence.windows))
     true_gain = _true_gain(LAWS[name], size, windows) if name else 0.0
     if told.fingerprint is None:
@@ -195,18 +193,17 @@ def _outcome(name: str, case: Case, twice: bool) -> Outcome:
     else:
         held = np.zeros(evidence.used.shape, dtype=bool)
         held[LEARNING:] = True
-        start = base[1].point
+        start = base.point
         point = Point(start.shared, start.local, told.extended.point.sizes)
-        gain = gain_on(base[0], held, (start, ()), (point, told.extensions)).value
+        gain = gain_on(model, held, (start, ()), (point, told.extensions)).value
     fingerprint = told.fingerprint
     return Outcome(
         case.seed, name, size, twice, verdicts, fingerprint.resembles, gain, true_gain, fingerprint.content()
     )
 
 
-def _of_all_windows(told: Examination, evidence: Evidence, named: tuple[Extension, ...]) -> Examination:
+def _of_all_windows(told: Examination, model: SetModel, base: SetFit, named: tuple[Extension, ...]) -> Examination:
     """The model of a set with what was named in its first windows, fitted to all windows."""
-    model, base = fit_base(evidence)
     if not named:
         return replace(told, model=model, extended=base, extensions=())
     start = Point(base.point.shared, base.point.local, told.extended.point.sizes, told.extended.point.shapes)

@@ -117,10 +117,7 @@ EXAMINATIONS = DatasetSchema(
             law_torque=("N m", "torque of the bit at it less that at the mean speed; NaN where no law is offered"),
             law_error=("N m", "standard error of its bend"),
             control_speed_error=("rad s-1", "speed error at which the learnt law of the speed control is drawn"),
-            control_torque=(
-                "N m",
-                "torque of the control at it beside its gains; NaN where no such law is offered",
-            ),
+            control_torque=("N m", "torque of the control at it beside its gains; NaN where no such law is offered"),
             control_torque_error=("N m", "standard error of it"),
             coupling_torque=("N m", "torque at which the learnt law of a coupling is drawn"),
             coupling_twist=("rad", "twist of the coupling at it less its tangent; NaN where no such law is offered"),

@@ -187,7 +187,7 @@ def _bit_law(examination: xr.Dataset, row: int) -> SpeedLaw | None:
     if not np.isfinite(torque).all():
         return None
     mean = float(examination["coordinates"].sel(coordinate="mean_speed").values[row])
-    return SpeedLaw(speed, _less_tangent(speed, torque, mean), float(examination["law_memory"].values[number]))
+    return SpeedLaw(speed, less_tangent(speed, torque, mean), float(examination["law_memory"].values[number]))
 
 
 def _coupling(examination: xr.Dataset, row: int, window_model: WindowModel) -> TwistLaw | None:
@@ -197,7 +197,7 @@ def _coupling(examination: xr.Dataset, row: int, window_model: WindowModel) -> T
         return None
     length = float(sum(section.length for section in window_model.system.string))
     mean = float(examination["coordinates"].sel(coordinate="mean_torque").values[row])
-    bend = _less_tangent(torque, twist, mean)
+    bend = less_tangent(torque, twist, mean)
     least = max(0.0, -float(np.diff(bend).min()) / float(torque[1] - torque[0]))
     return TwistLaw(float(examination["coupling_place"].values[number]) * length, torque, bend + least * torque)
 
@@ -210,6 +210,7 @@ def _control_law(examination: xr.Dataset, row: int) -> ErrorLaw | None:
     return ErrorLaw(error, torque)
 
 
-def _less_tangent(place: Floats, value: Floats, mean: float) -> Floats:
+def less_tangent(place: Floats, value: Floats, mean: float) -> Floats:
+    """A law (points,), less its tangent at a mean."""
     slope = np.interp(mean, place, np.gradient(value, place))
     return np.asarray(value - np.interp(mean, place, value) - slope * (place - mean), dtype=float)
