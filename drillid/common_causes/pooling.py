@@ -12,9 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats, Indices
-from drillid.discrepancy.inference.shared_likelihood import DIRECTIONS, PARTS, SharedLikelihood, size_weights
-from drillid.discrepancy.rules import WELL_DEVIATION
+from drillid.discrepancy.inference.set_model import COORDINATES
+from drillid.discrepancy.inference.shared_likelihood import DIRECTIONS, PARTS, RIG, SharedLikelihood, size_weights
+from drillid.discrepancy.rules import LENGTH_DEVIATION, WELL_DEVIATION
 
+_DEVIATION = np.where(COORDINATES.index("length") == RIG, LENGTH_DEVIATION, WELL_DEVIATION)
+"""(R,) standard deviations of a well from its rig, relative to the tolerances of the data sheet."""
 _ABSORBED = 1e-9
 """Share of a direction's information below which what is left of it is rounding."""
 
@@ -82,7 +85,9 @@ class Wells:
         curve, slopes = size_weights(inside, sizes), _end_slopes(size - inside, sizes)
         place, slope = (curve + slopes) @ coordinates, curve @ scores
         count = self.prior.shape[1]
-        matrix = (curve @ matrices.reshape(*sizes.shape, -1)).reshape(*inside.shape, count, count)
+        # on lines, so that no information is negative
+        lines = _linear_weights(inside, sizes)
+        matrix = (lines @ matrices.reshape(*sizes.shape, -1)).reshape(*inside.shape, count, count)
         pull = (matrix @ place[..., None])[..., 0]
         value = (curve @ values[..., None])[..., 0] + np.minimum((slopes @ values[..., None])[..., 0], 0.0)
         value -= np.sum((slope + 0.5 * pull) * place, axis=-1)
@@ -105,7 +110,7 @@ class Wells:
         pairs = zip(self._weight, self.sets, strict=True)
         wells = self._by_well(np.stack([np.tensordot(weight, each.directions[block], 1) for weight, each in pairs]))
         shown, border = wells, wells[:, :count]
-        own = wells[:, :count, :count] + ((WELL_DEVIATION * self.error) ** -2.0)[:, :, None] * np.eye(count)
+        own = wells[:, :count, :count] + ((_DEVIATION * self.error) ** -2.0)[:, :, None] * np.eye(count)
         wells = wells - np.swapaxes(border, 1, 2) @ np.linalg.solve(own, border)
         total = np.zeros((len(further), len(further)))
         for rig, prior in enumerate(self.prior):
@@ -117,6 +122,15 @@ class Wells:
         # what the rig's coordinates absorb has no score
         scale = np.where(left > _ABSORBED * whole, left, np.inf) ** -0.5
         return np.asarray(total * np.outer(scale, scale), dtype=float)
+
+
+def _linear_weights(size: Floats, sizes: Floats) -> Floats:
+    """Weights (M, G, S) of some ascending sizes (M, S) on the lines between them, at others (M, G) within."""
+    beyond = np.full((*sizes.shape[:1], 1), np.inf)
+    ends = np.concatenate([-beyond, sizes, beyond], axis=1)[:, None]
+    low, middle, high = ends[..., :-2], ends[..., 1:-1], ends[..., 2:]
+    away = size[..., None] - middle
+    return np.asarray(np.maximum(1 - np.maximum(-away / (middle - low), away / (high - middle)), 0.0), dtype=float)
 
 
 def _end_slopes(distance: Floats, sizes: Floats) -> Floats:
@@ -141,7 +155,7 @@ def _weight(each: SetStatistics, windows: float) -> Floats:
 def _deviating(wells: Quadratic, error: Floats) -> Quadratic:
     """Integrate each well's own deviation from its rig's coordinates out."""
     count = error.shape[1]
-    own = wells.information + ((WELL_DEVIATION * error) ** -2.0)[:, None, :, None] * np.eye(count)
+    own = wells.information + ((_DEVIATION * error) ** -2.0)[:, None, :, None] * np.eye(count)
     both = np.concatenate([wells.information, wells.score[..., None]], axis=-1)
     solved = np.linalg.solve(own, both)
     gained = 0.5 * np.einsum("ngr,ngr->ng", wells.score, solved[..., -1])

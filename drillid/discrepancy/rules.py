@@ -75,6 +75,12 @@ WELL_DEVIATION = Rule(
     "a tenth: top drive, control and pipe go from well to well; what differs more shows as scatter",
     "tests/truth/common_causes/test_hierarchy.py::test_sizes_that_differ_between_wells_are_told_from_a_common_one",
 )
+LENGTH_DEVIATION = Rule(
+    1.0,
+    "the same of the travel time of the waves in the pipe",
+    "as its tolerance: one short window fits a pipe of another length as well now and then, far outside its error",
+    "tests/truth/common_causes/test_fleets.py::test_a_well_that_took_another_length_does_not_accuse_the_rig",
+)
 SISTERS_SEE = Rule(
     3.0,
     "standard errors from which a well's sisters are held to see a cause of the size that its own verdict states",

@@ -22,15 +22,20 @@ stamps have the difference of v, and of κ, with the one and with the other.
 from typing import Any
 
 import numpy as np
+from scipy.special import erf
 
 from drillid.physics.dual_numbers import composed, linear, primal
 
-USUAL = 0.025
+_USUAL = 0.025
 """s, scale of the half-normal prior of an interval that is not known."""
-INTERVALS = (1e-4, *np.geomspace(0.01, 0.05, 15).tolist())
-"""s, intervals that are tried where it is not known: as good as none, and up to where hardly any speed control has its
+INTERVALS = (0.0, *np.geomspace(0.01, 0.05, 15).tolist())
+"""s, intervals that are tried where it is not known: none, and up to where hardly any speed control has its
 interval, so close that none between them fits much better.
 """
+_BETWEEN = np.sqrt(np.convolve(np.square(INTERVALS), [0.5, 0.5], "valid"))
+"""s, intervals that are nearer to the next one, by what they do, which grows with their square."""
+PRIOR = np.diff(erf(np.array([0.0, *_BETWEEN, np.inf]) / (np.sqrt(2) * _USUAL)))
+"""Prior probability of the intervals nearest each of these."""
 Cumulants = tuple[Any, Any, Any, Any]
 """From the second (s²) to the fifth (s⁵)."""
 _NONE = 1e-200

@@ -24,7 +24,7 @@ from drillid.discrepancy.inference.set_model import (
 )
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
-from drillid.physics.held_control import INTERVALS, USUAL
+from drillid.physics.held_control import INTERVALS, PRIOR
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
@@ -247,8 +247,11 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
 
 
 def interval_cost(model: SetModel) -> float:
-    """Cost of the half-normal prior of an interval that is not known."""
-    return 0.5 * (model.control_interval / USUAL) ** 2
+    """Cost of the prior of an interval that is not known, relative to that of none: each stands for the intervals near
+    it, of which there are fewer than of those that are as good as none.
+    """
+    nearest = int(np.argmin(np.abs(np.array(INTERVALS) - model.control_interval)))
+    return float(np.log(PRIOR[0] / PRIOR[nearest]))
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:
@@ -280,7 +283,7 @@ def normal_equations(
     """
     linear = model.linearised(point, extensions)
     residual = linear.residual - bias
-    prior, pull = _priors(*_off_priors(model, point, extensions))
+    prior, pull = _priors(*_off_priors(model, point, extensions), model.heavy_tailed)
     known, windows = prior.size, model.evidence.windows
     count = known + further.shape[1]
     total, border, own = np.zeros((count, count)), np.empty((windows, len(LOCAL), count)), np.empty((windows, count))
@@ -297,10 +300,10 @@ def normal_equations(
     return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)
 
 
-def _priors(off: Floats, error: Floats) -> tuple[Floats, Floats]:
+def _priors(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> tuple[Floats, Floats]:
     """Precision of the priors of shared coordinates, sizes and shapes about a point, and their right side."""
     precision = error**-2.0
-    heavy = list(HEAVY_TAILED)
+    heavy = list(heavy_tailed)
     precision[heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[heavy] ** 2)
     return precision, -precision * off * error
 
@@ -313,10 +316,10 @@ def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]
     return off, np.concatenate([model.prior_error, typical, np.ones(shapes.size)])
 
 
-def off_cost(off: Floats) -> Floats:
+def off_cost(off: Floats, heavy_tailed: tuple[int, ...] = HEAVY_TAILED) -> Floats:
     """Cost of coordinates that lie off their priors by so many standard deviations, each."""
     cost = 0.5 * off**2
-    heavy = list(HEAVY_TAILED)
+    heavy = list(heavy_tailed)
     cost[heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[heavy] ** 2 / STUDENT_TAIL)
     return np.asarray(cost, dtype=float)
 
@@ -345,8 +348,8 @@ def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -
     """The model linearised about a point, with its cost there."""
     sums = model.products(point, extensions)
     off, error = _off_priors(model, point, extensions)
-    prior, pull = _priors(off, error)
-    cost = float(np.sum(off_cost(off))) + float(np.sum(_window_costs(model, point, sums.squares)))
+    prior, pull = _priors(off, error, model.heavy_tailed)
+    cost = float(np.sum(off_cost(off, model.heavy_tailed))) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
         sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
     )

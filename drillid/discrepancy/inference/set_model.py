@@ -58,7 +58,7 @@ DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
 RELATIVE = (2, 3, 8, 9)
 """Indices of the coordinates that are relative changes."""
-HEAVY_TAILED = (3, 4, 5, 7, 8, 9)
+HEAVY_TAILED: tuple[int, ...] = (3, 4, 5, 7, 8, 9)
 """Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
 Student's t with STUDENT_TAIL degrees of freedom."""
 _KAPPA, _DELTA, _DELAY, _INERTIA, _DAMPING, _LUMP, _CLOCK, _INTERVAL = 100.0, 3e8, 0.01, 1000.0, 50.0, 50.0, 0.01, 0.01
@@ -70,7 +70,7 @@ _HOLD = 1e-4
 """s²."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 """Usual standard deviation of the windows from their set, scaled; the prior where the set itself shows little."""
-LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.01, -10.0, -10.0])
+LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.0, -10.0, -10.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 10.0, 10.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
 FURTHEST_SHAPE = 2.5
@@ -149,6 +149,7 @@ class SetModel:
     def __init__(self, evidence: Evidence, deviation: Floats = DEVIATION) -> None:
         self.evidence = evidence
         self.deviation = deviation
+        self.heavy_tailed = HEAVY_TAILED
         self.held: tuple[tuple[Extension, float, float], ...] = ()
         self.s = laplace(evidence.frequency)
         sheet, fitted = evidence.data_sheet, evidence.fitted
@@ -282,6 +283,12 @@ class SetModel:
         values[list(LOCAL)] += point.local.T
         values[list(RELATIVE)] += 1
         return values[..., None] * self.units
+
+    def with_normal_priors(self) -> "SetModel":
+        """The same model whose priors have no heavy tails."""
+        normal = copy(self)
+        normal.heavy_tailed = ()
+        return normal
 
     def holding(self, extension: Extension, size: float, shape: float = 0.0) -> "SetModel":
         """The same model with one more cause at a size, and coordinate of its shape, that are not fitted."""

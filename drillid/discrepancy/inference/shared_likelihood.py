@@ -36,9 +36,13 @@ RIG = np.array(DATA_SHEET)
 """Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each
 set has found the one that is likeliest for itself, far from which no expansion holds.
 """
-_SIGNED, _ONE_SIDED = (-1.0, -0.7071, 0.0, 0.7071, 1.0), (0.0, 0.1464, 0.5, 0.8536, 1.0)
+HELD = 7
+"""Sizes of a cause that are held. The likelihood of a filter of second order falls with the sixth power of its time
+constant, which a polynomial through fewer would bend up near zero, in all wells alike.
+"""
+_SIGNED = np.sin(np.pi * np.linspace(-0.5, 0.5, HELD))
+_ONE_SIDED = (1 + _SIGNED) / 2
 """Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""
-HELD = len(_SIGNED)
 _REACH = (0.1, 0.5, 1.5)
 """Least, first and most of the largest size held, relative to the usual one."""
 _DECISIVE = 12.5
@@ -106,8 +110,8 @@ def held_sizes(size: Size, reach: float = _REACH[1]) -> Floats:
     """Sizes (S,) at which a cause is held, ascending, up to a reach relative to the usual size."""
     largest = min(reach * size.typical, size.high)
     if size.low < 0:
-        return min(largest, -size.low) * np.array(_SIGNED)
-    return largest * np.array(_ONE_SIDED)
+        return min(largest, -size.low) * _SIGNED
+    return largest * _ONE_SIDED
 
 
 def shared_likelihood(
@@ -127,6 +131,8 @@ def shared_likelihood(
     candidates : `shared_candidates` where not given
     """
     candidates = shared_candidates() if candidates is None else candidates
+    # as the rig's priors are where wells are combined
+    model = model.with_normal_priors()
     count, rig = len(candidates), RIG.size
     kept = SharedLikelihood(
         prior_error=model.prior_error[RIG],
@@ -148,7 +154,7 @@ def shared_likelihood(
         point = fit.point
         for place in reversed(rivals):
             point = point.without(place)
-        base = expanded(model, fit_set(model, point, others).point if rivals else point, others)
+        base = expanded(model, fit_set(model, point, others).point, others)
         held = {
             number: _HeldCause(model, base, others, each)
             for number, each in enumerate(candidates)
@@ -219,16 +225,29 @@ class _HeldCause:
         """
         size = self.candidate.cause.size
         least, first, most = _REACH
-        if size.low < 0:
-            reach = np.sqrt(2 * _DECISIVE) * error
-        else:
-            # an effect whose first order the rig's coordinates absorb: its likelihood falls with the third power or so
-            fall = -float(self.values(held_sizes(size, first)[-1:]).sum())
-            reach = first * (_DECISIVE / max(fall, 1e-3)) ** (1 / 3)
-        sizes = held_sizes(size, max(float(np.clip(reach, least, most)), own))
+        by_slopes = float(np.clip(np.sqrt(2 * _DECISIVE) * error, least, most))
+        reach = by_slopes if size.low < 0 else self._decisive(first)
+        sizes = held_sizes(size, max(reach, own))
         while sizes[-1] > first * size.typical and self._too_far(sizes):
-            sizes = sizes * np.abs(sizes[-2] / sizes[-1])
+            sizes = sizes * np.abs(sizes[-3] / sizes[-1])
         return sizes
+
+    def _decisive(self, reach: float) -> float:
+        """Reach, from another one, to which the likelihood falls decisively: with the third power or so, as the rig's
+        coordinates absorb the first order of the effect, or with a higher one.
+        """
+        power, (least, _, most) = 3.0, _REACH
+        log_reach, log_fall = np.log(reach), self._log_fall(reach)
+        reach = float(np.clip(np.exp(log_reach + (np.log(_DECISIVE) - log_fall) / power), least, most))
+        further = self._log_fall(reach)
+        if np.log(reach) != log_reach:
+            power = float(np.clip((further - log_fall) / (np.log(reach) - log_reach), 1.0, 8.0))
+        return float(np.clip(reach * np.exp((np.log(_DECISIVE) - further) / power), least, most))
+
+    def _log_fall(self, reach: float) -> float:
+        """Logarithm of what the likelihood falls by to the largest size of a reach."""
+        largest = held_sizes(self.candidate.cause.size, reach)[-1:]
+        return float(np.log(max(-float(self.values(largest).sum()), 1e-3)))
 
     def _too_far(self, sizes: Floats) -> bool:
         """Whether the likelihood falls so far to the largest size that no polynomial holds near the likeliest one."""
@@ -321,7 +340,7 @@ class _Quadratic:
         )
         at = about.point.shared - model.prior_mean
         control = 0.5 * (float(sums.squares.sum()) - sums.mobility_chi2)
-        mobility = about.cost - float(np.sum(off_cost(at / model.prior_error)[RIG])) - control
+        mobility = about.cost - float(np.sum(off_cost(at / model.prior_error, model.heavy_tailed)[RIG])) - control
         return cls(
             at[RIG],
             np.array([gained + more - mobility, of_control - control]),

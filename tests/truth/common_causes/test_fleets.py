@@ -2,14 +2,18 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.hidden import Hidden
 from benchmarks.learn.fleet_cases import Fleet, plain_fleet
-from drillid.common_causes.pooling import SetStatistics
+from drillid.common_causes.pooling import SetStatistics, Wells
 from drillid.common_causes.verdicts import LONE, OwnVerdict, judge
 from drillid.discrepancy.base_rates import BaseRates
+from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.inference.set_fit import fit_set
+from drillid.discrepancy.inference.set_model import Extension
 from drillid.discrepancy.inference.shared_likelihood import shared_likelihood
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.verdict import NONE
@@ -47,6 +51,23 @@ def plain() -> tuple[list[SetStatistics], dict[str, list[OwnVerdict]], list[str]
     return examined(rig())
 
 
+@pytest.mark.parametrize(("name", "shape", "far"), [("recorder_filter", 2.0, 0.012), ("controller_gain", 0.0, 0.06)])
+def test_a_likelihood_between_held_sizes_is_that_of_a_fit_there(name: str, shape: float, far: float) -> None:
+    examination, candidate = examine(evidence_of(rig().wells[0])), Extension(CATALOGUE[name], shape)
+    model = examination.model.with_normal_priors()
+    base = fit_set(model, examination.base.point)
+    kept = shared_likelihood(examination.model, base, (), examination.before, [candidate])
+    well = Wells([SetStatistics(well="W", rig="R", **vars(replace(kept, temper=1.0, control_common=0.0)))])
+    sizes = far * np.linspace(0.0, 1.0, 9)
+    at = well.at(0, sizes)
+    precision = at.information[0] + np.diag(well.prior[0])
+    gained = np.sum(at.score[0] * np.linalg.solve(precision, at.score[0][..., None])[..., 0], axis=-1)
+    held = at.value[0] + gained / 2
+    fits = [fit_set(model.holding(candidate, size), base.point) for size in sizes.tolist()]
+    direct = np.array([-fit.cost - fit.windows_information / 2 for fit in fits])
+    np.testing.assert_allclose(held - held[0], direct - direct[0], atol=0.05, rtol=0.02)
+
+
 def test_a_lag_that_no_well_shows_is_named_for_the_rig() -> None:
     sets, own, verdicts = examined(rig().with_cause(Hidden("drive_lag", LAG, 0.5)))
     assert verdicts == [NONE] * WELLS
@@ -59,6 +80,12 @@ def test_a_fleet_without_a_cause_stays_silent(
     plain: tuple[list[SetStatistics], dict[str, list[OwnVerdict]], list[str]],
 ) -> None:
     sets, own, _ = plain
+    assert judge("rig", "R", sets, own, 0.05, BaseRates()).verdict.verdict == NONE
+
+
+def test_a_well_that_took_another_length_does_not_accuse_the_rig() -> None:
+    # one of these fits its single window by a pipe that is 4.6 standard errors shorter than the others'
+    sets, own, _ = examined(plain_fleet(140000, 3))
     assert judge("rig", "R", sets, own, 0.05, BaseRates()).verdict.verdict == NONE
 
 
