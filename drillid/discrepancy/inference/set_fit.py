@@ -248,7 +248,7 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
 
 def interval_cost(model: SetModel) -> float:
     """Cost of the prior of an interval that is not known, relative to that of none: each stands for the intervals near
-    it, of which there are fewer than of those that are as good as none.
+    it, and fewer have one like it than one that is as good as none.
     """
     nearest = int(np.argmin(np.abs(np.array(INTERVALS) - model.control_interval)))
     return float(np.log(PRIOR[0] / PRIOR[nearest]))

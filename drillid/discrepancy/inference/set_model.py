@@ -25,7 +25,6 @@ from drillid.discrepancy.inference.rows import Linearised, Products, products_of
 from drillid.physics.compiled_system import compiled_system, data_of
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Bit, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import INTERVALS
 from drillid.physics.parameters import DELTA, LENGTH
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
@@ -142,7 +141,7 @@ class SetModel:
 
     Parameters
     ----------
-    evidence : where its data sheet states no interval of the control, this has the shortest one
+    evidence : where its data sheet states no interval of the control, this is continuous
     deviation : prior standard deviation of the windows from the set, scaled, (4,)
     """
 
@@ -187,8 +186,8 @@ class SetModel:
 
     @property
     def control_interval(self) -> float:
-        """Interval of the control that the data sheet states, s, or the shortest one."""
-        return float(np.nan_to_num(self.evidence.data_sheet.control_interval, nan=INTERVALS[0]))
+        """Interval of the control that the data sheet states, s; 0 where it states none."""
+        return float(np.nan_to_num(self.evidence.data_sheet.control_interval))
 
     @property
     def collar_inertia(self) -> float:
