@@ -228,7 +228,7 @@ class _HeldCause:
         by_slopes = float(np.clip(np.sqrt(2 * _DECISIVE) * error, least, most))
         reach = by_slopes if size.low < 0 else self._decisive(first)
         sizes = held_sizes(size, max(reach, own))
-        while sizes[-1] > first * size.typical and self._too_far(sizes):
+        while sizes[-1] > least * size.typical and self._too_far(sizes):
             sizes = sizes * np.abs(sizes[-3] / sizes[-1])
         return sizes
 
@@ -245,9 +245,10 @@ class _HeldCause:
         return float(np.clip(reach * np.exp((np.log(_DECISIVE) - further) / power), least, most))
 
     def _log_fall(self, reach: float) -> float:
-        """Logarithm of what the likelihood falls by to the largest size of a reach."""
-        largest = held_sizes(self.candidate.cause.size, reach)[-1:]
-        return float(np.log(max(-float(self.values(largest).sum()), 1e-3)))
+        """Logarithm of what the likelihood falls by to the largest size of a reach, by way of smaller ones."""
+        trial = _HeldCause(self.model, self.base, self.others, self.candidate)
+        fall = -float(trial.values(held_sizes(self.candidate.cause.size, reach)[HELD // 2 - 1 :: 2])[-1].sum())
+        return float(np.log(max(fall, 1e-3)))
 
     def _too_far(self, sizes: Floats) -> bool:
         """Whether the likelihood falls so far to the largest size that no polynomial holds near the likeliest one."""
@@ -289,8 +290,9 @@ def _settled(model: SetModel, start: Point, extensions: tuple[Extension, ...]) -
 
 
 def _start(points: dict[float, Point], size: float) -> Point:
-    """Where a fit with a cause held at a size starts: on the line through the fits at the two nearest sizes."""
-    near = sorted(points, key=lambda other: abs(other - size))[:2]
+    """Where a fit with a cause held at a size starts: on the line through the fits at the two next smaller sizes."""
+    near = sorted(other for other in points if abs(other) < abs(size) and other * size >= 0)
+    near = near[-2:][::-1] if size > 0 else near[:2]
     if len(near) < 2:
         return points[near[0]]
     first, second = (points[other] for other in near)
