@@ -28,7 +28,7 @@ from drillid.fleet.manifest import write_whole
 from drillid.fleet.provenance import digest, source_hash
 from drillid.statistics import TWO_SIDED
 
-FIRST = 160_000
+FIRST = 150_000
 """First seed of the proof; lower ones are for development."""
 SIZES = (3, 6, 12)
 """Wells of a fleet, in turn; a well takes about a second."""

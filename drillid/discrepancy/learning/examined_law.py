@@ -13,7 +13,7 @@ from drillid.discrepancy.learning.examined import with_learnt
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LearntLaw, learnt_law
 from drillid.discrepancy.learning.law_kinds import law_p_value
 from drillid.discrepancy.learning.law_window import LawWindow
-from drillid.discrepancy.rules import LAW_SHARE
+from drillid.discrepancy.rules import EVEN_ODDS, LAW_SHARE
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import SettingsError
@@ -48,8 +48,8 @@ def with_law(
     *,
     surely: bool = False,
 ) -> Examination:
-    """The examination with a law beside its extended model, where the verdict is unknown, or where a law surely shows:
-    a verdict none becomes unknown, and a named cause gets that beside it.
+    """The examination with a law beside its extended model, where the verdict is unknown, or where a law surely shows
+    and is likelier than none: a verdict none becomes unknown, and a named cause gets that beside it.
 
     Parameters
     ----------
@@ -75,7 +75,10 @@ def with_law(
         return examination
     verdicts = tuple(verdict for verdict in examination.verdicts if verdict.verdict != NONE)
     if not is_unknown:
-        verdicts = (*verdicts, _unknown(examination, law, p_value))
+        unknown = _unknown(examination, law, p_value)
+        if unknown.probability < EVEN_ODDS:
+            return examination
+        verdicts = (*verdicts, unknown)
     told = tuple(_with_gain(verdict, law) if verdict.verdict == UNKNOWN else verdict for verdict in verdicts)
     return replace(examination, verdicts=told, law=law, fingerprint=law.fingerprint)
 
