@@ -77,7 +77,7 @@ WELL_DEVIATION = Rule(
 )
 LENGTH_DEVIATION = Rule(
     1.0,
-    "the same of the travel time of the waves in the pipe",
+    "standard deviation of a well's pipe from its rig's, by the waves' travel time, relative to the tolerance",
     "as its tolerance: one short window fits a pipe of another length as well now and then, far outside its error",
     "tests/truth/common_causes/test_fleets.py::test_a_well_that_took_another_length_does_not_accuse_the_rig",
 )
