@@ -291,8 +291,8 @@ def _settled(model: SetModel, start: Point, extensions: tuple[Extension, ...]) -
 
 def _start(points: dict[float, Point], size: float) -> Point:
     """Where a fit with a cause held at a size starts: on the line through the fits at the two next smaller sizes."""
-    near = sorted(other for other in points if abs(other) < abs(size) and other * size >= 0)
-    near = near[-2:][::-1] if size > 0 else near[:2]
+    smaller = [other for other in points if abs(other) < abs(size) and other * size >= 0]
+    near = sorted(smaller, key=lambda other: abs(other - size))[:2]
     if len(near) < 2:
         return points[near[0]]
     first, second = (points[other] for other in near)
