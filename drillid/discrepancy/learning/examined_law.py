@@ -12,12 +12,13 @@ from drillid.discrepancy.inference.most_mass import of_most_mass
 from drillid.discrepancy.learning.examined import with_learnt
 from drillid.discrepancy.learning.law import MOST_WINDOWS, LearntLaw, learnt_law
 from drillid.discrepancy.learning.law_kinds import law_p_value
-from drillid.discrepancy.learning.law_window import LawWindow
+from drillid.discrepancy.learning.law_window import TIME_STEP, LawWindow
 from drillid.discrepancy.rules import EVEN_ODDS, LAW_SHARE
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import LEARNT, NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import SettingsError
 from drillid.physics.equipment import of_window
+from drillid.simulation.short_sections import with_short_sections_extended
 from drillid.spectra.periodic import sweep_period
 
 _HARMONICS, _HIGHEST_SHARE = 2.0, 0.3
@@ -135,5 +136,6 @@ def law_window(
     band = float(used.min()), min(_HARMONICS * float(used.max()), _HIGHEST_SHARE * rate)
     whole = model.window_model_at(examination.extended.point, examination.extensions)
     own = of_window(whole, (row,), (evidence.windows,))
+    own = replace(own, system=with_short_sections_extended(own.system, TIME_STEP))
     torque = float(np.nan_to_num(evidence.operating_points.torque[row]))
     return LawWindow.of(own, (sweep, speed), rate, period, band, torque, row)

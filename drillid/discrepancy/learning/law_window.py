@@ -15,8 +15,8 @@ from drillid.simulation.simulate import simulate
 
 RATE = 50.0
 """Hz, of simulated samples."""
-_TIME_STEP = 0.005
-"""s."""
+TIME_STEP = 0.005
+"""s, of simulated laws."""
 _LEAST_PERIODS = 2
 _SMOOTHED = 15
 """Harmonics over which the logarithm of the noise is averaged."""
@@ -128,10 +128,10 @@ class LawWindow:
 
     def simulated(self, rig: NonlinearRig, mean_speed: float) -> Complex:
         """Harmonics of a rig's top-drive speed under the sweep, (lines,), in the second of two simulated periods."""
-        steps = round(1 / RATE / _TIME_STEP)
+        steps = round(1 / RATE / TIME_STEP)
         sweep = np.tile(_finer(self.period, steps), 2)
         still = np.zeros(sweep.size)
-        result = simulate(rig, sweep, still + mean_speed, still, time_step=_TIME_STEP, sample_interval=1 / RATE)
+        result = simulate(rig, sweep, still + mean_speed, still, time_step=TIME_STEP, sample_interval=1 / RATE)
         return self.harmonics(result.speed[self.period.size :])
 
 

@@ -15,6 +15,8 @@ from drillid.discrepancy.learning.elements import TERMS
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive, of_window
 from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, SpeedLaw, TwistLaw
 from drillid.physics.sensor import Recording
+from drillid.simulation.short_sections import with_short_sections_extended
+from drillid.simulation.simulate import TIME_STEP
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -172,7 +174,7 @@ def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
     """
     return {
         row: NonlinearRig(
-            window_model.system,
+            with_short_sections_extended(window_model.system, TIME_STEP),
             law=_bit_law(examination, row),
             coupling=_coupling(examination, row, window_model),
             control_law=_control_law(examination, row),
