@@ -1,5 +1,6 @@
 """Fleets with a cause that no single well shows, and without any: power beside the ideal test, false alarms, gain."""
 
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -18,17 +19,17 @@ from benchmarks.learn.fleet_cases import Fleet, plain_fleet, power, sized
 from benchmarks.learn.measurement import FOLDER, share
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
-from drillid.common_causes.pooling import SetStatistics
-from drillid.common_causes.verdicts import Judged, judge
+from drillid.common_causes.pooling import SetStatistics, Wells, together
+from drillid.common_causes.verdicts import Judged, candidates_of, judge
 from drillid.discrepancy.base_rates import BaseRates
-from drillid.discrepancy.inference.shared_likelihood import SharedLikelihood, shared_likelihood
+from drillid.discrepancy.inference.shared_likelihood import SharedLikelihood, shared_candidates, shared_likelihood
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.verdict import NONE
 from drillid.fleet.manifest import write_whole
 from drillid.fleet.provenance import digest, source_hash
 from drillid.statistics import TWO_SIDED
 
-FIRST = 150_000
+FIRST = 170_000
 """First seed of the proof; lower ones are for development."""
 SIZES = (3, 6, 12)
 """Wells of a fleet, in turn; a well takes about a second."""
@@ -39,7 +40,7 @@ CAUSES = (
     *("speed_scale", "clock_offset", "recorder_filter"),
 )
 """Causes that wells of a rig may share and that linear responses show; each in fleets of all sizes."""
-ROUNDS = 1
+ROUNDS = 2
 DISTINCT = 8
 """Of these, those that a response can tell apart: filters on speed and on torque are one."""
 ALONE = 2.5
@@ -70,6 +71,10 @@ class Trial:
     """√λ of the ideal test over the fleet."""
     alone: float
     """The largest of single wells."""
+    deviation: float
+    """Of twice the log-likelihood ratio at the true size from what the ideal test expects, λ, in standard deviations,
+    2√λ; NaN without a cause.
+    """
     verdict: str
     likeliest: str
     """The member whose size is stated."""
@@ -112,21 +117,29 @@ def drawn(seed: int, wells: int, cause: str) -> tuple[Fleet, float, float, float
     return fleet.with_cause(hidden), hidden.size, root, fleet.ideal.largest_alone(hidden)
 
 
-def judged(fleet: Fleet, wells: int | None = None) -> tuple[Judged, list[tuple[str, ...]]]:
-    """The verdict on the first wells of a fleet."""
-    found = [statistics_of(case, f"W{number}") for number, case in enumerate(fleet.wells[:wells])]
-    result = judge("rig", "rig", [each for each, _ in found], {}, ERROR_RATE, BaseRates())
-    return result, [names for _, names in found]
+def judged(found: Sequence[SetStatistics]) -> Judged:
+    """The verdict on a fleet's wells."""
+    return judge("rig", "rig", found, {}, ERROR_RATE, BaseRates())
+
+
+def log_ratio(found: Sequence[SetStatistics], cause: str, size: float) -> float:
+    """Log-likelihood ratio of a cause at a size in all wells, against none, at its likeliest shape."""
+    every, wells = shared_candidates(), Wells(found)
+    shapes = [int(number) for number in candidates_of("rig") if every[number].cause.name == cause]
+    sizes = np.array([0.0, size])
+    return max(float(np.diff(together(wells, wells.at(number, sizes)))[0]) for number in shapes)
 
 
 def trial(task: tuple[int, int, str]) -> Trial:
     """One fleet: drawn, simulated, examined and judged."""
     seed, wells, cause = task
     fleet, size, root, alone = drawn(seed, wells, cause)
-    result, named = judged(fleet)
-    verdict = result.verdict
+    found, named = zip(*(statistics_of(case, f"W{number}") for number, case in enumerate(fleet.wells)), strict=True)
+    verdict = judged(found).verdict
+    deviation = (2 * log_ratio(found, cause, size) - root**2) / (2 * root) if cause else float("nan")
     return Trial(
-        seed, wells, cause, size, root, alone, verdict.verdict, verdict.cause, verdict.p_value, verdict.probability,
+        seed, wells, cause, size, root, alone, deviation,
+        verdict.verdict, verdict.cause, verdict.p_value, verdict.probability,
         verdict.size, verdict.size_low, verdict.size_high,
         sum(any(cause in name.split("|") for name in names) for names in named) if cause else 0,
     )  # fmt: skip
@@ -169,6 +182,8 @@ def scores(trials: list[Trial]) -> list[Result]:
     alarms = sum(each.verdict != NONE for each in plain)
     named = [each for each in hidden if each.likeliest == each.cause]
     covered = sum(each.size_low <= each.size <= each.size_high for each in named)
+    deviations = np.array([each.deviation for each in hidden])
+    deviation, error = float(deviations.mean()), float(deviations.std(ddof=1) / np.sqrt(deviations.size))
     return [
         caught,
         low,
@@ -177,6 +192,8 @@ def scores(trials: list[Trial]) -> list[Result]:
         *share("fleet_false_alarm", "fleets without any cause that get one", alarms, len(plain), most=0.05),
         *share("fleet_coverage", "intervals of named sizes that hold the true one", covered, len(named), least=0.9),
         Result("fleet_ideal_power", "mean power of the ideal test over these fleets", ideal),
+        Result("fleet_deviation", "log-likelihood ratio at the true size less that expected, in deviations", deviation),
+        Result("fleet_deviation_error", "standard error of that", error),
     ]
 
 
@@ -185,8 +202,9 @@ def gain(seed: int) -> pd.DataFrame:
     fleet = plain_fleet(seed, GAIN_WELLS[-1])
     hidden, _ = sized(Fleet(seed, fleet.wells[: GAIN_WELLS[0]]), GAIN_CAUSE, GAIN_ROOT, GAIN_ROOT)
     fleet, rows = fleet.with_cause(hidden), []
+    found = [statistics_of(case, f"W{number}")[0] for number, case in enumerate(fleet.wells)]
     for wells in GAIN_WELLS:
-        verdict = judged(fleet, wells)[0].verdict
+        verdict = judged(found[:wells]).verdict
         error = (verdict.size_high - verdict.size_low) / (2 * TWO_SIDED) / hidden.size
         ideal = fleet.ideal.noncentrality(hidden, range(wells)) ** -0.5
         rows.append({"wells": wells, "named": verdict.cause == GAIN_CAUSE, "error": error, "ideal_error": ideal})
