@@ -44,6 +44,7 @@ from drillid.discrepancy.learning.law_window import LawWindow
 from drillid.discrepancy.products.extended_model import less_tangent
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
+from drillid.errors import SettingsError
 from drillid.fleet.provenance import digest, source_hash
 from drillid.physics.dual_numbers import Dual
 
@@ -125,8 +126,10 @@ def windows_of(examination: Examination, records: Records, rows: Iterable[int]) 
 def _plain(case: Case) -> list[tuple[LawWindow, Floats]]:
     """Windows that learning has, and how their base model changes them."""
     examination = examine(_learning(case), error_rate=ERROR_RATE)
-    windows = windows_of(examination, simulate_case(case), range(LEARNING))
-    return [(window, slopes_of(examination.model, examination.base, window)) for window in windows]
+    # nothing is hidden in it, whatever it was named
+    plain = replace(examination, extended=examination.base, extensions=())
+    windows = windows_of(plain, simulate_case(case), range(LEARNING))
+    return [(window, slopes_of(plain.model, plain.base, window)) for window in windows]
 
 
 def _learning(case: Case) -> Evidence:
@@ -185,7 +188,12 @@ def _outcome(name: str, case: Case, twice: bool) -> Outcome:
     model, base = fit_base(evidence)
     unseen = _of_all_windows(told, model, base, named)
     windows = windows_of(unseen, records, range(LEARNING, evidence.windows))
-    true_gain = _true_gain(LAWS[name], size, windows) if name else 0.0
+    try:
+        true_gain = _true_gain(LAWS[name], size, windows) if name else 0.0
+    except SettingsError:
+        # what was named has no simulation in time, such as a very stiff spring
+        without = replace(unseen, extended=base, extensions=())
+        true_gain = _true_gain(LAWS[name], size, windows_of(without, records, range(LEARNING, evidence.windows)))
     if told.fingerprint is None:
         return Outcome(case.seed, name, size, twice, verdicts, "", 0.0, true_gain, None)
     if told.law is not None:

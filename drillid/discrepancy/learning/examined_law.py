@@ -70,7 +70,7 @@ def with_law(
     try:
         law = learnt_law(windows)
     except SettingsError:
-        # a rig that the simulator cannot divide into elements, such as one with a very short section, has no law
+        # a rig that the simulator cannot divide into elements, such as one with a very stiff spring, has no law
         return examination
     if not law.offered:
         return examination
