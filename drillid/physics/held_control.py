@@ -24,7 +24,9 @@ from typing import Any
 import numpy as np
 from scipy.special import erf
 
+from drillid.arrays import Floats
 from drillid.physics.dual_numbers import composed, linear, primal
+from drillid.physics.kernel import compiled
 
 _USUAL = 0.025
 """s, scale of the half-normal prior of an interval that is not known."""
@@ -53,28 +55,85 @@ def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
     interval, delay : h and T_d, which includes h/2; s
     filters : response of all other filters from the command to the reading at s = 2πi/h; None without any
     """
-    beyond, weakened = delay / interval - 0.5, 1.0
-    if filters is not None:
-        logarithm = np.log(filters + _NONE)
-        weakened, beyond = np.exp(linear(np.real, logarithm)), beyond - linear(np.imag, logarithm) / (2 * np.pi)
-    h, w, part = (np.asarray(primal(each)) for each in (interval, weakened, beyond))
-    part = part - np.floor(part)
-    spread, skewed = part * (1 - part), 1 - 2 * part
-    second, third = w * (spread - 1 / 6) + 1 / 12, w * spread * skewed
-    of_second = [(2 * h * second, interval), (h**2 * w * skewed, beyond), (h**2 * (spread - 1 / 6), weakened)]
-    of_third = [(3 * h**2 * third, interval), (h**3 * w * (1 - 6 * spread), beyond), (h**3 * spread * skewed, weakened)]
-    fourth, fifth = _higher(part, w)
-    return composed(h**2 * second, of_second), composed(h**3 * third, of_third), h**4 * fourth, h**5 * fifth
+    return read_and_kept(interval, delay, 0.0, filters)[0]
+
+
+def read_and_kept(
+    interval: Any, delay: Any, offset: Any, read: Any = None, kept: Any = None
+) -> tuple[Cumulants, Cumulants]:
+    """Cumulants of what the control reads, and what the readings as they are kept have beyond them.
+
+    Parameters
+    ----------
+    interval, delay : as for `cumulants`
+    offset : of the recorder's clock, s
+    read, kept : filters as for `cumulants`, from the command to either
+    """
+    variables = interval, delay, offset, *_polar(read), *_polar(kept)
+    values = [primal(each) for each in variables]
+    shape = np.broadcast_shapes(*(np.shape(each) for each in values))
+    columns = np.empty((len(values), *shape))
+    for row, value in enumerate(values):
+        columns[row] = value
+    table = _added(columns.reshape(len(values), -1)).reshape(2, 4, 1 + len(values), *shape)
+    of_read, beyond = (
+        (*(composed(order[0], list(zip(order[1:], variables, strict=True))) for order in each[:2]), *each[2:, 0])
+        for each in table
+    )
+    return of_read, beyond
+
+
+@compiled
+def _added(columns: Floats) -> Floats:
+    """Cumulants with their derivatives, (2, 4, 8, places): what is read, and what is kept less that; from the second to
+    the fifth; the value, and its derivative to each variable, of which fourth and fifth have none.
+
+    Parameters
+    ----------
+    columns : (7, places) interval, delay, offset, and modulus and phase of the filters of what is read and kept
+    """
+    found = np.zeros((2, 4, 8, columns.shape[1]))
+    for place in range(columns.shape[1]):
+        h = columns[0, place]
+        for reader in range(2):
+            late = columns[1, place] + reader * columns[2, place]
+            w, turned = columns[3 + 2 * reader, place], columns[4 + 2 * reader, place]
+            part = late / h - 0.5 - turned / (2 * np.pi)
+            part -= np.floor(part)
+            spread, skewed, mixed = part * (1 - part), 1 - 2 * part, w * (1 - w)
+            values = (
+                h**2 * (w * (spread - 1 / 6) + 1 / 12),
+                h**3 * w * spread * skewed,
+                # from the logarithm of 1 + w (exp(…) − 1)
+                h**4 * (w * (spread * (1 - 6 * spread) + 1 / 60) - 1 / 120 + 3 * mixed * (spread - 1 / 6) ** 2),
+                h**5 * spread * skewed * (w * (1 - 12 * spread) + 10 * mixed * (spread - 1 / 6)),
+            )
+            by_delay = h * w * skewed, h**2 * w * (1 - 6 * spread)
+            by_modulus = h**2 * (spread - 1 / 6), h**3 * spread * skewed
+            # what is kept is told by what it has beyond what is read
+            for row in range(reader, 2):
+                sign = 1.0 if row == reader else -1.0
+                for order in range(4):
+                    found[row, order, 0, place] += sign * values[order]
+                for order in range(2):
+                    slope = sign * by_delay[order]
+                    # a longer interval also makes less of one of the same delay
+                    found[row, order, 1, place] += sign * (2 + order) * values[order] / h - slope * late / h
+                    found[row, order, 2, place] += slope
+                    found[row, order, 3, place] += reader * slope
+                    found[row, order, 4 + 2 * reader, place] += sign * by_modulus[order]
+                    found[row, order, 5 + 2 * reader, place] -= slope * h / (2 * np.pi)
+    return found
+
+
+def _polar(filters: Any) -> tuple[Any, Any]:
+    """Modulus and phase of a response that may be a Dual; 1 and 0 where there is none."""
+    if filters is None:
+        return 1.0, 0.0
+    logarithm = np.log(filters + _NONE)
+    return np.exp(linear(np.real, logarithm)), linear(np.imag, logarithm)
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:
     """What cumulants from the third (s³) to the fifth (s⁵) add to the logarithm of a delay's response."""
     return s**3 * (third / -6) + s**4 * (fourth / 24) + s**5 * (fifth / -120)
-
-
-def _higher(part: Any, weakened: Any) -> tuple[Any, Any]:
-    """Fourth and fifth cumulant at an interval of one, from the logarithm of 1 + weakened (exp(…) − 1)."""
-    spread, mixed = part * (1 - part), weakened * (1 - weakened)
-    fourth = weakened * (spread * (1 - 6 * spread) + 1 / 60) - 1 / 120 + 3 * mixed * (spread - 1 / 6) ** 2
-    fifth = spread * (1 - 2 * part) * (weakened * (1 - 12 * spread) + 10 * mixed * (spread - 1 / 6))
-    return fourth, fifth

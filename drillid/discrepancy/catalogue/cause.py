@@ -12,7 +12,7 @@ from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
 from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import cumulants
+from drillid.physics.held_control import read_and_kept
 from drillid.physics.responses import command_mobility
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import control, drive
@@ -47,13 +47,12 @@ class WindowModel:
         if vanishes(interval):
             return self
         top_drive, recording = self.system.top_drive, self.recording
-        read = cumulants(interval, top_drive.delay, self._filters(read=True))
-        kept = cumulants(interval, top_drive.delay + recording.clock_offset, self._filters(read=False))
-        later = [late - prompt for late, prompt in zip(kept, read, strict=True)]
+        filters = self._filters(read=True), self._filters(read=False)
+        read, later = read_and_kept(interval, top_drive.delay, recording.clock_offset, *filters)
         variance = top_drive.hold_variance + read[0]
         top_drive = replace(top_drive, hold_variance=variance, hold_skewness=read[1], hold_higher=read[2:])
         variance = recording.hold_variance + later[0]
-        recording = replace(recording, hold_variance=variance, hold_skewness=later[1], hold_higher=tuple(later[2:]))
+        recording = replace(recording, hold_variance=variance, hold_skewness=later[1], hold_higher=later[2:])
         system = replace(self.system, top_drive=top_drive)
         return replace(self, system=system, recording=recording, control_interval=0.0)
 
