@@ -127,7 +127,7 @@ def test_a_rig_that_cannot_be_simulated_keeps_its_verdict(
 ) -> None:
     examination, windows = growing
     # a wave passes the collars within such a step
-    monkeypatch.setattr(law_window, "_TIME_STEP", 0.02)
+    monkeypatch.setattr(law_window, "TIME_STEP", 0.02)
     told = with_law(examination, lambda row: (windows[row].sweep, windows[row].speed), RATE)
     assert told.law is None
     assert told.verdicts == examination.verdicts
