@@ -44,8 +44,11 @@ _NONE = 1e-200
 """In place of a response that vanishes, whose phase does not matter."""
 
 
-def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
-    """Cumulants that a command adds to its delay which is held and then read; any argument may be a Dual.
+def read_and_kept(
+    interval: Any, delay: Any, offset: Any, read: Any = None, kept: Any = None
+) -> tuple[Cumulants, Cumulants]:
+    """Cumulants that a command adds to its delay which is held and then read, and what the readings as they are kept
+    have beyond them; any argument may be a Dual.
 
     They are continuous where the whole delay is a multiple of h and a half; v has a kink there. Fourth and fifth are
     plain numbers, as their derivatives hardly matter.
@@ -53,21 +56,9 @@ def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
     Parameters
     ----------
     interval, delay : h and T_d, which includes h/2; s
-    filters : response of all other filters from the command to the reading at s = 2πi/h; None without any
-    """
-    return read_and_kept(interval, delay, 0.0, filters)[0]
-
-
-def read_and_kept(
-    interval: Any, delay: Any, offset: Any, read: Any = None, kept: Any = None
-) -> tuple[Cumulants, Cumulants]:
-    """Cumulants of what the control reads, and what the readings as they are kept have beyond them.
-
-    Parameters
-    ----------
-    interval, delay : as for `cumulants`
     offset : of the recorder's clock, s
-    read, kept : filters as for `cumulants`, from the command to either
+    read, kept : response at s = 2πi/h of all other filters from the command to what is read, and to what is kept; None
+        without any
     """
     variables = interval, delay, offset, *_polar(read), *_polar(kept)
     values = [primal(each) for each in variables]

@@ -7,10 +7,15 @@ import pytest
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import Cumulants, cumulants
+from drillid.physics.held_control import Cumulants, read_and_kept
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
+
+
+def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
+    """What a command adds to its delay that is held and then read."""
+    return read_and_kept(interval, delay, 0.0, filters)[0]
 
 
 def top_drive(delay: float, held: Cumulants) -> TopDrive:
@@ -44,8 +49,7 @@ def test_a_clock_that_is_late_holds_the_speed_between_two_readings(offset: float
         held = np.floor((time - begin) / interval)
         return np.exp(s * held * interval) * (interval / (np.exp(s * interval) - 1) + time - begin - held * interval)
 
-    late, prompt = (cumulants(interval, each) for each in (delay + offset, delay))
-    variance, skewness, *higher = np.subtract(late, prompt)
+    variance, skewness, *higher = read_and_kept(interval, delay, offset)[1]
     record = Recording(clock_offset=offset, hold_variance=variance, hold_skewness=skewness, hold_higher=tuple(higher))
     np.testing.assert_allclose(record.transfer(s), speed(-offset) / speed(0.0), rtol=6e-4)
 
