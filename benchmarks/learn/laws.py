@@ -192,7 +192,7 @@ def _outcome(name: str, case: Case, twice: bool) -> Outcome:
         true_gain = _true_gain(LAWS[name], size, windows) if name else 0.0
     except SettingsError:
         # what was named has no simulation in time, such as a very stiff spring
-        without = replace(unseen, extended=base, extensions=())
+        without = _of_all_windows(told, model, base, ())
         true_gain = _true_gain(LAWS[name], size, windows_of(without, records, range(LEARNING, evidence.windows)))
     if told.fingerprint is None:
         return Outcome(case.seed, name, size, twice, verdicts, "", 0.0, true_gain, None)

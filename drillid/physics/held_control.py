@@ -66,12 +66,15 @@ def read_and_kept(
     columns = np.empty((len(values), *shape))
     for row, value in enumerate(values):
         columns[row] = value
-    table = _added(columns.reshape(len(values), -1)).reshape(2, 4, 1 + len(values), *shape)
-    of_read, beyond = (
-        (*(composed(order[0], list(zip(order[1:], variables, strict=True))) for order in each[:2]), *each[2:, 0])
-        for each in table
-    )
-    return of_read, beyond
+    of_read, beyond = _added(columns.reshape(len(values), -1)).reshape(2, 4, 1 + len(values), *shape)
+    return _composed(of_read, variables), _composed(beyond, variables)
+
+
+def _composed(table: Floats, variables: tuple[Any, ...]) -> Cumulants:
+    """Cumulants from their values and derivatives, (4, 8, ...)."""
+    second, third = (composed(order[0], list(zip(order[1:], variables, strict=True))) for order in table[:2])
+    fourth, fifth = table[2:, 0]
+    return second, third, fourth, fifth
 
 
 @compiled
