@@ -1,10 +1,11 @@
 """What took long to compute, kept in files, which are never there in part."""
 
+import json
 import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Kept = TypeVar("Kept")
 
@@ -17,6 +18,13 @@ def pickled(path: Path, make: Callable[[], Kept]) -> Kept:
     made = make()
     write(path, pickle.dumps(made))
     return made
+
+
+def as_json(path: Path, make: Callable[[], Any]) -> Any:
+    """What the file holds, or what is made and put into it: numbers, texts, lists and dictionaries by names."""
+    if not path.is_file():
+        write(path, json.dumps(make()).encode())
+    return json.loads(path.read_text())
 
 
 def write(path: Path, content: bytes) -> None:

@@ -89,4 +89,4 @@ def _directions(case: AnyCase) -> tuple[list[str], Floats, Floats, int]:
     pieces = [columns(model, base, (), chosen), secants(model, base, (), chosen)]
     found = project(model, base, (), np.concatenate(pieces, axis=1))
     names = [extension.cause.name for extension in chosen]
-    return 2 * names, found.score, found.information, 2 * int(np.count_nonzero(model.weight > 0))
+    return 2 * names, found.score, found.information, 2 * int(np.count_nonzero(model.measured.weight > 0))

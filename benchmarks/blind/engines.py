@@ -1,17 +1,15 @@
 """The engines that are judged: the discovery engine, and one that answers at random for comparison."""
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from typing import Any
 
 import numpy as np
 
 from benchmarks.blind.answer import Answer, Claim
 from benchmarks.blind.vocabulary import CAUSES, ERROR_RATE, NONE, UNKNOWN
 from benchmarks.blind.world import FOLDER, AnyCase, depths, documents, records_of, records_path, weight
-from benchmarks.kept import pickled, write
+from benchmarks.kept import as_json, pickled
 from drillid.config.settings import Settings
 from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.catalogue import Cause
@@ -76,14 +74,15 @@ def kept_answer(case: AnyCase, code: str, answer: Callable[[AnyCase], Answer]) -
     """An answer, cached in a file named after a hash of the code that gives it and the case."""
     key = [str(documents(case)), case.removed, case.command_logged, records_path(case).name]
     path = FOLDER / "answers" / f"{digest([code, *key])}.json"
-    if path.is_file():
-        kept: dict[str, Any] = json.loads(path.read_text())
-        return Answer(tuple(Claim(**claim) for claim in kept.pop("verdicts")), **kept)
+    kept = as_json(path, lambda: asdict(_timed(answer, case)))
+    return Answer(tuple(Claim(**claim) for claim in kept.pop("verdicts")), **kept)
+
+
+def _timed(answer: Callable[[AnyCase], Answer], case: AnyCase) -> Answer:
+    """An answer with the processor time that it took, where it does not tell that itself."""
     begin = time.process_time()
     given = answer(case)
-    timed = replace(given, seconds=time.process_time() - begin) if np.isnan(given.seconds) else given
-    write(path, json.dumps(asdict(timed)).encode())
-    return timed
+    return replace(given, seconds=time.process_time() - begin) if np.isnan(given.seconds) else given
 
 
 def _examined(case: AnyCase) -> Answer:

@@ -1,9 +1,6 @@
 """Judgement of an answer against the hidden causes of its case; nothing of the engine takes part in it."""
 
-import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +12,7 @@ from benchmarks.blind.ideal.ideal import Ideal, threshold
 from benchmarks.blind.ideal.of_case import ideal_of
 from benchmarks.blind.vocabulary import CAUSES, CLOSURE_P_VALUE, DISTINCT, NONE, UNKNOWN
 from benchmarks.blind.world import FOLDER, AnyCase, depths, place, present, world_of
+from benchmarks.kept import as_json
 from drillid.fleet.provenance import digest, source_hash
 
 _CODE_OF_IDEALS = source_hash("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.of_case")
@@ -99,15 +97,8 @@ class Judgement:
 
 def kept_ideals(case: AnyCase) -> Ideals:
     """The ideal test of a case, cached in a file named after a hash of its code and the case."""
-    return Ideals(**_kept([str(case)], lambda: asdict(ideals(case))))
-
-
-def _kept(key: list[str], make: Callable[[], Any]) -> Any:
-    path = FOLDER / "ideals" / f"{digest([_CODE_OF_IDEALS, _PHYSICS, *key])}.json"
-    if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(make()))
-    return json.loads(path.read_text())
+    path = FOLDER / "ideals" / f"{digest([_CODE_OF_IDEALS, _PHYSICS, str(case)])}.json"
+    return Ideals(**as_json(path, lambda: asdict(ideals(case))))
 
 
 def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:

@@ -14,7 +14,7 @@ from benchmarks.blind.generator import cases as own
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
 from drillid.discrepancy.catalogue import CATALOGUE, Cause, OperatingPoint, Size, WindowModel
-from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.learning.term import depth_of
 from drillid.physics.attachments import MountedInertia, with_joint, with_law, with_lump
 from drillid.physics.equipment import Section

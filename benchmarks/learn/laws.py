@@ -9,7 +9,6 @@ nothing is hidden comes with each rig.
 `python -m benchmarks.learn.laws RIG EFFECT` does the wells of any rig.
 """
 
-import json
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
@@ -26,7 +25,7 @@ from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.generator.cases import RATE, Records, simulate_case
 from benchmarks.blind.hidden import Hidden
 from benchmarks.blind.vocabulary import ERROR_RATE
-from benchmarks.kept import write
+from benchmarks.kept import as_json
 from benchmarks.learn.cases import LEARNING, SEEN, Case, well
 from benchmarks.learn.law_effects import LAWS, LawEffect
 from benchmarks.learn.measurement import FOLDER, pairs, share
@@ -34,10 +33,11 @@ from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.rows import real_rows
 from drillid.discrepancy.inference.set_fit import SetFit, fit_base, fit_set
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.examined_law import law_window, with_linear_or_law
 from drillid.discrepancy.learning.law import added
 from drillid.discrepancy.learning.law_window import LawWindow
@@ -166,12 +166,7 @@ def outcomes_of(task: tuple[int, str]) -> list[Outcome]:
 def outcome(name: str, case: Case, twice: bool) -> Outcome:
     """What is learnt in a well."""
     path = FOLDER / "laws" / f"{digest([_CODE, str(case), case.path.name])}.json"
-    if path.is_file():
-        kept: dict[str, Any] = json.loads(path.read_text())
-        return Outcome(**kept)
-    found = _outcome(name, case, twice)
-    write(path, json.dumps(asdict(found)).encode())
-    return found
+    return Outcome(**as_json(path, lambda: asdict(_outcome(name, case, twice))))
 
 
 def _outcome(name: str, case: Case, twice: bool) -> Outcome:

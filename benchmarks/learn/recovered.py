@@ -6,7 +6,6 @@ Of twelve windows learning, its offer and the ideal test have the first four; th
 choice, measure what an offer is worth. `python -m benchmarks.learn.recovered RIG EFFECT` does the wells of any rig.
 """
 
-import json
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -18,15 +17,15 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.blind.hidden import Hidden
-from benchmarks.kept import write
+from benchmarks.kept import as_json
 from benchmarks.learn.cases import LEARNING, Case, evidence_of, seen, well
 from benchmarks.learn.effects import HIDEABLE
 from benchmarks.learn.measurement import FOLDER, pairs, share
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
+from drillid.discrepancy.inference.coordinates import Point
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.set_fit import fit_base, fit_set
-from drillid.discrepancy.inference.set_model import Point
 from drillid.discrepancy.learning.offer import learnt_extension
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.fleet.provenance import digest, source_hash
@@ -59,11 +58,7 @@ def outcomes_of(seed: tuple[int, str]) -> list[dict[str, Any]]:
 def outcome(case: Case) -> dict[str, Any]:
     """What is learnt of a case, kept in a file."""
     path = FOLDER / "outcomes" / f"{digest([_CODE, str(case)])}.json"
-    if path.is_file():
-        kept: dict[str, Any] = json.loads(path.read_text())
-        return kept
-    found = _outcome(case)
-    write(path, json.dumps(found).encode())
+    found: dict[str, Any] = as_json(path, lambda: _outcome(case))
     return found
 
 

@@ -15,8 +15,8 @@ from scipy.special import chdtrc, logsumexp
 from drillid.arrays import Floats
 from drillid.common_causes.pooling import Quadratic, Wells, apart, together
 from drillid.discrepancy.catalogue import Size
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import tail_p_value
-from drillid.discrepancy.inference.set_model import Extension
 
 _SCALES = (0.04, 0.2, 1.0, 5.0)
 """Standard deviations of sizes that are held for equally likely, per usual size: what only a fleet shows is small."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats, Indices
-from drillid.discrepancy.inference.set_model import COORDINATES
+from drillid.discrepancy.inference.coordinates import COORDINATES
 from drillid.discrepancy.inference.shared_likelihood import DIRECTIONS, PARTS, RIG, SharedLikelihood, size_weights
 from drillid.discrepancy.rules import LENGTH_DEVIATION, WELL_DEVIATION
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.arrays import Booleans, Complex
+from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.set_fit import fit_local, fit_set
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import NEIGHBOURS_SHARE_VARIANCE
 
@@ -31,7 +32,7 @@ def held_out_gain(
     evidence = model.evidence
     windows = evidence.windows
     folds = min(windows, _FOLDS) if windows >= _LEAST_WINDOWS else 2
-    before, after = np.zeros((2, windows, model.rows), dtype=complex)
+    before, after = np.zeros((2, windows, model.measured.count), dtype=complex)
     for fold in range(folds):
         held = np.zeros(evidence.used.shape, dtype=bool)
         if windows >= _LEAST_WINDOWS:
@@ -91,6 +92,6 @@ def _residuals(model: SetModel, held: Booleans, start: Point, extensions: tuple[
     """Whitened prediction errors of the held-out rows, zero elsewhere; (W, rows)."""
     residual = model.residual(trained_without(model, held, start, extensions), extensions)
     rows = held & model.evidence.used
-    if model.control_weight is not None:
-        rows = np.concatenate([rows, rows[:, model.control_weight.any(axis=0)]], axis=1)
+    if model.measured.control_weight is not None:
+        rows = np.concatenate([rows, rows[:, model.measured.control_weight.any(axis=0)]], axis=1)
     return np.where(rows, residual, 0.0)

@@ -6,9 +6,10 @@ import numpy as np
 from scipy.special import softmax
 
 from drillid.arrays import Floats
+from drillid.discrepancy.inference.coordinates import SHARED, Extension
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import SHARED, Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import INTERVAL_EVIDENCE, PLACE_NEGLIGIBLE, PLACE_TOLERANCE
 
 _LEAST_WINDOWS = 6

@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.inference.coordinates import LOCAL, Extension, Point
 from drillid.discrepancy.inference.set_fit import Expansion, SetFit, expanded, moved
-from drillid.discrepancy.inference.set_model import LOCAL, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.damped import SET, SET_END, descend
 
 _STEP = 0.05

@@ -13,9 +13,10 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
+from drillid.discrepancy.inference.coordinates import SHARED, Extension
 from drillid.discrepancy.inference.most_mass import bias_of_curvature
 from drillid.discrepancy.inference.set_fit import SetFit, normal_equations
-from drillid.discrepancy.inference.set_model import SHARED, Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 
 _LEAST_INFORMATION = 1e-30
 _ABSORBED = 1e-9
@@ -64,7 +65,7 @@ def secants(
 def _stacked(model: SetModel, directions: Sequence[Complex]) -> Complex:
     """Directions (W, rows), also none, as one array (W, K, rows)."""
     if not directions:
-        return np.zeros((model.evidence.windows, 0, model.rows), dtype=complex)
+        return np.zeros((model.evidence.windows, 0, model.measured.count), dtype=complex)
     return np.stack(directions, axis=1)
 
 

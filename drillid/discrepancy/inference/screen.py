@@ -10,10 +10,11 @@ from scipy.special import log_ndtr, logsumexp
 from drillid.arrays import Booleans, Floats, Indices
 from drillid.discrepancy.catalogue import Cause
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.most_mass import of_most_mass
 from drillid.discrepancy.inference.projection import Projection, candidates, columns, project, secants
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import LINEARITY, TAIL, WIDE_PRIOR
 
 _DRAWS = 4000
@@ -162,7 +163,7 @@ def tail_p_value(value: float, draws: Floats) -> float:
 
 def dispersion(model: SetModel) -> float:
     """Variance of a score per information where weights are reciprocals of variances estimated with ν freedoms."""
-    freedom = np.maximum(model.evidence.degrees_of_freedom[model.weight > 0], 3.0)
+    freedom = np.maximum(model.evidence.degrees_of_freedom[model.measured.weight > 0], 3.0)
     return float(np.mean((freedom - 1) / (freedom - 2)))
 
 

@@ -7,10 +7,11 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from drillid.discrepancy.catalogue import Cause
+from drillid.discrepancy.inference.coordinates import SHARED, Extension, Point
 from drillid.discrepancy.inference.projection import secants
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, normal_equations, within, without_outlier_windows
-from drillid.discrepancy.inference.set_model import SHARED, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import (
     CONTENDER,
     FOLLOWED_WITHIN,

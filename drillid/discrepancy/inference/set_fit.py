@@ -7,11 +7,9 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.evidence import Evidence
-from drillid.discrepancy.inference.rows import Products, real_rows
-from drillid.discrepancy.inference.set_model import (
+from drillid.discrepancy.inference.coordinates import (
     DEVIATION,
     FURTHEST_SHAPE,
-    HEAVY_TAILED,
     HIGHEST,
     INTERVAL,
     LOCAL,
@@ -19,9 +17,10 @@ from drillid.discrepancy.inference.set_model import (
     SHARED,
     Extension,
     Point,
-    SetModel,
     fitted_shapes,
 )
+from drillid.discrepancy.inference.rows import Products, real_rows
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
 from drillid.physics.held_control import INTERVALS, PRIOR
@@ -89,18 +88,24 @@ class SetFit:
     """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
     """(14,) how far the shared coordinates lie off their priors, in standard deviations of these."""
+    heavy_tailed: tuple[int, ...]
+    """Indices of those whose prior is Student's t."""
 
     @property
     def pulls(self) -> Floats:
         """(14,) the same as normal variables of the same log density relative to its peak: half their squares add to
         the cost.
         """
-        return np.sign(self.off_data_sheet) * np.sqrt(2 * off_cost(self.off_data_sheet))
+        return np.sign(self.off_data_sheet) * np.sqrt(2 * self._off_costs)
 
     @property
     def data_sheet_cost(self) -> float:
         """Part of the cost that coordinates off their data sheets have."""
-        return float(np.sum(off_cost(self.off_data_sheet)))
+        return float(np.sum(self._off_costs))
+
+    @property
+    def _off_costs(self) -> Floats:
+        return off_cost(self.off_data_sheet, self.heavy_tailed)
 
     @property
     def size_errors(self) -> Floats:
@@ -124,7 +129,7 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
     windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())
-    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], windows, off_data_sheet)
+    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], windows, off_data_sheet, model.heavy_tailed)
 
 
 def fit_local(
@@ -316,7 +321,7 @@ def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]
     return off, np.concatenate([model.prior_error, typical, np.ones(shapes.size)])
 
 
-def off_cost(off: Floats, heavy_tailed: tuple[int, ...] = HEAVY_TAILED) -> Floats:
+def off_cost(off: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
     """Cost of coordinates that lie off their priors by so many standard deviations, each."""
     cost = 0.5 * off**2
     heavy = list(heavy_tailed)

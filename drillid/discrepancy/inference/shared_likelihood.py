@@ -18,6 +18,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.catalogue import CATALOGUE, Size
+from drillid.discrepancy.inference.coordinates import DATA_SHEET, LOCAL, SHARED, Extension, Point
 from drillid.discrepancy.inference.screen import Screen, dispersion
 from drillid.discrepancy.inference.set_fit import (
     Expansion,
@@ -30,7 +31,7 @@ from drillid.discrepancy.inference.set_fit import (
     off_cost,
     within,
 )
-from drillid.discrepancy.inference.set_model import DATA_SHEET, LOCAL, SHARED, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 
 RIG = np.array(DATA_SHEET)
 """Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each
@@ -142,9 +143,10 @@ def shared_likelihood(
         score=np.zeros((PARTS, count, HELD, rig)),
         information=np.zeros((PARTS, count, HELD, rig, rig)),
         directions=np.zeros((PARTS, rig + DIRECTIONS * count, rig + DIRECTIONS * count)),
-        control_common=model.control_common,
+        control_common=model.measured.control_common,
         windows=model.evidence.windows,
-        temper=1 / (dispersion(model) * max(fit.chi2 / (2 * max(int(np.count_nonzero(model.weight)), 1)), 1.0)),
+        temper=1
+        / (dispersion(model) * max(fit.chi2 / (2 * max(int(np.count_nonzero(model.measured.weight)), 1)), 1.0)),
     )
     errors = _standard_errors(candidates, before)
     for group in dict.fromkeys(each.cause.shared_by for each in candidates):

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.inference.coordinates import COORDINATES, DATA_SHEET, Extension
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import COORDINATES, DATA_SHEET, Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.line import speed_ratio
@@ -59,7 +60,7 @@ def directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...], 
         return np.asarray(slopes * model.prior_error[DATA_SHEET, None], dtype=complex)
     basis = smooth_functions(model.evidence.frequency, FUNCTIONS)
     sensitivities = _sensitivity(model, fit, extensions, channel)
-    real = model.whitened_changes(*(sensitivity[:, None] * basis for sensitivity in sensitivities))
+    real = model.measured.whitened(*(sensitivity[:, None] * basis for sensitivity in sensitivities))
     return np.concatenate([real, 1j * real], axis=1)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.coordinates import SHARED, Extension
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_model import SHARED, Extension
 from drillid.discrepancy.inference.unknown import RELATIVE
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.learning.offer import LearntExtension, learnt_extension

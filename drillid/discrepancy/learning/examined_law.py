@@ -129,7 +129,7 @@ def law_window(
     """One window of a set by its extended model; None where its sweep does not repeat, or nothing of it is used."""
     model, evidence = examination.model, examination.model.evidence
     sweep, speed = channels(row)
-    used = evidence.frequency[model.weight[row] > 0]
+    used = evidence.frequency[model.measured.weight[row] > 0]
     if not used.size or not (np.isfinite(sweep).all() and np.isfinite(speed).all()):
         return None
     period = sweep_period(sweep, rate, float(evidence.frequency[0]))

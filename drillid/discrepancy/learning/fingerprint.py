@@ -17,8 +17,9 @@ import numpy as np
 from scipy.special import chdtrc
 
 from drillid.arrays import Floats
+from drillid.discrepancy.inference.coordinates import SHARED
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import SHARED, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS
 from drillid.discrepancy.learning.process import COMPARED, PROCESS_AT, curves
 from drillid.discrepancy.learning.search import Candidate, placed

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drillid.arrays import Booleans, Indices
+from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.fingerprint import Fingerprint, fingerprint
 from drillid.discrepancy.learning.search import Candidate, learn
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain

@@ -14,7 +14,7 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.discrepancy.catalogue.cause import OperatingPoint, Size, WindowModel
-from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.unknown import PORTS, RELATIVE
 from drillid.discrepancy.learning.term import BIT, FACTOR_OF, TOP, Term, depth_of, shaping_at, with_shaping
 from drillid.discrepancy.rules import WIDE_PRIOR

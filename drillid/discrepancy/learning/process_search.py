@@ -13,9 +13,10 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
 from drillid.arrays import Floats
+from drillid.discrepancy.inference.coordinates import SHARED, Extension, Point
 from drillid.discrepancy.inference.projection import Projection, project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import SHARED, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.unknown import RELATIVE
 from drillid.discrepancy.learning.process import AMPLITUDES, RATES, process_at
 from drillid.physics.gaussian_process import COUNT

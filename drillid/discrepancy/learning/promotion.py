@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from drillid.arrays import Floats
-from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.errors import SettingsError
 

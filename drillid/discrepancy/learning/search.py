@@ -14,10 +14,11 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS, PORTS_ALONG, TERMS, Element
 from drillid.discrepancy.learning.process import PROCESS_AT
 from drillid.discrepancy.learning.process_search import fitted_process, is_passive
@@ -200,7 +201,7 @@ def _starts(
         for origin in (before.point, expected)
     ]
     # half the squared residual of a complex value has mean and variance one
-    count = np.count_nonzero(model.weight)
+    count = np.count_nonzero(model.measured.weight)
     is_strong = not present and before.cost > count + _STRONG * np.sqrt(count)
     if is_strong and element.name == "mounted inertia":
         typical = np.array([TERMS[name].size.typical for name in element.terms])
@@ -271,7 +272,7 @@ def _directions(
     damper = next(each for each in ELEMENTS if each.name == "damper")
     size = np.array([TERMS[damper.terms[0]].size.typical])
     at = {place: _direction(model, before, present, damper, place, size) for place, _ in tried}
-    rows = np.zeros(model.rows, dtype=complex)
+    rows = np.zeros(model.measured.count, dtype=complex)
     found = []
     for place, sizes in tried:
         rows[: model.s.size] = element.admittance(model.s, sizes)

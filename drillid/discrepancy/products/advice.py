@@ -15,9 +15,11 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.coordinates import Extension, Point
+from drillid.discrepancy.inference.measured_rows import MeasuredRows
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.rows import Linearised, weighted
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import DETECTABLE
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.dual_numbers import primal
@@ -64,17 +66,18 @@ class _Resolution:
     smallest: Floats
 
 
-class _WithStringTorque(SetModel):
-    """The set with a measured string torque: its response to the speed, with the relative error of the mobility."""
+class _WithStringTorque(MeasuredRows):
+    """With a measured string torque as well: its response to the speed, with the relative error of the mobility."""
 
-    def _whitened(self, window_model: WindowModel, count: int) -> Linearised:
-        recorded = super()._whitened(window_model, count)
+    def linearised(self, window_model: WindowModel, coordinates: int) -> Linearised:
+        """Rows of the string torque are the last ones."""
+        recorded = super().linearised(window_model, coordinates)
         response = string_admittance(window_model.system, self.s) / window_model.recording.transfer(self.s)
         value = primal(response)
         relative = np.where(self.weight > 0, self.weight * np.abs(self.evidence.mobility), 0.0)
         weight = np.nan_to_num(relative) / np.abs(value)
         # the measured values are not known, only their weight
-        residual, slopes = weighted(response, np.broadcast_to(value, weight.shape), weight, count)
+        residual, slopes = weighted(response, np.broadcast_to(value, weight.shape), weight, coordinates)
         joined = [
             np.concatenate(pair, axis=-1) for pair in ((recorded.residual, residual), (recorded.jacobian, slopes))
         ]
@@ -178,7 +181,7 @@ def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
         logged = np.broadcast_to(np.asarray(control, dtype=complex), evidence.mobility.shape)
         with_command = replace(evidence, control=logged, control_variance=np.zeros(logged.shape))
         measurements.append(("the torque command in the log", model.with_evidence(with_command)))
-    measurements.append(("a measured torque of the string", _WithStringTorque(evidence, model.deviation)))
+    measurements.append(("a measured torque of the string", model.beside(_WithStringTorque(evidence))))
     measurements.append(("as many windows again", model.with_evidence(_joined(evidence, 1.0))))
     measurements.append(
         ("as many windows again at a 30 % higher speed", model.with_evidence(_joined(evidence, _FASTER)))

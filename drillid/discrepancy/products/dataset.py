@@ -14,9 +14,9 @@ from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.measured import WINDOW_COORDINATES
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.projection import columns, project, separation, smallest_detectable
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import Extension
 from drillid.discrepancy.inference.shared_likelihood import candidate_labels, shared_candidates, shared_likelihood
 from drillid.discrepancy.learning.examined import learnt_words
 from drillid.discrepancy.learning.law_kinds import BitLaw, ControlLaw, CouplingLaw
@@ -104,7 +104,7 @@ def _residual(examination: Examination, fit: SetFit, extensions: tuple[Extension
     """Whitened residuals of the mobilities, NaN where they are not used, (W, F)."""
     model = examination.model
     residual = model.residual(fit.point, extensions)[:, : model.s.size]
-    return np.where(model.weight > 0, residual, complex(np.nan, np.nan))
+    return np.where(model.measured.weight > 0, residual, complex(np.nan, np.nan))
 
 
 def _set_variables(examined: ExaminedSet, data: WellData, error_rate: float) -> Columns:
@@ -239,7 +239,7 @@ def _held_out(examined: ExaminedSet, data: WellData) -> Columns:
     error, period = np.nan, float(data.spectra["sweep_period"][window])
     channels = window_channels(data.records, data.windows, window, ("torque_sweep", "speed"))
     if period > 0 and np.isfinite(channels).all():
-        rate, used = sample_rate(data.records), model.weight[row] > 0
+        rate, used = sample_rate(data.records), model.measured.weight[row] > 0
         band = float(frequency[used].min()), float(frequency[used].max())
         sweep, _ = mean_period(channels[0], rate, period)
         speed, error = mean_period(channels[1], rate, period)

@@ -10,7 +10,8 @@ import numpy as np
 
 from drillid.arrays import Booleans, Floats
 from drillid.discrepancy.catalogue import CATALOGUE, OperatingPoint, WindowModel
-from drillid.discrepancy.inference.set_model import Extension, Point, SetModel
+from drillid.discrepancy.inference.coordinates import Extension, Point
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.physics.equipment import STEEL_DENSITY, Bit, Controller, DrillingSystem, Section, TopDrive, of_window
 from drillid.physics.nonlinear import ErrorLaw, NonlinearRig, SpeedLaw, TwistLaw

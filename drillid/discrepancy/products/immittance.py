@@ -15,9 +15,10 @@ from scipy.special import softmax
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.inference import unknown
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.projection import Projection, project
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.smooth import smooth_functions
 from drillid.discrepancy.rules import PART_READ
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.catalogue import WindowModel
+from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import trained_without
-from drillid.discrepancy.inference.set_model import Extension, Point
 from drillid.discrepancy.learning.examined_law import law_window
 from drillid.physics.responses import laplace
 

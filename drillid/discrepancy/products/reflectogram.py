@@ -13,9 +13,10 @@ import numpy as np
 from scipy.special import ndtri
 
 from drillid.arrays import Complex, Floats
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.projection import project
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.physics.equipment import STEEL_DENSITY, STEEL_SHEAR_MODULUS
 from drillid.physics.line import propagation
 from drillid.physics.responses import string_admittance
@@ -70,12 +71,12 @@ def _directions(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...],
     # R = (Y₀ − Y)/(Y₀ + Y) with Y = W R_record/M less the admittance of the top drive
     of_admittance = -2 * characteristic / (characteristic + admittance) ** 2
     per_mobility = of_admittance * -command * window_model.recording.transfer(s) / mobility**2
-    good = model.weight > 0
-    per_residual = np.where(good, per_mobility / np.where(good, model.weight, 1.0), 0.0)
+    good = model.measured.weight > 0
+    per_residual = np.where(good, per_mobility / np.where(good, model.measured.weight, 1.0), 0.0)
     share = np.where(good, np.hanning(s.size + 2)[1:-1] / (np.abs(per_residual) ** 2 + _WORTH**2), 0.0)
     weighted = per_residual * share / share.sum()
     delay = 2 * distance * np.sqrt(STEEL_DENSITY / STEEL_SHEAR_MODULUS)
     advance = np.exp(delay[:, None] * s)
     of_mobility = np.conj(weighted[:, None, :] * advance)
-    of_control = np.zeros((*of_mobility.shape[:2], model.rows - s.size), dtype=complex)
+    of_control = np.zeros((*of_mobility.shape[:2], model.measured.count - s.size), dtype=complex)
     return np.concatenate([of_mobility, of_control], axis=-1)

@@ -10,9 +10,10 @@ from scipy.special import logsumexp
 
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.detectors.pooling import PooledDetection
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import Screen
 from drillid.discrepancy.inference.set_fit import SetFit
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.naming import Posterior
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, UNPROVED, Verdict
 

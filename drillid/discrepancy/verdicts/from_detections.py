@@ -181,5 +181,5 @@ def _detection_verdict(
 
 def _error_factor(examination: Examination) -> float:
     """Birge ratio: factor on errors from a model that does not fit (Birge 1932, Physical Review 40, 207–227)."""
-    residuals = 2 * np.count_nonzero(examination.model.weight)
+    residuals = 2 * np.count_nonzero(examination.model.measured.weight)
     return float(np.sqrt(max(examination.extended.chi2 / residuals, 1.0)))

@@ -6,12 +6,13 @@ import numpy as np
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
 from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
-from drillid.discrepancy.inference.set_model import Extension, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.size_posterior import size_interval
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
 from drillid.discrepancy.predictive_gain import PredictiveGain
@@ -117,7 +118,7 @@ def base_model_rejected(model: SetModel, base: SetFit) -> bool:
 
 def _residuals(model: SetModel) -> int:
     """Number of residuals of the mobilities, real and imaginary parts."""
-    return 2 * int(np.count_nonzero(model.weight))
+    return 2 * int(np.count_nonzero(model.measured.weight))
 
 
 def _with_own_detections(

@@ -12,8 +12,8 @@ from drillid.common_causes.pooling import SetStatistics, Wells
 from drillid.common_causes.verdicts import LONE, OwnVerdict, judge
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.set_fit import fit_set
-from drillid.discrepancy.inference.set_model import Extension
 from drillid.discrepancy.inference.shared_likelihood import shared_likelihood
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.verdict import NONE

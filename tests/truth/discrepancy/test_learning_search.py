@@ -70,7 +70,7 @@ def test_a_heavy_mounted_inertia_is_found_wherever_it_hangs(place: float) -> Non
     element = next(each for each in ELEMENTS if each.name == "mounted inertia")
     found = best_of(model, base, (), element)
     # a right model leaves one per complex value
-    assert found.fit.cost < 1.1 * np.count_nonzero(model.weight) < base.cost
+    assert found.fit.cost < 1.1 * np.count_nonzero(model.measured.weight) < base.cost
     assert found.place == pytest.approx(place, abs=0.02)
     truth = np.array([MOUNT.inertia, MOUNT.frequency, MOUNT.loss])
     assert np.all(np.abs(found.fit.point.sizes - truth) < 4 * found.fit.size_errors)

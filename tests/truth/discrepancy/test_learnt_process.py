@@ -123,7 +123,7 @@ def test_it_is_stored_and_predicts_as_a_named_cause_does(case: Case, learnt: Lea
     _, step = bit_step_response(again.system, 10.0, 0.02)
     assert np.all(np.isfinite(step))
     row, plain, better = held_out_predictions(extended)
-    weight, measured = model.weight[row], model.evidence.mobility[row]
+    weight, measured = model.measured.weight[row], model.evidence.mobility[row]
     misfits = [
         np.sum(np.abs(weight * (each.mobility(model.evidence.frequency) - measured)) ** 2) for each in (plain, better)
     ]

@@ -14,9 +14,10 @@ from drillid.commands import app
 from drillid.control.margins import loop_transfer, margins
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.discrepancy import CATALOGUE, Evidence, Examination, Verdict
+from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
 from drillid.discrepancy.inference.localisation import place_probability
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
-from drillid.discrepancy.inference.set_model import COORDINATES, Extension, Point, SetModel
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.products.advice import advise, present_separation
 from drillid.discrepancy.products.dataset import examination_dataset
@@ -225,11 +226,11 @@ def test_lines_whose_ratio_is_biased_carry_no_weight_for_the_control(examined: E
     """The mean of 1/(1 + n) over complex normal n of variance v is 1 - exp(-1/v): 0.96 at 0.3."""
     evidence = examined.model.evidence
     power = control_power(evidence)
-    used = np.flatnonzero(examined.model.weight.all(axis=0))
+    used = np.flatnonzero(examined.model.measured.weight.all(axis=0))
     for noise, own, weighted in ((0.002, 0.002, True), (0.002, 0.3, False), (0.018, 0.3, False), (0.05, 0.05, False)):
         variance = noise * power
         variance[:, used[50]] = own * power[:, used[50]]
-        weight = SetModel(replace(evidence, control_variance=variance)).control_weight
+        weight = SetModel(replace(evidence, control_variance=variance)).measured.control_weight
         assert weight is not None
         assert np.all((weight[:, used[50]] > 0) == weighted)
 
@@ -250,7 +251,7 @@ def test_an_error_common_to_all_windows_does_not_average_out(
     first = noisy.subset(np.array([0]))
     information = []
     for copies in (1, 8):
-        weight = SetModel(first.subset(np.zeros(copies, dtype=np.intp))).control_weight
+        weight = SetModel(first.subset(np.zeros(copies, dtype=np.intp))).measured.control_weight
         assert weight is not None
         information.append(np.sum(weight**2))
     assert information[1] / information[0] == pytest.approx(gained, rel=0.15)

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import drillid.discrepancy.catalogue
 from drillid.commands import app
 from drillid.discrepancy.catalogue import Cause, OperatingPoint, WindowModel
-from drillid.discrepancy.inference.set_model import Extension
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.learning.elements import TERMS
 from drillid.discrepancy.learning.promotion import module_source
 from drillid.errors import SettingsError
