@@ -26,6 +26,7 @@ from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
 from drillid.formats.places import Places, first_line, shortened
 from drillid.formats.remote import local_file, url_of
+from drillid.formats.repeated_names import check_repeated_times, first_of_repeated
 from drillid.formats.stamps import utc_stamps
 from drillid.formats.stated_times import StatedTimes
 from drillid.formats.time_columns import Stamps
@@ -106,12 +107,13 @@ def read_log(
         wanted = [column_named(name, header, path) for name in columns]
         table = _columns(path, file, reader, header, times, wanted, None)
         stamps, read = utc_stamps(times, table)
+        check_repeated_times(times, wanted, lambda names: reader.read_columns(file, header, names, names))
         left_out = notes_of(table) if getattr(reader, "LEAVES_ROWS_OUT", False) else []
     of_times = tuple(name for name in (times.column, times.date) if name is not None)
     table = table.drop_columns([name for name in of_times if name not in wanted])
     _release_memory()
     units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
-    said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read, *left_out]
+    said = [*notes, *header.notes, *first_of_repeated(columns, header), *decided, *read, *left_out]
     return Log(path, stamps, units, said, of_times, table, places, (*header.nulls, *dialect.null_values))
 
 
@@ -385,13 +387,6 @@ def _columns(
 def _earliest(times: StatedTimes, table: Any) -> np.datetime64:
     stamps: Stamps = utc_stamps(times, table, ambiguous=True)[0]
     return np.datetime64(np.min(stamps))
-
-
-def _repeated_names(columns: Sequence[str], header: Header) -> Iterator[Note]:
-    for name in columns:
-        if f"{name}:2" in header.columns:
-            what = f"has several columns '{name}'; the first is read"
-            yield what, f"Name '{name}:2' in the rig description where the second is meant"
 
 
 def _release_memory() -> None:
