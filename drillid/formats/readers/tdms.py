@@ -2,35 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drillid.formats.arrow_tables import check_size, table_of
-from drillid.formats.description import Dialect, Header
+from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
 
 SUFFIXES = (".tdms",)
+_Changes = dict[str, list[tuple[int, dict[str, Any]]]]
+"""By the path of a channel: numbers of rows, and what is stated of its timing from there on."""
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "Units", "units", "unit_description")
 _WAVEFORM_TIME = "Time"
+_TIMING = ("wf_start_time", "wf_start_offset", "wf_increment")
+_MOST_STARTS = 4
+_ALIKE = 0.01
+"""Part of the interval between samples within which channels are sampled together."""
 
 
 @dataclass(frozen=True)
 class _Waveform:
-    """Times of equally spaced samples: ns since 1970 of the first, and s between them."""
+    """Times of equally spaced samples.
 
-    start: int
+    starts : first row of each recording, which an appended file has several of, and its time, ns since 1970
+    interval : between rows, s
+    """
+
+    starts: tuple[tuple[int, int], ...]
     interval: float
 
     def times(self, rows: int) -> Any:
         """UTC times of the samples, shape (row,)."""
-        since = np.rint(np.arange(rows) * (self.interval * 1e9)).astype(np.int64)
-        return (self.start + since).astype("datetime64[ns]")
+        at = np.arange(rows)
+        first, start = (np.array(each) for each in zip(*self.starts, strict=True))
+        of = np.searchsorted(first, at, side="right") - 1
+        since = np.rint((at - first[of]) * (self.interval * 1e9)).astype(np.int64)
+        return (start[of] + since).astype("datetime64[ns]")
+
+    def is_like(self, other: _Waveform) -> bool:
+        """Whether the samples of two waveforms are at the same times to within a small part of the interval."""
+        (first, start), (others, other_start) = (zip(*each.starts, strict=True) for each in (self, other))
+        near = np.abs(np.subtract(start, other_start)) if first == others else np.inf
+        return self.interval == other.interval and bool(np.all(near <= _ALIKE * self.interval * 1e9))
 
 
 @dataclass(frozen=True)
@@ -56,33 +75,81 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """A table for the channels of a group that are equally long and equally timed."""
+    """A table for the channels of a group that are equally long and equally timed.
+
+    Raises
+    ------
+    Unusable
+        If parts of a channel that were appended state times that do not follow those before.
+    ValueError
+        If the file is damaged or holds no channels with values.
+    """
     with _opened(path) as file:
         if dialect.table is not None and dialect.table in [group.name for group in file.groups()]:
             groups = [file[dialect.table]]
         else:
             groups = file.groups()
-        found = [header for group in groups for header in _of_group(group, len(groups) > 1, path.stat().st_size)]
+        changes, size = _changes(path), path.stat().st_size
+        found = [header for group in groups for header in _of_group(group, changes, len(groups) > 1, size)]
     if not found:
         raise ValueError("it holds no channels with values")
-    return found if len(found) > 1 else [Header(**{**vars(found[0]), "table": dialect.table or ""})]
+    if len(found) == 1:
+        return [replace(found[0], table=dialect.table or "")]
+    names = unique([header.table for header in found])
+    return [replace(header, table=name) for header, name in zip(found, names, strict=True)]
 
 
-def _of_group(group: Any, several: bool, file_size: int) -> list[Header]:
-    alike: dict[tuple[int, _Waveform | None], list[Any]] = {}
+def _changes(path: Path) -> _Changes:
+    """What each segment of the file states of the timing of waveforms, of which the library keeps the last."""
+    from nptdms.reader import TdmsReader
+
+    class Reader(TdmsReader):  # type: ignore[misc]
+        def __init__(self, content: Any) -> None:
+            super().__init__(content)
+            self.rows, self.changes = dict[str, int](), _Changes()
+
+        def _update_object_properties(self, properties: Any) -> None:
+            super()._update_object_properties(properties)
+            for name, stated in (properties or {}).items():
+                timing = {key: value for key, value in stated if key in _TIMING}
+                if timing:
+                    self.changes.setdefault(name, []).append((self.rows.get(name, 0), timing))
+            self.rows = {name: channel.num_values for name, channel in self.object_metadata.items()}
+
+    with path.open("rb") as content:
+        reader = Reader(content)
+        reader.read_metadata()
+    return reader.changes
+
+
+def _of_group(group: Any, changes: _Changes, several: bool, file_size: int) -> list[Header]:
+    alike: list[tuple[int, list[_Waveform | None], list[Any]]] = []
     for channel in group.channels():
-        if len(channel) > 0:
-            alike.setdefault((len(channel), _waveform(channel)), []).append(channel)
-    check_size(sum(key[0] * len(channels) for key, channels in alike.items()), file_size)
+        if len(channel) == 0:
+            continue
+        waveform = _waveform(channel, changes.get(channel.path, []))
+        for rows, waveforms, channels in alike:
+            if rows == len(channel) and _are_alike(waveforms[0], waveform):
+                waveforms.append(waveform)
+                channels.append(channel)
+                break
+        else:
+            alike.append((len(channel), [waveform], [channel]))
+    check_size(sum(rows * len(channels) for rows, _, channels in alike), file_size)
     return [
-        _header(group.name, channels, rows, waveform, several or len(alike) > 1, len(alike) > 1)
-        for (rows, waveform), channels in alike.items()
+        _header(group.name, channels, rows, waveforms, several or len(alike) > 1, len(alike) > 1)
+        for rows, waveforms, channels in alike
     ]
 
 
+def _are_alike(one: _Waveform | None, other: _Waveform | None) -> bool:
+    return one == other if one is None or other is None else one.is_like(other)
+
+
 def _header(
-    group: str, channels: list[Any], rows: int, waveform: _Waveform | None, named: bool, numbered: bool
+    group: str, channels: list[Any], rows: int, waveforms: list[_Waveform | None], named: bool, numbered: bool
 ) -> Header:
+    waveform = waveforms[0]
     names = unique([channel.name.strip() for channel in channels])
     units = {}
     for name, channel in zip(names, channels, strict=True):
@@ -92,24 +159,84 @@ def _header(
             units[name] = unit
     places = {name: (group, channel.name) for name, channel in zip(names, channels, strict=True)}
     time = next((name for name, channel in zip(names, channels, strict=True) if channel.dtype.kind == "M"), None)
-    layout = _Layout(places, None, rows)
+    layout, notes = _Layout(places, None, rows), list[Note]()
     if time is None and waveform is not None and time_among(names) is None:
+        notes = list(_notes_on(waveforms))
         time, names, layout = _WAVEFORM_TIME, (_WAVEFORM_TIME, *names), _Layout(places, waveform, rows)
     rate = "" if waveform is None or not numbered else f", {1 / waveform.interval:g} Hz"
     table = f"{group}{rate or (f', {rows} rows' if numbered else '')}" if named else ""
-    return Header(names, units, table=table, time=time, layout=layout, rows=rows)
+    return Header(names, units, table=table, time=time, layout=layout, notes=tuple(notes), rows=rows)
 
 
-def _waveform(channel: Any) -> _Waveform | None:
-    """The times that a channel's properties state; a waveform needs a start after LabVIEW's zero of 1904."""
-    interval, start = channel.properties.get("wf_increment"), channel.properties.get("wf_start_time")
+def _notes_on(waveforms: Sequence[_Waveform | None]) -> Iterator[Note]:
+    """What was decided on the times of channels that are read together."""
+    found = [waveform for waveform in waveforms if waveform is not None]
+    starts = [waveform.starts[0][1] for waveform in found]
+    apart = round((max(starts) - min(starts)) / 1e3)
+    if apart:
+        what = f"its channels start up to {apart} us apart, and are read as if sampled together"
+        yield what, "None needed where they were; else write groups that are sampled together into files of their own"
+    if len(found[0].starts) > 1:
+        later = [_written(start) for _, start in found[0].starts[1:]]
+        more = f" and {len(later) - _MOST_STARTS} more" if len(later) > _MOST_STARTS else ""
+        what = (
+            f"recordings were appended, which are placed at their own starts: {', '.join(later[:_MOST_STARTS])}{more}"
+        )
+        yield what, "Write a channel of times where that is wrong"
+
+
+def _waveform(channel: Any, changes: Sequence[tuple[int, Mapping[str, Any]]]) -> _Waveform | None:
+    """The times that a channel's properties state; a waveform needs a start after LabVIEW's zero of 1904.
+
+    Raises
+    ------
+    Unusable
+        If recordings that were appended have other intervals, or times that do not follow those before.
+    """
+    starts, intervals, state = dict[int, int](), dict[int, float](), dict[str, Any]()
+    for row, stated in changes:
+        state |= stated
+        timing = _timing(state)
+        if timing is not None:
+            starts[row], intervals[row] = timing
+    if len(set(starts.values())) <= 1 and len(set(intervals.values())) <= 1:
+        return _Waveform(((0, next(iter(starts.values()))),), next(iter(intervals.values()))) if starts else None
+    interval = next(iter(intervals.values()))
+    found = [next(iter(starts.items()))]
+    for row, start in starts.items():
+        end = found[-1][1] + (row - found[-1][0]) * interval * 1e9
+        if start == found[-1][1] or abs(start - end) <= _ALIKE * interval * 1e9:
+            continue
+        if row == len(channel) or start < end - interval * 1e9 / 2:
+            raise _unclear(
+                channel, f"starts at {_written(start)} and at {_written(found[-1][1])}, of which one is wrong"
+            )
+        found.append((row, start))
+    if set(intervals.values()) != {interval} or found[0][0] != 0:
+        raise _unclear(channel, f"intervals {', '.join(f'{each:g} s' for each in intervals.values())}")
+    return _Waveform(tuple(found), interval)
+
+
+def _unclear(channel: Any, what: str) -> Unusable:
+    return Unusable(
+        f"states of channel '{channel.name}' in parts that were appended {what}",
+        "Write each recording into a file of its own, or a channel of times",
+    )
+
+
+def _timing(state: Mapping[str, Any]) -> tuple[int, float] | None:
+    """Start, ns since 1970, and interval, s, that properties state."""
+    interval, start = state.get("wf_increment"), state.get("wf_start_time")
     if interval is None or start is None or not float(interval) > 0:
         return None
-    begin = np.datetime64(start, "ns").astype(np.int64).item()
-    if begin < 0:
-        return None
-    offset = float(channel.properties.get("wf_start_offset", 0.0) or 0.0)
-    return _Waveform(begin + round(offset * 1e9), float(interval))
+    time = start.as_datetime64("ns") if hasattr(start, "as_datetime64") else start
+    begin = int(np.datetime64(time, "ns").astype(np.int64))
+    offset = float(state.get("wf_start_offset", 0.0) or 0.0)
+    return None if begin < 0 else (begin + round(offset * 1e9), float(interval))
+
+
+def _written(time: int) -> str:
+    return str(np.datetime_as_string(np.datetime64(round(time / 1e6), "ms")))
 
 
 def read_columns(
