@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from drillid.errors import LogError
-from drillid.formats.counted_times import NoStart, from_numbers, unit_named
+from drillid.formats.counted_times import NoStart, from_numbers, is_beyond, unit_named
 from drillid.formats.places import shortened
 from drillid.formats.since import unit_since
 from drillid.formats.stated_times import EXAMPLE, Naive, StatedTimes
@@ -32,8 +32,12 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         row = int(np.argmin(finite))
         raise of.wrong(row, values[row])
     header_unit = unit_named(unit_since(header.units.get(of.column, "")))
+    start = of.start()
+    if of.described.start is None and start is not None and is_beyond(values, header_unit, start[0]):
+        # the start of the log, which the times do not count from
+        start = None
     try:
-        found = from_numbers(values, of.described.unit, of.start(), header_unit)
+        found = from_numbers(values, of.described.unit, start, header_unit)
     except NoStart as error:
         raise of.wrong(
             0,
@@ -45,7 +49,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         row = int(np.argmax(np.abs(values.astype(float))))
         raise of.wrong(row, values[row], str(error).capitalize()) from error
     if not found.decided:
-        counts = of.described.start is None and header.start is not None
+        counts = of.described.start is None and start is not None
         return Naive(found.since, found.zoned, (of.from_header(),) if counts else ())
     zone = f"in the zone {of.described.zone}" if found.decided.startswith("days") else "UTC"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"

@@ -44,6 +44,8 @@ _SIZES = (
     ("matlab", 726834, 748750),
 )
 """Sizes of times between 1990 and 2050; LabVIEW's from 2000."""
+_LAST = 2.53e18
+"""Ns from 1970 to 2050."""
 _LONGEST_STEP_DAYS = 6e-5
 """Largest usual step of times in days, 5 s; the smallest of times in seconds is larger."""
 
@@ -101,6 +103,19 @@ def from_numbers(
         raise NoStart
     names = {"excel": "days of a workbook", "matlab": "days of MATLAB", "labview": "s since 1904"}
     return Counted(_absolute(values, found), found not in LOCAL, names.get(found, f"{found} since 1970"))
+
+
+def is_beyond(values: Floats | Integers, unit: str | None, start: int) -> bool:
+    """Whether numbers with a start are times from 1990 to 2050 by their size alone, and later if counted from it.
+
+    Parameters
+    ----------
+    values : shape (row,), all finite
+    unit : of `COUNTED`, by the file's header; s where None
+    start : ns since 1970
+    """
+    last = start + float(np.median(values)) * COUNTED[unit or "s"][0]
+    return size_of(values) is not None and last > _LAST
 
 
 def size_of(values: Floats | Integers) -> str | None:

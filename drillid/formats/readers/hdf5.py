@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,13 +15,17 @@ from drillid.formats.arrow_tables import as_text, by_length, check_size, table_o
 from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit
-from drillid.formats.since import start_of
+from drillid.formats.places import shortened
+from drillid.formats.since import zoned_start
+from drillid.formats.stated_units import units_of
 
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5")
 FRAGILE = True
-_UNITS = ("units", "unit", "Units", "Unit", "UNITS", "UNIT")
-_NAMES = ("columns", "column_names", "names", "fields", "channels", "headers")
-_STARTS = ("start", "start_time", "epoch", "t0", "reference_time")
+_UNITS = ("units", "unit")
+_NAMES = ("columns", "columnnames", "names", "fields", "channels", "headers")
+_STARTS = ("start", "starttime", "epoch", "t0", "referencetime")
+_FILLS = ("fillvalue", "missingvalue", "nullvalue")
+"""Names of attributes and of arrays beside a matrix, in lower case and without signs."""
 _MOST_NAMES = 1000
 _KINDS = "iufSOVM"
 
@@ -81,7 +86,7 @@ def _tables(file: Any, file_size: int) -> Iterator[Header]:
             if item.dtype.names:
                 yield _of_records(parent, name, item)
             elif item.ndim == 2 and (names := _names_beside(item, items)):
-                yield _of_matrix(parent, name, item, names)
+                yield _of_matrix(parent, name, item, names, items)
         lengths = {name: _length(item) for name, item in items.items() if not _is_apart(item)}
         for alike in by_length(lengths):
             if len(alike) > 1:
@@ -105,14 +110,14 @@ def _length(item: Any) -> int:
 
 def _of_arrays(parent: str, items: Mapping[str, Any], numbered: bool) -> Header:
     names = tuple(items)
-    units = {name: unit for name, item in items.items() if (unit := unit_of(name, item.attrs))}
-    start = next((found for item in items.values() if (found := _start(item.attrs)) is not None), None)
-    start = start if start is not None else _start(next(iter(items.values())).parent.attrs)
+    group = next(iter(items.values())).parent
+    beside, notes = units_of(_units_beside(group), names)
+    units = beside | {name: unit for name, item in items.items() if (unit := unit_of(name, item.attrs))}
+    start, is_utc = start_among(*(item.attrs for item in items.values()), *_attributes_above(group))
     rows = _length(next(iter(items.values())))
     layout = {name: Source(item.name) for name, item in items.items()}
     table = (parent or "/") + (f", {rows} rows" if numbered else "")
-    nulls = {name: (value,) for name, item in items.items() if (value := _null(item.attrs)) is not None}
-    return Header(names, units, table=table, start=start, start_is_utc=True, nulls=nulls, layout=layout, rows=rows)
+    return Header(names, units, table=table, start=start, start_is_utc=is_utc, layout=layout, notes=notes, rows=rows)
 
 
 def _of_records(parent: str, name: str, item: Any) -> Header:
@@ -124,27 +129,58 @@ def _of_records(parent: str, name: str, item: Any) -> Header:
             layout |= {column: Source(item.name, f"{field}\0{at}") for at, column in enumerate(own)}
         elif not kind.shape:
             layout[field] = Source(item.name, field)
-    units = {name: unit for name in layout if (unit := split_unit(name)[1])}
-    return Header(tuple(layout), units, table=f"{parent}/{name}".lstrip("/"), layout=layout, rows=item.shape[0])
+    units, notes = units_of(stated(item.attrs, _UNITS), tuple(layout))
+    start, is_utc = start_among(item.attrs, *_attributes_above(item.parent))
+    table, rows = f"{parent}/{name}".lstrip("/"), item.shape[0]
+    return Header(
+        tuple(layout), units, table=table, start=start, start_is_utc=is_utc, layout=layout, notes=notes, rows=rows
+    )
 
 
-def _of_matrix(parent: str, name: str, item: Any, names: list[str]) -> Header:
+def _of_matrix(parent: str, name: str, item: Any, names: list[str], items: Mapping[str, Any]) -> Header:
     columns = unique(names)
     across = item.shape[1] == len(names)
     layout = {column: Source(item.name, at if across else -1 - at) for at, column in enumerate(columns)}
-    units = {column: unit for column in columns if (unit := split_unit(column)[1])}
+    own = stated(item.attrs, _UNITS)
+    beside = next((_text_list(_dereferenced(items[key])) for key in items if _is_text(items[key], key, _UNITS)), None)
+    units, notes = units_of(own if own is not None else beside, columns)
     rows = item.shape[0 if across else 1]
-    table, start = f"{parent}/{name}".lstrip("/"), _start(item.attrs)
-    return Header(columns, units, table=table, start=start, start_is_utc=True, layout=layout, rows=rows)
+    table = f"{parent}/{name}".lstrip("/")
+    start, is_utc = start_among(item.attrs, *_attributes_above(item.parent))
+    return Header(columns, units, table=table, start=start, start_is_utc=is_utc, layout=layout, notes=notes, rows=rows)
 
 
 def _names_beside(item: Any, items: Mapping[str, Any]) -> list[str] | None:
     """Names of a matrix' columns, from its attributes or from an array of text beside it."""
-    stated = [_text_list(item.attrs.get(key)) for key in _NAMES]
-    stated += [
-        _text_list(_dereferenced(items[key])) for key in _NAMES if key in items and items[key].dtype.kind in "SO"
-    ]
-    return next((names for names in stated if names and len(names) in item.shape), None)
+    found = [_text_list(stated(item.attrs, (key,))) for key in _NAMES]
+    found += [_text_list(_dereferenced(items[key])) for key in items if _is_text(items[key], key, _NAMES)]
+    return next((names for names in found if names and len(names) in item.shape), None)
+
+
+def _is_text(item: Any, name: str, names: Sequence[str]) -> bool:
+    """Whether an array of one of some names holds text."""
+    return plain(name) in names and item.dtype.kind in "SO"
+
+
+def _units_beside(group: Any) -> dict[str, str] | None:
+    """Texts in a group that is named like units, in the group of the columns or in one above it, by their names."""
+    import h5py
+
+    while True:
+        for name, found in group.items():
+            if plain(name) in _UNITS and isinstance(found, h5py.Group):
+                return {key: _one_text(item) for key, item in found.items() if isinstance(item, h5py.Dataset)}
+        if group.name == "/":
+            return None
+        group = group.parent
+
+
+def _one_text(item: Any) -> str:
+    """The text in an array, which MATLAB writes as the numbers of its characters."""
+    cells = np.ravel(item[()])
+    if cells.dtype.kind in "iu":
+        return "".join(map(chr, cells))
+    return "".join(str(cell) for cell in as_text(cells.tolist()))
 
 
 def _dereferenced(item: Any) -> Any:
@@ -164,30 +200,42 @@ def _text_list(value: Any) -> list[str] | None:
     return [str(cell) for cell in as_text(cells.tolist())] if cells.dtype.kind in "SUO" else None
 
 
+def plain(name: str) -> str:
+    """A name in lower case and without signs."""
+    return re.sub(r"[\W_]", "", name).lower()
+
+
+def stated(attributes: Any, names: Sequence[str]) -> Any:
+    """The attribute of the first of some names, in any case and with any signs; None without one."""
+    by_name = {plain(key): key for key in attributes}
+    return next((attributes[by_name[name]] for name in names if name in by_name), None)
+
+
 def unit_of(name: str, attributes: Any) -> str:
     """Unit of an array, by its attributes or its name; empty where there is none."""
-    stated = next((attributes[key] for key in _UNITS if key in attributes), "")
-    unit = str(as_text(np.ravel(np.asarray(stated)).tolist())[0]) if np.size(stated) else ""
+    found = stated(attributes, _UNITS)
+    unit = str(as_text(np.ravel(np.asarray(found)).tolist())[0]) if found is not None and np.size(found) else ""
     unit = unit or split_unit(name)[1]
     return "" if is_no_unit(unit) else unit
 
 
-def _start(attributes: Any) -> np.datetime64 | None:
-    """The time that an array counts from, by 'seconds since …' or an attribute of its own."""
-    texts = [attributes[key] for key in (*_UNITS, *_STARTS) if key in attributes]
-    for text in as_text(cell for value in texts for cell in np.ravel(np.asarray(value)).tolist()):
-        found = start_of(str(text))
-        if found is not None:
-            return found
-    return None
+def _attributes_above(group: Any) -> Iterator[Any]:
+    """Attributes of a group and of those that hold it."""
+    yield group.attrs
+    while group.name != "/":
+        group = group.parent
+        yield group.attrs
 
 
-def _null(attributes: Any) -> float | None:
-    value = next((attributes[key] for key in ("_FillValue", "missing_value", "null_value") if key in attributes), None)
-    try:
-        return None if value is None else float(np.ravel(value)[0])
-    except (ValueError, TypeError):
-        return None
+def start_among(*attributes: Any) -> tuple[np.datetime64 | None, bool]:
+    """The time that a table counts from, by 'seconds since …' or an attribute of its own, and whether that is UTC."""
+    for each in attributes:
+        texts = [value for key in (*_UNITS, *_STARTS) if (value := stated(each, (key,))) is not None]
+        for text in as_text(cell for value in texts for cell in np.ravel(np.asarray(value))[:_MOST_NAMES].tolist()):
+            found = zoned_start(str(text))
+            if found is not None:
+                return found
+    return None, False
 
 
 def read_columns(
@@ -199,8 +247,43 @@ def read_columns(
 
 
 def values_of(file: Any, source: Source, rows: int | None) -> Any:
-    """Values of one column, shape (row,)."""
+    """Values of one column, shape (row,), scaled by the attributes of its array, NaN where these call them missing."""
     item = file[source.dataset]
+    return _scaled(_stored(item, source, rows), item)
+
+
+def _scaled(values: Any, item: Any) -> Any:
+    """Numbers that are packed as the conventions of climate and forecast have it: value = scale * stored + offset.
+
+    Raises
+    ------
+    Unusable
+        If a scale or an offset is no number.
+    """
+    if values.dtype.kind not in "iuf" or item.dtype.names:
+        return values
+    fills = [float(cell) for key in _FILLS for cell in np.ravel(stated(item.attrs, (key,))) if _is_number(cell)]
+    missing = np.isin(values, np.array(fills, dtype=values.dtype if values.dtype.kind == "f" else float))
+    scale, offset = _number(item, "scale_factor", 1.0), _number(item, "add_offset", 0.0)
+    if (scale, offset) == (1.0, 0.0) and not np.any(missing):
+        return values
+    return np.where(missing, np.nan, scale * values + offset)
+
+
+def _is_number(cell: Any) -> bool:
+    return isinstance(cell, int | float | np.number)
+
+
+def _number(item: Any, name: str, default: float) -> float:
+    """The number in an attribute."""
+    cells = np.ravel(item.attrs.get(name, default))
+    if cells.size != 1 or not _is_number(cells[0]) or not np.isfinite(cells[0]):
+        what = f"states {shortened(cells.tolist())} as '{name}' of '{item.name}', which is not one number"
+        raise Unusable(what, "Correct that attribute, or write the values themselves")
+    return float(cells[0])
+
+
+def _stored(item: Any, source: Source, rows: int | None) -> Any:
     stop = slice(None) if rows is None else slice(0, rows)
     if isinstance(source.field, str):
         field, _, at = source.field.partition("\0")

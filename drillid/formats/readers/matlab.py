@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +12,19 @@ import numpy as np
 from drillid.formats.arrow_tables import as_text, by_length, table_of
 from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import unique
-from drillid.formats.mnemonics import is_no_unit, split_unit
+from drillid.formats.mnemonics import date_among, is_no_unit, split_unit, time_among
 from drillid.formats.readers import hdf5
+from drillid.formats.stated_units import units_of
 
 SUFFIXES = (".mat",)
 FRAGILE = True
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_NAMES = ("columns", "column_names", "names", "channels", "header", "headers", "colheaders", "varnames", "labels")
-_UNITS = ("units", "unit", "Units", "Unit")
+_NAMES = ("columns", "columnnames", "names", "channels", "header", "headers", "colheaders", "varnames", "labels")
+_UNITS = ("units", "unit")
+_RATES = ("fs", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency")
+_INTERVALS = ("dt", "sampletime", "sampleinterval", "samplinginterval", "samplingtime")
+"""Names of variables, in lower case and without signs; rates in Hz, intervals in s."""
+_MADE_TIME = "Time"
 _VALUES = ("data", "values", "value", "samples")
 """Fields of a structure of one channel."""
 _ADVICE = "Save the columns as plain arrays, such as t = posixtime(T.Time); rpm = T.RPM; save('log.mat', 't', 'rpm')"
@@ -59,6 +65,10 @@ def read_columns(
     arrays = {}
     for name in columns:
         place, at = header.layout[name]
+        if isinstance(place, float):
+            count = header.rows or 0
+            arrays[name] = np.arange(count if rows is None else min(rows, count)) / place
+            continue
         value: Any = content
         for key in place:
             value = value[key]
@@ -87,7 +97,7 @@ def _content(path: Path) -> dict[str, Any]:
     except Exception as error:  # scipy raises whatever it meets in a damaged file
         raise ValueError(f"it is no MATLAB file, or damaged: {error}") from error
     return {
-        name: _channels(value) or value
+        name: _channels(value) or _simulink(value) or value
         for name, value in content.items()
         if name == "__function_workspace__" or not name.startswith("__")
     }
@@ -97,7 +107,7 @@ def _channels(value: Any) -> dict[str, Any] | None:
     """An array of structures with the name and the values of a channel each, as arrays by their names; else None."""
     if not isinstance(value, list | np.ndarray) or not len(value) or not all(isinstance(one, Mapping) for one in value):
         return None
-    found, units = {}, {}
+    found, units = dict[str, Any](), dict[str, str]()
     for one in value:
         fields = {key.lower(): field for key, field in one.items()}
         samples = next((fields[key] for key in _VALUES if key in fields), None)
@@ -108,27 +118,75 @@ def _channels(value: Any) -> dict[str, Any] | None:
     return {**found, "units": units}
 
 
+def _simulink(value: Any) -> dict[str, Any] | None:
+    """A structure with time, as Simulink logs signals, as arrays by the signals' labels; None of anything else."""
+    if not isinstance(value, Mapping) or not {"time", "signals"} <= set(value):
+        return None
+    signals = [value["signals"]] if isinstance(value["signals"], Mapping) else value["signals"]
+    if not isinstance(signals, list | np.ndarray) or not all(isinstance(one, Mapping) for one in signals):
+        return None
+    names, arrays = list[str](), list[Any]()
+    for number, one in enumerate(signals, 1):
+        own = next((str(one[key]) for key in ("label", "blockName") if np.size(one.get(key, ())) and one[key]), "")
+        columns = np.asarray(one.get("values", ()))
+        if columns.shape[:1] != np.shape(value["time"]) or columns.ndim > 2:
+            return None
+        columns = columns.reshape(len(columns), -1)
+        names += [own or f"signal {number}"] * columns.shape[1]
+        arrays += list(columns.T)
+    return dict(zip(unique(["time", *names]), [value["time"], *arrays], strict=True))
+
+
 def _tables(
     name: str, content: Mapping[str, Any], place: tuple[str, ...] = (), above: Mapping[str, Any] | None = None
 ) -> Iterator[Header]:
-    units = next((content[key] for key in _UNITS if isinstance(content.get(key), Mapping)), above or {})
+    stated = hdf5.stated(content, _UNITS)
+    units = stated if isinstance(stated, Mapping) else above or {}
     lengths = {}
     for key, value in content.items():
         if isinstance(value, Mapping):
-            if key not in _UNITS and len(place) < 4:
+            if hdf5.plain(key) not in _UNITS and len(place) < 4:
                 yield from _tables(f"{name}.{key}".lstrip("."), value, (*place, key), units)
         elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "iuf":
             names = _names_of(content, value.shape[1])
             if names is not None:
-                yield _of_matrix(f"{name}.{key}".lstrip("."), (*place, key), value, names)
+                yield _of_matrix(f"{name}.{key}".lstrip("."), (*place, key), value, names, units or stated)
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iufUO" and _plain(value):
             lengths[key] = value.size
     groups = [alike for alike in by_length(lengths) if len(alike) > 1]
     for alike in groups:
-        stated = {key: unit for key in alike if (unit := _unit(key, units))}
+        in_file = {key: unit for key in alike if (unit := _unit(key, units))}
         table = (name or "variables") + (f", {lengths[alike[0]]} rows" if len(groups) > 1 else "")
         layout = {key: ((*place, key), None) for key in alike}
-        yield Header(tuple(alike), stated, table=table, layout=layout, rows=lengths[alike[0]])
+        yield _timed(Header(tuple(alike), in_file, table=table, layout=layout, rows=lengths[alike[0]]), content)
+
+
+def _timed(header: Header, content: Mapping[str, Any]) -> Header:
+    """A table that has no times with those that a rate or an interval of sampling beside it makes, if there is one."""
+    rate, interval = (_one_number(hdf5.stated(content, names)) for names in (_RATES, _INTERVALS))
+    if time_among(header.columns) is not None or date_among(header.columns) is not None or not (rate or interval):
+        return header
+    start, is_utc = hdf5.start_among(content)
+    rate = rate or 1 / interval
+    note = (
+        f"no column holds times; they are made of {rate:g} rows a second, as the file states",
+        ("Write a column of times where that is wrong"),
+    )
+    return replace(
+        header,
+        columns=(_MADE_TIME, *header.columns),
+        units=header.units | {_MADE_TIME: "s"},
+        time=_MADE_TIME,
+        start=start,
+        start_is_utc=is_utc,
+        layout={**header.layout, _MADE_TIME: (rate, None)},
+        notes=(*header.notes, note),
+    )
+
+
+def _one_number(value: Any) -> float:
+    """A number above zero; 0 of anything else."""
+    return float(value) if isinstance(value, int | float | np.number) and value > 0 else 0.0
 
 
 def _plain(values: Any) -> bool:
@@ -143,16 +201,16 @@ def _is_empty(value: Any) -> bool:
 def _names_of(content: Mapping[str, Any], width: int) -> list[str] | None:
     """Names of a matrix' columns, in an array of text beside it."""
     for key, value in content.items():
-        if key.lower() in _NAMES and isinstance(value, np.ndarray | list) and len(value) == width > 1:
+        if hdf5.plain(key) in _NAMES and isinstance(value, np.ndarray | list) and len(value) == width > 1:
             return [str(cell).strip() for cell in as_text(list(value))]
     return None
 
 
-def _of_matrix(table: str, place: tuple[str, ...], value: Any, names: list[str]) -> Header:
+def _of_matrix(table: str, place: tuple[str, ...], value: Any, names: list[str], stated: Any) -> Header:
     columns = unique(names)
-    units = {column: unit for column in columns if (unit := split_unit(column)[1])}
+    units, notes = units_of(stated, columns)
     layout = {column: (place, at) for at, column in enumerate(columns)}
-    return Header(columns, units, table=table, layout=layout, rows=value.shape[0])
+    return Header(columns, units, table=table, layout=layout, notes=notes, rows=value.shape[0])
 
 
 def _unit(name: str, units: Mapping[str, Any]) -> str:

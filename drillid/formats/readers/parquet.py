@@ -10,13 +10,14 @@ from typing import Any
 from drillid.formats.arrow_tables import with_floats
 from drillid.formats.description import Dialect, Header
 from drillid.formats.header_rows import unique
-from drillid.formats.mnemonics import split_unit
+from drillid.formats.stated_units import units_of
 
 SUFFIXES = (".parquet", ".pq")
+_UNITS = (b"unit", b"units")
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """The one table of the file; units stand in the names or in the columns' own notes."""
+    """The one table of the file; units stand in the names, or in the metadata of the columns or of the file."""
     from pyarrow import parquet
 
     return [header_of(parquet.read_schema(path), parquet.read_metadata(path).num_rows)]
@@ -24,14 +25,15 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
 
 def header_of(schema: Any, rows: int | None = None) -> Header:
     """The header of an Arrow schema."""
-    units = {}
-    for field in schema:
-        noted = {key.lower(): value for key, value in (field.metadata or {}).items()}
-        unit = next((noted[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in noted), "")
-        unit = unit or split_unit(field.name)[1]
+    noted = {key.lower(): value for key, value in (schema.metadata or {}).items()}
+    names = unique(schema.names)
+    units, notes = units_of(next((noted[key] for key in _UNITS if key in noted), None), names)
+    for name, field in zip(names, schema, strict=True):
+        own = {key.lower(): value for key, value in (field.metadata or {}).items()}
+        unit = next((own[key].decode("utf-8", "replace") for key in _UNITS if key in own), "")
         if unit:
-            units[field.name] = unit
-    return Header(unique(schema.names), units, rows=rows)
+            units[name] = unit
+    return Header(names, units, notes=notes, rows=rows)
 
 
 def read_columns(
