@@ -20,6 +20,7 @@ from drillid.arrays import Floats
 from drillid.errors import DrillidError, LogError
 from drillid.formats.arrow_tables import notes_of
 from drillid.formats.cells import numbers
+from drillid.formats.continued import Continuing, as_one, names_of, overlap
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
 from drillid.formats.detection import reader_of, suffix_of
 from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
@@ -109,7 +110,9 @@ def read_log(
         table = _columns(path, file, reader, header, times, wanted, None)
         stamps, read = utc_stamps(times, table)
         check_repeated_times(times, wanted, lambda names: reader.read_columns(file, header, names, names))
-        left_out = notes_of(table) if getattr(reader, "LEAVES_ROWS_OUT", False) else []
+        if overlap(table, stamps):
+            raise _several(path, names_of(header), columns)
+        left_out = notes_of(table) if reader.LEAVES_ROWS_OUT else []
     of_times = tuple(name for name in (times.column, times.date) if name is not None)
     table = table.drop_columns([name for name in of_times if name not in wanted])
     _release_memory()
@@ -210,19 +213,18 @@ def _listed(names: Sequence[str]) -> str:
 def _line_of(path: Path, header: Header, row: int) -> int:
     """Line of a row in the file as it is now, packed or elsewhere; 0 of formats without lines."""
     with _reading(path) as (reader, file, _):
-        line_of = getattr(reader, "line_of", None)
-        return 0 if line_of is None else int(line_of(file, header, row))
+        return reader.line_of(file, header, row)
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[tuple[LogFormat, Path, tuple[Note, ...]]]:
+def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
     """The reader of a log and a file that it can read; whatever goes wrong in it becomes a `LogError`."""
     where = url_of(path) or str(path)
     try:
         with local_file(path) as local:
             reader, notes = reader_of(local)
             with unpacked_file(local, suffix_of(local), getattr(reader, "STREAMS", False)) as file:
-                yield reader, file, notes
+                yield Continuing(reader), file, notes
     except (DrillidError, MemoryError, ConnectionError):
         raise
     except Unusable as error:
@@ -289,12 +291,12 @@ def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -
 
 
 def _table_of(path: Path, found: list[Header], columns: Sequence[str]) -> Header:
-    """The table that holds all wanted columns, else the one that holds most of them.
+    """The table that holds all wanted columns, several of the same columns as one, else that with most of them.
 
     Raises
     ------
     LogError
-        If several hold all and nothing tells them apart.
+        If several hold all, and something but their rows differs.
     """
     if len(found) == 1:
         return found[0]
@@ -304,11 +306,18 @@ def _table_of(path: Path, found: list[Header], columns: Sequence[str]) -> Header
         return sum(name in names or split_unit(name)[0].casefold() in names for name in columns)
 
     ranked = sorted(found, key=lambda header: (-held(header), -_likely_log(header)))
-    alike = [each.table for each in found if held(each) == len(columns) and _has_times(each) == _has_times(ranked[0])]
-    if len(alike) > 1 and columns:
-        what = f"its tables {_listed(alike)} all hold the columns {_listed(columns)}"
-        raise LogError(str(path), what, "State the one to read as file.table in the rig description")
-    return ranked[0]
+    alike = [each for each in found if held(each) == len(columns) and _has_times(each) == _has_times(ranked[0])]
+    if len(alike) <= 1 or not columns:
+        return ranked[0]
+    one = as_one(alike)
+    if one is None:
+        raise _several(path, [each.table for each in alike], columns)
+    return one
+
+
+def _several(path: Path, tables: Sequence[str], columns: Sequence[str]) -> LogError:
+    what = f"its tables {_listed(tables)} all hold the columns {_listed(columns)}"
+    return LogError(str(path), what, "State the one to read as file.table in the rig description")
 
 
 def _likely_log(header: Header) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drillid.config.rig import CHANNEL_UNITS, CHANNELS, REQUIRED_CHANNELS, Channel, Clock, Column, LogFile, Rig
 from drillid.errors import LogError
-from drillid.formats import Dialect, Header, TimeColumn, column_in, column_named, headers, table_with
+from drillid.formats import Dialect, Header, TimeColumn, column_in, column_named, headers, names_of, table_with
 from drillid.formats.mnemonics import WITHOUT_UNIT, surely
 from drillid.records.grid import Note
 from drillid.units import to_si_factor
@@ -103,7 +103,7 @@ def mapped(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> Mapping
 
 def _chosen(path: Path, header: Header, dialect: Dialect) -> Iterator[Note]:
     """A note on the table that is read, where the file has several and none is stated."""
-    others = [f"'{other.table}'" for other in headers(path, dialect) if other.table != header.table]
+    others = [f"'{other.table}'" for other in headers(path, dialect) if other.table not in names_of(header)]
     if others and dialect.table is None:
         what = f"holds several tables; '{header.table}' is read, not {', '.join(others)}"
         yield what, "State the one to read as file.table in the rig description where that is wrong"
