@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drillid.formats.arrow_tables import with_notes
-from drillid.formats.description import Dialect, Header, Unusable
+from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import find_header, where_names_are
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import check_archive, first_bytes
@@ -19,17 +22,32 @@ from drillid.formats.rows_without_data import WithoutData, rows_without_data
 SUFFIXES = (".xlsx", ".xls", ".xlsm", ".xlsb", ".ods")
 LEAVES_ROWS_OUT = True
 _SAMPLE_ROWS = 200
+_WORKBOOK = "xl/workbook.xml"
+_DAYS_TO_1904 = 1462
+"""Days from the zero of workbooks that count from 1900 to 1904-01-01."""
+_FIRST_DAY, _LAST_DAY = 31412, 53327
+"""Days from 1904 to 1990 and to 2050."""
+_LONGEST_STEP_DAYS = 0.005
+_NO_REMEDY = "None needed where that is right; else save the workbook with days from 1900"
 _EPOCH = datetime.datetime(1970, 1, 1)
 
 
 @dataclass(frozen=True)
 class _Layout:
-    """Sheet, its first row with content, counted from 0, the first row of data behind it, and the rows above that."""
+    """Where the data of a table are.
+
+    sheet : its name
+    top : first row with content, counted from 0
+    first : first row of data, counted from `top`
+    above : cells of the rows above that
+    since_1904 : whether days count from 1904 and not from 1900
+    """
 
     sheet: str
     top: int
     first: int
     above: frozenset[tuple[str, ...]]
+    since_1904: bool
 
 
 def _workbook(path: Path) -> Any:
@@ -65,6 +83,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         If it is no workbook, or no sheet has a header.
     """
     workbook = _workbook(path)
+    since_1904 = _is_since_1904(path)
     found, nameless = [], []
     for sheet in workbook.sheet_names:
         if dialect.table not in (None, sheet):
@@ -82,7 +101,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             nameless.append(sheet)
             continue
         notes = tuple(where_names_are(header, lambda row, top=top: top + row + 1, dialect))  # type: ignore[misc]
-        layout = _Layout(sheet, top, header.first, frozenset(map(tuple, cells[: header.first])))
+        layout = _Layout(sheet, top, header.first, frozenset(map(tuple, cells[: header.first])), since_1904)
         found.append(Header(header.names, header.units, table=sheet, layout=layout, notes=notes))
     if not found and nameless:
         raise Unusable(
@@ -90,6 +109,20 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             "State the number of that row in the rig description as file.header_line",
         )
     return found
+
+
+def _is_since_1904(path: Path) -> bool:
+    """Whether a workbook of Office Open XML counts days from 1904, as those begun on old Macintoshes do."""
+    from defusedxml import ElementTree
+
+    if first_bytes(path, 2) != b"PK":
+        return False
+    with zipfile.ZipFile(path) as archive:
+        if _WORKBOOK not in archive.namelist():
+            return False
+        with archive.open(_WORKBOOK) as content:
+            properties = ElementTree.parse(content).getroot().find("{*}workbookPr")
+    return properties is not None and properties.get("date1904", "0") in ("1", "true", "on")
 
 
 def _row_of(line: int | None, top: int, count: int, key: str) -> int | None:
@@ -113,13 +146,17 @@ def read_columns(
     left_out = set(found.rows if found.credible else [])
     data = [row for at, row in rows_of if at not in left_out]
     places = [header.columns.index(name) for name in columns]
-    arrays = {}
+    arrays, notes = {}, list[Note]()
     for name, at in zip(columns, places, strict=True):
         cells = [row[at] if at < len(row) else "" for row in data]
+        if name in text and layout.since_1904 and _are_days(cells):
+            cells = ["" if cell == "" else float(cell) + _DAYS_TO_1904 for cell in cells]
+            notes.append((f"the days in column '{name}' count from 1904, as the workbook states", _NO_REMEDY))
         arrays[name] = _times(cells) if name in text else _numbers(cells)
     numeric = [name for name in columns if name not in text and pa.types.is_string(arrays[name].type)]
     table = with_numbers(pa.table(arrays), numeric, None, None, ";") if numeric else pa.table(arrays)
-    return with_notes(table, found.notes(lambda at: f"row {layout.top + at + 1}")) if left_out else table
+    notes += found.notes(lambda at: f"row {layout.top + at + 1}") if left_out else []
+    return with_notes(table, notes)
 
 
 def line_of(path: Path, header: Header, row: int) -> int:
@@ -180,6 +217,16 @@ def _times(cells: list[Any]) -> Any:
     if held and all(isinstance(cell, int | float) for cell in held):
         return pa.array([None if cell == "" else float(cell) for cell in cells], pa.float64())
     return pa.array([None if cell == "" else str(cell) for cell in cells], pa.string())
+
+
+def _are_days(cells: list[Any]) -> bool:
+    """Whether cells of a workbook that counts from 1904 are days of the years 1990 to 2050, no seconds or the like."""
+    if not all(isinstance(cell, int | float) or cell == "" for cell in cells):
+        return False
+    days = np.array([cell for cell in cells if cell != ""], dtype=float)
+    if not np.all((days > _FIRST_DAY) & (days < _LAST_DAY)):
+        return False
+    return days.size < 2 or float(np.median(np.abs(np.diff(days)))) < _LONGEST_STEP_DAYS
 
 
 def _microseconds(cell: Any) -> int | None:
