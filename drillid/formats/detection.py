@@ -12,8 +12,8 @@ from typing import Any
 from drillid.errors import LogError
 from drillid.formats import readers
 from drillid.formats.apart import apart
-from drillid.formats.description import LogFormat, Note
-from drillid.formats.packing import PACKED, first_bytes, inner_name, lines_at_start
+from drillid.formats.description import LogFormat, Note, Unusable
+from drillid.formats.packing import PACKED, check_no_tar, first_bytes, inner_name, lines_at_start, notes_on
 
 _LOOKED_AT = 4096
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -59,11 +59,15 @@ def format_of(path: Path) -> LogFormat:
 
 
 def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
-    """The reader of a file, and a note where name and content disagree."""
+    """The reader of a file, and notes where name and content disagree and on what lies beside it in an archive."""
     named = _by_name(path)
-    suffixes = _by_content(path)
+    try:
+        suffixes = _by_content(path)
+    except Unusable as error:
+        raise LogError(str(path), error.what, error.remedy) from error
+    beside = notes_on(path) if suffixes else ()
     if named is not None and _agree(named, suffixes):
-        return named, ()
+        return named, beside
     if not suffixes:
         known = ", ".join(sorted(formats()))
         packed = ", ".join(PACKED)
@@ -71,7 +75,7 @@ def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
             str(path), "is of no known format", f"Known endings are {known}, packed as {packed} where that is usual"
         )
     what = f"holds what a file ending in {suffixes[0]} does, and is read as such"
-    return formats()[suffixes[0]], ((what, "Name the file by its format"),)
+    return formats()[suffixes[0]], (*beside, (what, "Name the file by its format"))
 
 
 def _agree(named: LogFormat, suffixes: tuple[str, ...]) -> bool:
@@ -93,7 +97,13 @@ def _by_name(path: Path) -> LogFormat | None:
 
 
 def _by_content(path: Path) -> tuple[str, ...]:
-    """Endings of the readers that the content is for; none where it does not show."""
+    """Endings of the readers that the content is for; none where it does not show.
+
+    Raises
+    ------
+    Unusable
+        If it is an archive of which no one log can be taken.
+    """
     if not path.is_file():
         return ()
     start = first_bytes(path, _LOOKED_AT)
@@ -102,8 +112,11 @@ def _by_content(path: Path) -> tuple[str, ...]:
         return found
     try:
         content = lines_at_start(path, _LOOKED_AT)
+    except Unusable:
+        raise
     except (ValueError, OSError):
         return ()
+    check_no_tar(content)
     return _of_bytes(content) or _of_text(content)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import shutil
 import tempfile
 import zipfile
@@ -12,12 +13,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, cast
 
-from drillid.formats.description import Unusable
+from drillid.formats.description import Note, Unusable
 from drillid.formats.places import shortened
 
 PACKED = (".gz", ".gzip", ".bz2", ".xz", ".zst", ".zstd", ".zip")
 """Endings of packed files."""
 _MAGIC = {b"\x1f\x8b": "gzip", b"BZh": "bz2", b"\xfd7zXZ\x00": "xz", b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
+_MOST_NAMES = 4
+"""Files of an archive that a message lists."""
+_BESIDE = re.compile(
+    r"(?:read[ _-]?me|licen[cs]e|about|copying|manifest|checksums?|md5sums?|sha\d+sums?)(?:\.\w+)?"
+    r"|.*\.(?:md|pdf|docx?|rtf|html?|png|jpe?g|gif|md5|sha\d+|sfv)|thumbs\.db|desktop\.ini",
+    re.IGNORECASE,
+)
+"""Files of an archive that are no logs."""
+_TAR_MAGIC = slice(257, 262), b"ustar"
+"""Place and content of what tells archives of tar."""
 _ALLOWED_BYTES = 256 * 2**20
 """Content of this size is allowed whatever it is packed into."""
 _LARGEST_RATIO = 250
@@ -95,20 +106,50 @@ def _unpacked(path: Path, packing: str, stack: contextlib.ExitStack) -> Any:
 
 
 def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
-    """The one file of an archive, whatever folders and hidden files lie beside it."""
-    members = [
-        member
-        for member in archive.infolist()
-        if not member.is_dir() and not Path(member.filename).name.startswith(".") and "__MACOSX" not in member.filename
-    ]
+    """The one file of an archive, whatever folders, hidden files and texts for its reader lie beside it.
+
+    Raises
+    ------
+    Unusable
+        If it holds several files, none, or one that is locked.
+    """
+    members = _files(archive)
+    if len(members) > 1:
+        members = [member for member in members if not _is_beside(member)] or members
     if len(members) != 1:
-        names = ", ".join(shortened(member.filename) for member in members[:4])
+        names = ", ".join(shortened(member.filename) for member in members[:_MOST_NAMES])
         raise Unusable(
             f"is a zip file with {len(members)} files ({names}), where one is read", "Unpack it, or zip each log alone"
         )
     if members[0].flag_bits & 1:
         raise Unusable("is locked by a password", "Unpack it")
     return members[0]
+
+
+def _files(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    """Files of an archive but for hidden ones."""
+    return [
+        member
+        for member in archive.infolist()
+        if not member.is_dir() and not Path(member.filename).name.startswith(".") and "__MACOSX" not in member.filename
+    ]
+
+
+def _is_beside(member: zipfile.ZipInfo) -> bool:
+    return _BESIDE.fullmatch(Path(member.filename).name) is not None
+
+
+def notes_on(path: Path) -> tuple[Note, ...]:
+    """A note on the files that lie beside the log in an archive and are no logs, if there are any."""
+    if not path.name.lower().endswith(PACKED) or packing_of(path) != "zip":
+        return ()
+    with zipfile.ZipFile(path) as archive:
+        files = _files(archive)
+    beside = [member.filename for member in files if _is_beside(member)] if len(files) > 1 else []
+    names = ", ".join(f"'{shortened(name)}'" for name in beside[:_MOST_NAMES])
+    more = f" and {len(beside) - _MOST_NAMES} more" if len(beside) > _MOST_NAMES else ""
+    what = f"files of the archive are no logs by their names and are not read: {names}{more}"
+    return ((what, "Zip each log alone where one of them is a log"),) if beside else ()
 
 
 class _Limited(io.RawIOBase):
@@ -158,6 +199,19 @@ def unpacked_file(path: Path, suffix: str, streams: bool) -> Iterator[Path]:
         with opened(path) as content, copy.open("wb") as file:
             shutil.copyfileobj(content, file, _BLOCK)
         yield copy
+
+
+def check_no_tar(start: bytes) -> None:
+    """Refuse an archive of tar, by the first bytes of the unpacked content.
+
+    Raises
+    ------
+    Unusable
+        If it is one.
+    """
+    place, magic = _TAR_MAGIC
+    if start[place] == magic:
+        raise Unusable("is an archive of tar, which may hold several files", "Unpack it, or pack each log alone")
 
 
 def lines_at_start(path: Path, size: int = 2**18) -> bytes:

@@ -1,14 +1,18 @@
 """One suite over every file format of rig logs, plain and packed."""
 
+import io
+import tarfile
+import zipfile
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pandas as pd
 import pytest
 
 from drillid.errors import LogError
 from drillid.formats import first_stamp, format_of, formats, headers, read_log
-from tests.unit.formats.writers import PACKERS, TRUE_TIMES, WITHOUT_SPACES, WRITERS, write
+from tests.unit.formats.writers import PACKERS, TRUE_TIMES, WITHOUT_SPACES, WRITERS, text_of, write
 
 STAMPS = pd.date_range("2025-03-03T06:00", periods=50, freq="20ms", tz="UTC")
 PACKED = [f".csv{packing}" for packing in PACKERS] + [".las.gz", ".xml.zip", ".parquet.gz"]
@@ -191,6 +195,48 @@ def test_a_file_is_read_by_its_content_where_its_name_is_wrong(log: pd.DataFrame
         found = read_log(path, "Time", ["RPM"])
         assert found.stamps[0] == np.datetime64("2025-03-03T06:00")
         assert len(found.notes) == (written != ".csv.gz")
+
+
+def test_a_readme_beside_the_log_in_an_archive_is_left_out_and_told(log: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / "log.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("export/stand.csv", text_of(log))
+        archive.writestr("export/ReadMe.txt", "exported by nobody, at all")
+    found = read_log(path, "Time", ["RPM"])
+    np.testing.assert_allclose(found.pop("RPM"), log["RPM"])
+    assert [what for what, _ in found.notes] == [
+        "files of the archive are no logs by their names and are not read: 'export/ReadMe.txt'"
+    ]
+
+
+def test_archives_of_several_logs_are_refused_with_what_to_do(log: pd.DataFrame, tmp_path: Path) -> None:
+    text = text_of(log).encode()
+    with zipfile.ZipFile(tmp_path / "logs.zip", "w") as archive:
+        archive.writestr("one.csv", text)
+        archive.writestr("two.csv", text)
+    with pytest.raises(LogError, match=r"is a zip file with 2 files \(one\.csv, two\.csv\).*zip each log alone"):
+        read_log(tmp_path / "logs.zip", "Time", ["RPM"])
+    for name, mode in (("logs.tar.gz", "w:gz"), ("logs.tar", "w")):
+        with tarfile.open(tmp_path / name, mode) as archive:  # type: ignore[call-overload]
+            member = tarfile.TarInfo("one.csv")
+            member.size = len(text)
+            archive.addfile(member, io.BytesIO(text))
+        with pytest.raises(LogError, match="is an archive of tar, which may hold several files"):
+            read_log(tmp_path / name, "Time", ["RPM"])
+
+
+@pytest.mark.parametrize("since", [1900, 1904])
+def test_days_of_a_workbook_count_from_where_it_says(since: int, log: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / "log.xlsx"
+    days = 45719.25 + np.arange(50) * 0.02 / 86400 - (1462 if since == 1904 else 0)
+    book = openpyxl.Workbook()
+    book.epoch = openpyxl.utils.datetime.CALENDAR_MAC_1904 if since == 1904 else book.epoch
+    for row in [("Time", "RPM"), *zip(days, log["RPM"], strict=True)]:
+        book.active.append(row)
+    book.save(path)
+    found = read_log(path, "Time", ["RPM"])
+    assert np.max(np.abs((found.stamps - STAMPS.tz_localize(None).to_numpy()) / np.timedelta64(1, "us"))) < 5
+    assert any("count from 1904" in what for what, _ in found.notes) == (since == 1904)
 
 
 def test_true_times_are_written_where_the_suite_says_so(log: pd.DataFrame, tmp_path: Path) -> None:
