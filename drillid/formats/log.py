@@ -23,6 +23,7 @@ from drillid.formats.cells import numbers
 from drillid.formats.continued import Continuing, as_one, names_of, overlap
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
 from drillid.formats.detection import reader_of, suffix_of
+from drillid.formats.long_form import note_on, noted
 from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
 from drillid.formats.packing import unpacked_file
 from drillid.formats.places import Places, first_line, shortened
@@ -198,6 +199,9 @@ def column_named(name: str, header: Header, path: Path) -> str:
     found = column_in(header, name)
     if found is not None:
         return found
+    long_form = note_on(header.columns)
+    if long_form is not None:
+        raise LogError(str(path), f"has no column '{name}' and {long_form[0]}", long_form[1])
     close = difflib.get_close_matches(name, header.columns, n=1)
     hint = f"Did you mean {_listed(close)}?" if close else "Name one of them in the rig description"
     raise LogError(str(path), f"has no column '{name}'; its columns are {_listed(header.columns)}", hint)
@@ -278,7 +282,7 @@ def _version(path: Path) -> tuple[int, int]:
 def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> list[Header]:
     if file.is_file() and not file.stat().st_size:
         raise LogError(str(path), "is empty", "Export the log again, or take it out of the logs sheet")
-    found = reader.headers(file, dialect)
+    found = [noted(header) for header in reader.headers(file, dialect)]
     if not found:
         raise LogError(str(path), "is empty", "Export the log again, or take it out of the logs sheet")
     if dialect.table is None:

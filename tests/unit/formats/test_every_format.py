@@ -12,7 +12,7 @@ import pytest
 
 from drillid.errors import LogError
 from drillid.formats import first_stamp, format_of, formats, headers, read_log
-from tests.unit.formats.writers import PACKERS, TRUE_TIMES, WITHOUT_SPACES, WRITERS, text_of, write
+from tests.unit.formats.writers import PACKERS, TRUE_TIMES, WITHOUT_SPACES, WRITERS, stamped, text_of, write
 
 STAMPS = pd.date_range("2025-03-03T06:00", periods=50, freq="20ms", tz="UTC")
 PACKED = [f".csv{packing}" for packing in PACKERS] + [".las.gz", ".xml.zip", ".parquet.gz"]
@@ -195,6 +195,20 @@ def test_a_file_is_read_by_its_content_where_its_name_is_wrong(log: pd.DataFrame
         found = read_log(path, "Time", ["RPM"])
         assert found.stamps[0] == np.datetime64("2025-03-03T06:00")
         assert len(found.notes) == (written != ".csv.gz")
+
+
+@pytest.mark.parametrize("names", [("Tag", "Value"), ("Sensor name", "Messwert"), ("_field", "_value")])
+def test_long_form_is_told_with_how_to_make_a_log_of_it(
+    names: tuple[str, str], log: pd.DataFrame, tmp_path: Path
+) -> None:
+    long = stamped(log)[["Time", "RPM"]].melt(id_vars="Time", var_name=names[0], value_name=names[1])
+    long.to_csv(tmp_path / "log.csv", index=False)
+    pivot = rf"log\.pivot_table\(index='Time', columns='{names[0]}', values='{names[1]}'"
+    with pytest.raises(LogError, match=rf"has no column 'RPM' and looks like long form: .*'{names[0]}'.*{pivot}"):
+        read_log(tmp_path / "log.csv", "Time", ["RPM"])
+    (note,) = headers(tmp_path / "log.csv")[0].notes
+    assert note[0].startswith("looks like long form")
+    assert headers(write(log, tmp_path / "wide.csv"))[0].notes == ()
 
 
 def test_a_readme_beside_the_log_in_an_archive_is_left_out_and_told(log: pd.DataFrame, tmp_path: Path) -> None:
