@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from drillid.errors import LogError
-from drillid.formats.counted_times import NoStart, from_numbers, is_beyond, unit_named
+from drillid.formats.counted_times import NoStart, are_dates, from_numbers, unit_named
 from drillid.formats.places import shortened
 from drillid.formats.since import unit_since
 from drillid.formats.stated_times import EXAMPLE, Naive, StatedTimes
@@ -31,9 +31,11 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
     if not np.all(finite):
         row = int(np.argmin(finite))
         raise of.wrong(row, values[row])
-    header_unit = unit_named(unit_since(header.units.get(of.column, "")))
+    stated = header.units.get(of.column, "")
+    header_unit = unit_named(unit_since(stated))
     start = of.start()
-    if of.described.start is None and start is not None and is_beyond(values, header_unit, start[0]):
+    is_stated = of.described.start is not None or unit_since(stated) != stated
+    if start is not None and not is_stated and are_dates(values, header_unit, start[0]):
         # the start of the log, which the times do not count from
         start = None
     try:

@@ -105,8 +105,10 @@ def from_numbers(
     return Counted(_absolute(values, found), found not in LOCAL, names.get(found, f"{found} since 1970"))
 
 
-def is_beyond(values: Floats | Integers, unit: str | None, start: int) -> bool:
-    """Whether numbers with a start are times from 1990 to 2050 by their size alone, and later if counted from it.
+def are_dates(values: Floats | Integers, unit: str | None, start: int) -> bool:
+    """Whether numbers are times from 1990 to 2050 by their size, although a start is stated beside them.
+
+    Those that may as well be s and the like from the start are only where they would lie after 2050 if counted from it.
 
     Parameters
     ----------
@@ -114,8 +116,9 @@ def is_beyond(values: Floats | Integers, unit: str | None, start: int) -> bool:
     unit : of `COUNTED`, by the file's header; s where None
     start : ns since 1970
     """
+    found = size_of(values)
     last = start + float(np.median(values)) * COUNTED[unit or "s"][0]
-    return size_of(values) is not None and last > _LAST
+    return found in LOCAL or (found is not None and last > _LAST)
 
 
 def size_of(values: Floats | Integers) -> str | None:

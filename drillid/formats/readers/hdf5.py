@@ -167,20 +167,25 @@ def _units_beside(group: Any) -> dict[str, str] | None:
     import h5py
 
     while True:
-        for name, found in group.items():
-            if plain(name) in _UNITS and isinstance(found, h5py.Group):
-                return {key: _one_text(item) for key, item in found.items() if isinstance(item, h5py.Dataset)}
+        for found in (group.get(name) for name in group if plain(name) in _UNITS):
+            texts = {key: _one_text(item) for key, item in found.items()} if isinstance(found, h5py.Group) else {}
+            if any(texts.values()):
+                return texts
         if group.name == "/":
             return None
         group = group.parent
 
 
 def _one_text(item: Any) -> str:
-    """The text in an array, which MATLAB writes as the numbers of its characters."""
-    cells = np.ravel(item[()])
-    if cells.dtype.kind in "iu":
-        return "".join(map(chr, cells))
-    return "".join(str(cell) for cell in as_text(cells.tolist()))
+    """The text in an array, which MATLAB writes as the numbers of its characters; empty where it holds none."""
+    import h5py
+
+    if not isinstance(item, h5py.Dataset) or item.size > _MOST_NAMES:
+        return ""
+    if item.attrs.get("MATLAB_class") == b"char":
+        return "".join(map(chr, np.ravel(item[()])))
+    is_text = item.size == 1 and h5py.check_string_dtype(item.dtype) is not None
+    return str(as_text(np.ravel(item[()]).tolist())[0]) if is_text else ""
 
 
 def _dereferenced(item: Any) -> Any:
@@ -267,7 +272,7 @@ def _scaled(values: Any, item: Any) -> Any:
     scale, offset = _number(item, "scale_factor", 1.0), _number(item, "add_offset", 0.0)
     if (scale, offset) == (1.0, 0.0) and not np.any(missing):
         return values
-    return np.where(missing, np.nan, scale * values + offset)
+    return np.where(missing, np.nan, scale * values.astype(np.float64) + offset)
 
 
 def _is_number(cell: Any) -> bool:

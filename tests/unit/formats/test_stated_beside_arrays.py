@@ -72,9 +72,29 @@ def test_seconds_since_a_time_without_zone_are_utc_by_convention(tmp_path: Path)
     assert (read_log(path, None, ["RPM"], zone="Europe/Oslo").stamps == STAMPS.to_numpy()).all()
 
 
-def test_times_since_1970_do_not_count_from_the_start_of_the_log(tmp_path: Path) -> None:
-    path = hdf5(tmp_path / "log.h5", Time={"units": "ns"}, file={"start": "2025-03-03"})
-    assert (read_log(path, None, ["RPM"]).stamps == STAMPS.to_numpy()).all()
+@pytest.mark.parametrize(
+    "times",
+    [{"units": "ns"}, {"values": NS / 86400e9 + 25569}, {"values": NS / 86400e9 + 719529, "units": "days"}],
+)
+def test_times_that_are_dates_do_not_count_from_the_start_of_the_log(times: dict[str, Any], tmp_path: Path) -> None:
+    path = hdf5(tmp_path / "log.h5", Time=times, file={"start": "2025-03-03"})
+    off = (read_log(path, None, ["RPM"]).stamps - STAMPS.to_numpy()) / np.timedelta64(1, "us")
+    assert np.max(np.abs(off)) < 20
+
+
+def test_days_since_a_time_count_from_it_whatever_their_size(tmp_path: Path) -> None:
+    times = {"values": NS / 86400e9 + 25567, "units": "days since 1900-01-01"}
+    path = hdf5(tmp_path / "log.h5", Time=times)
+    off = (read_log(path, None, ["RPM"]).stamps - STAMPS.to_numpy()) / np.timedelta64(1, "us")
+    assert np.max(np.abs(off)) < 20
+
+
+def test_a_group_of_channels_that_is_named_like_units_holds_none(tmp_path: Path) -> None:
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in zip(NAMES, (NS, SPEED, (TORQUE * 1e9).astype(np.int64)), strict=True):
+            file[f"Unit/{name}"] = values
+    assert headers(path)[0].units == {}
 
 
 def test_an_array_of_records_may_state_a_start(tmp_path: Path) -> None:
