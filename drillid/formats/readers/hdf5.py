@@ -16,7 +16,7 @@ from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.places import shortened
-from drillid.formats.since import zoned_start
+from drillid.formats.since import stated_start, unit_since
 from drillid.formats.stated_units import units_of
 
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5")
@@ -237,9 +237,10 @@ def start_among(*attributes: Any) -> tuple[np.datetime64 | None, bool]:
     for each in attributes:
         texts = [value for key in (*_UNITS, *_STARTS) if (value := stated(each, (key,))) is not None]
         for text in as_text(cell for value in texts for cell in np.ravel(np.asarray(value))[:_MOST_NAMES].tolist()):
-            found = zoned_start(str(text))
+            found = stated_start(str(text))
             if found is not None:
-                return found
+                # by convention those of 'since' are UTC without a zone as well
+                return found[0], found[1] or unit_since(str(text)) != text
     return None, False
 
 
