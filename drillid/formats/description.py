@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -72,7 +72,7 @@ class Header:
     date : column of dates that belongs to `time`, where the format itself says so
     start : time from which the column `time` counts, where the file states it
     start_is_utc : whether that is UTC; else it is of the zone of the rig's clock
-    nulls : numbers that stand for missing values by the file's own statement
+    nulls : numbers that stand for missing values by the file's own statement, by the columns in which they do
     layout : what the reader keeps for `read_columns`
     notes : decisions that were taken
     rows : number of rows, where it is known without reading them
@@ -86,7 +86,7 @@ class Header:
     date: str | None = None
     start: np.datetime64 | None = None
     start_is_utc: bool = False
-    nulls: tuple[float, ...] = ()
+    nulls: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     layout: Any = None
     notes: tuple[Note, ...] = ()
     rows: int | None = None

@@ -73,7 +73,8 @@ class Log:
             If a cell is not a number; the message names file, column and row.
         """
         column = column_named(name, self._places.header, self.path)
-        values = numbers(self._places, column, self._table.column(column), self._nulls)
+        nulls = (*self._places.header.nulls.get(column, ()), *self._nulls)
+        values = numbers(self._places, column, self._table.column(column), nulls)
         self._table = self._table.drop_columns([column])
         _release_memory()
         return values
@@ -112,7 +113,7 @@ def read_log(
     _release_memory()
     units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
     said = [*notes, *header.notes, *_repeated_names(columns, header), *decided, *read, *left_out]
-    return Log(path, stamps, units, said, of_times, table, places, (*header.nulls, *dialect.null_values))
+    return Log(path, stamps, units, said, of_times, table, places, dialect.null_values)
 
 
 def first_stamp(

@@ -111,7 +111,7 @@ def _of_arrays(parent: str, items: Mapping[str, Any], numbered: bool) -> Header:
     rows = _length(next(iter(items.values())))
     layout = {name: Source(item.name) for name, item in items.items()}
     table = (parent or "/") + (f", {rows} rows" if numbered else "")
-    nulls = tuple({value for item in items.values() if (value := _null(item.attrs)) is not None})
+    nulls = {name: (value,) for name, item in items.items() if (value := _null(item.attrs)) is not None}
     return Header(names, units, table=table, start=start, start_is_utc=True, nulls=nulls, layout=layout, rows=rows)
 
 

@@ -79,7 +79,8 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     width = len(names) if found.wrapped else 0
     layout = _Layout(encoding, begin, end, first_line, delimiter, width, decimal)
     count = None if rows else 0
-    return [Header(names, found.units, "", found.time, date, found.start, False, found.nulls, layout, (), count)]
+    nulls = dict.fromkeys(names, found.nulls)
+    return [Header(names, found.units, "", found.time, date, found.start, False, nulls, layout, (), count)]
 
 
 def read_columns(

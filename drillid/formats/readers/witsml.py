@@ -89,7 +89,7 @@ class _Columns:
 
     names: tuple[str, ...]
     units: dict[str, str]
-    nulls: tuple[float, ...]
+    nulls: dict[str, tuple[float, ...]]
     time: str
     aliases: dict[str, str]
 
@@ -120,7 +120,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         _, first = logs[0]
         table = "" if len(tables) == 1 else name
         units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
-        nulls = tuple(dict.fromkeys(null for _, columns in logs for null in columns.nulls))
+        nulls = {name: values for _, columns in logs for name, values in columns.nulls.items()}
         start = _start(logs[0][0]) if len(logs) == 1 else None
         found.append(
             Header(
@@ -216,9 +216,10 @@ def _columns(log: _Log) -> _Columns:
             units[name] = unit
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
-    nulls = [number for text in (log.null, *(curve.null for curve in curves)) if (number := _number(text)) is not None]
+    stated = {name: _number(curve.null or log.null) for name, curve in zip(names, curves, strict=True)}
+    nulls = {name: (null,) for name, null in stated.items() if null is not None}
     aliases = {curve.alias: name for name, curve in zip(names, curves, strict=True) if curve.alias}
-    return _Columns(names, units, tuple(dict.fromkeys(nulls)), time, aliases)
+    return _Columns(names, units, nulls, time, aliases)
 
 
 def _start(log: _Log) -> np.datetime64 | None:

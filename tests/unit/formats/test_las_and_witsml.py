@@ -155,6 +155,20 @@ def test_logs_of_one_name_with_other_curves_can_be_told_apart(tmp_path: Path) ->
     assert [header.table for header in headers(path)] == ["log", "log:2"]
 
 
+def test_a_null_value_of_one_curve_is_that_of_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    nulls = INFO.replace("<unit>rpm</unit>", "<unit>rpm</unit><nullValue>0</nullValue>")
+    path.write_text(
+        witsml(
+            data("{t}Z,0,0", range(5)) + data("{t}Z,-7,120", range(5, 9)),
+            head=INDEX + "<nullValue>-7</nullValue>" + nulls,
+        )
+    )
+    log = read_log(path, None, ["TQA", "RPMA"])
+    np.testing.assert_array_equal(log.pop("TQA"), [0.0] * 5 + [np.nan] * 4)
+    np.testing.assert_array_equal(log.pop("RPMA"), [np.nan] * 5 + [120.0] * 4)
+
+
 def test_version_2_of_witsml_is_refused_with_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "log.xml"
     path.write_text('<Log xmlns="http://www.energistics.org/energyml/data/witsmlv2"><ChannelSet/></Log>')
