@@ -13,6 +13,12 @@ _SINCE = re.compile(r"^\s*\w+\s+since\s+(.+)$", re.IGNORECASE)
 
 def start_of(text: str) -> np.datetime64 | None:
     """The time in such a text, UTC where it has a zone; None of any other text."""
+    found = stated_start(text)
+    return None if found is None else found[0]
+
+
+def stated_start(text: str) -> tuple[np.datetime64, bool] | None:
+    """The time in such a text, and whether it has a zone and is UTC; None of any other text."""
     import pyarrow as pa
 
     match = _SINCE.match(text)
@@ -23,7 +29,7 @@ def start_of(text: str) -> np.datetime64 | None:
         return None
     if found is None or found.wrong[0] or not found.dated:
         return None
-    return np.datetime64(int(found.since[0]), "ns")
+    return np.datetime64(int(found.since[0]), "ns"), found.zoned
 
 
 def unit_since(text: str) -> str:

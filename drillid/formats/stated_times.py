@@ -72,9 +72,11 @@ class StatedTimes:
         return what, "State time.format in the rig description where that is wrong"
 
     def from_header(self) -> Note:
-        """That the times are counted from the start in the file's header."""
-        start = "" if self.places.header.start is None else np.datetime_as_string(self.places.header.start, "ms")
-        what = f"the times in column '{self.column}' are counted from the start in the file's header, {start}"
+        """That the times are counted from the start in the file's header, and in which zone that is."""
+        header = self.places.header
+        start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
+        zone = "UTC" if header.start_is_utc else self.described.zone
+        what = f"the times in column '{self.column}' are counted from the start in the file's header, {start} {zone}"
         return what, "State time.start in the rig description where that is wrong"
 
     def check_complete(self, column: Any) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,12 +13,12 @@ from typing import IO, Any
 
 import numpy as np
 
-from drillid.formats.description import Dialect, Header, Unusable
+from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
-from drillid.formats.since import start_of
+from drillid.formats.since import stated_start
 
 SUFFIXES = (".xml", ".witsml")
 STREAMS = True
@@ -43,10 +44,12 @@ class _Curve:
 class _Log:
     """One log object, filled while it is read.
 
+    place : its number and that of its block of data in the document
     start : of its index, as text
     mnemonics, units : beside its data, which name the order of the cells
     """
 
+    place: tuple[int, int] = (0, 0)
     name: str = ""
     uid: str = ""
     index_type: str = ""
@@ -58,6 +61,11 @@ class _Log:
     curves: list[_Curve] = field(default_factory=list)
     mnemonics: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
+
+    @property
+    def called(self) -> str:
+        """Its name, or what it can be told by."""
+        return self.name or self.uid or f"log {self.place[0]}"
 
     @property
     def over_time(self) -> bool:
@@ -75,9 +83,8 @@ class _Log:
             for curve in self.curves:
                 by_name.setdefault(curve.mnemonic, curve)
             found = [by_name.get(name) or _Curve(name) for name in self.mnemonics]
-            for curve, unit in zip(found, self.units, strict=False):
-                curve.unit = curve.unit or unit
-            return found
+            units = itertools.chain(self.units, itertools.repeat(""))
+            return [replace(curve, unit=curve.unit or unit) for curve, unit in zip(found, units, strict=False)]
         if self.curves and all(curve.column for curve in self.curves):
             return sorted(self.curves, key=lambda curve: curve.column)
         return self.curves
@@ -85,57 +92,126 @@ class _Log:
 
 @dataclass(frozen=True)
 class _Columns:
-    """Names of the cells of a log's rows, and what they hold."""
+    """Names of the cells of a block's rows, and what they hold.
+
+    start : time that an index of elapsed seconds counts from, and whether it is UTC
+    """
 
     names: tuple[str, ...]
     units: dict[str, str]
     nulls: dict[str, tuple[float, ...]]
     time: str
     aliases: dict[str, str]
+    start: tuple[np.datetime64, bool] | None
+
+
+@dataclass
+class _Table:
+    """Blocks of data whose rows are read as one table.
+
+    blocks : their places in the document
+    without : columns that some of the blocks lack
+    """
+
+    name: str
+    columns: _Columns
+    blocks: set[tuple[int, int]]
+    without: dict[str, None] = field(default_factory=dict)
+
+    def difference(self, other: _Columns) -> str:
+        """What the rows of a block have otherwise than those of the table; empty where they can be joined."""
+        for name, unit in other.units.items():
+            if self.columns.units.get(name, unit) != unit:
+                return f"the unit of '{name}', '{unit}' and '{self.columns.units[name]}'"
+        for name in other.names:
+            if name in self.columns.names and self.columns.nulls.get(name) != other.nulls.get(name):
+                return f"the value of '{name}' for missing values"
+        return "" if self.columns.start == other.start else "the start of their elapsed times"
+
+    def add(self, place: tuple[int, int], other: _Columns) -> None:
+        """Join a block's rows."""
+        mine = self.columns
+        self.without |= dict.fromkeys(sorted({*mine.names} ^ {*other.names}))
+        self.blocks.add(place)
+        self.columns = replace(
+            mine,
+            names=tuple(dict.fromkeys([*mine.names, *other.names])),
+            units=mine.units | other.units,
+            nulls=mine.nulls | other.nulls,
+            aliases=mine.aliases | other.aliases,
+        )
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """One table for all logs over time with the same curves.
+    """One table for all logs over time with the same curves, units, null values and start.
 
     Raises
     ------
     ValueError
         If the document is no WITSML log, or holds logs over depth only.
     """
-    tables: dict[tuple[str, ...], list[tuple[_Log, _Columns]]] = {}
+    logs: dict[int, list[tuple[_Log, _Columns]]] = {}
     depths = []
     for log, _ in _documents(path, lines=False):
-        if not log.over_time:
+        if log.over_time:
+            logs.setdefault(log.place[0], []).append((log, _columns(log)))
+        else:
             depths.append(log.index_curve or log.name)
-            continue
-        columns = _columns(log)
-        tables.setdefault(tuple(sorted(columns.names)), []).append((log, columns))
-    if not tables and depths:
+    if not logs and depths:
         raise Unusable(f"holds logs over depth only, with the index '{depths[0]}'", "Export the logs over time")
-    if not tables:
+    if not logs:
         raise ValueError("it is no WITSML document with a log")
-    found = []
-    names = unique([log.name or log.uid or f"log {number}" for number, ((log, _), *_) in enumerate(tables.values(), 1)])
-    for name, logs in zip(names, tables.values(), strict=True):
-        _, first = logs[0]
-        table = "" if len(tables) == 1 else name
-        units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
-        nulls = {name: values for _, columns in logs for name, values in columns.nulls.items()}
-        start = _start(logs[0][0]) if len(logs) == 1 else None
-        found.append(
-            Header(
-                first.names,
-                units,
-                table=table,
-                time=first.time,
-                start=start,
-                start_is_utc=True,
-                nulls=nulls,
-                layout=set(first.names),
-                aliases=first.aliases,
-            )
-        )
-    return found
+    tables, notes = _tables(list(logs.values()))
+    names = unique([table.name for table in tables]) if len(tables) > 1 else [""]
+    named = zip(names, tables, strict=True)
+    return [_header(name, table, [*notes, *_notes(table)]) for name, table in named]
+
+
+def _header(name: str, table: _Table, notes: Sequence[Note]) -> Header:
+    columns = table.columns
+    start, is_utc = columns.start or (None, False)
+    return Header(
+        columns.names,
+        columns.units,
+        table=name,
+        time=columns.time,
+        start=start,
+        start_is_utc=is_utc,
+        nulls=columns.nulls,
+        layout=frozenset(table.blocks),
+        notes=tuple(notes),
+        aliases=columns.aliases,
+    )
+
+
+def _tables(logs: Sequence[Sequence[tuple[_Log, _Columns]]]) -> tuple[list[_Table], list[Note]]:
+    """Tables of the logs, each of which may have several blocks; notes on those that are kept apart."""
+    by_curves: dict[frozenset[str], list[_Table]] = {}
+    notes = list[Note]()
+    for blocks in logs:
+        alike = by_curves.setdefault(frozenset(name for _, columns in blocks for name in columns.names), [])
+        for log, columns in blocks:
+            differences = [table.difference(columns) for table in alike]
+            if "" in differences:
+                alike[differences.index("")].add(log.place, columns)
+                continue
+            if differences:
+                notes.append(_kept_apart(log, alike[0], differences[0]))
+            alike.append(_Table(log.called, columns, {log.place}))
+    return [table for tables in by_curves.values() for table in tables], notes
+
+
+def _kept_apart(log: _Log, table: _Table, difference: str) -> Note:
+    what = f"the log '{log.called}' is no part of the table of '{table.name}', from which it differs in {difference}"
+    return what, "Export them alike, or to files of their own, as one table of a file is read"
+
+
+def _notes(table: _Table) -> list[Note]:
+    if not table.without:
+        return []
+    listed = ", ".join(f"'{name}'" for name in table.without)
+    what = f"blocks of data of the log '{table.name}' list different curves; some have no values of {listed}"
+    return [(what, "None needed where these curves were recorded for a part of the time only")]
 
 
 def read_columns(
@@ -149,13 +225,10 @@ def read_columns(
     parts: list[Any] = []
     count = 0
     for log, lines in _documents(path, lines=True):
-        if not log.over_time:
-            continue
-        names = _columns(log).names
-        if set(names) != header.layout or not lines:
+        if log.place not in header.layout or not lines:
             continue
         lines = lines if rows is None else lines[: rows - count]
-        parts.append(_parsed(lines, log.delimiter, names, columns, numeric))
+        parts.append(_parsed(lines, log.delimiter, _columns(log).names, columns, numeric))
         count += len(lines)
         if rows is not None and count >= rows:
             break
@@ -184,7 +257,11 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
             read_options=arrow_csv.ReadOptions(column_names=list(names)),
             parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(columns), column_types=types, strings_can_be_null=True, timestamp_parsers=[]
+                include_columns=list(columns),
+                include_missing_columns=True,
+                column_types=types,
+                strings_can_be_null=True,
+                timestamp_parsers=[],
             ),
         )
 
@@ -217,14 +294,14 @@ def _columns(log: _Log) -> _Columns:
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
     stated = {name: _number(curve.null or log.null) for name, curve in zip(names, curves, strict=True)}
-    nulls = {name: (null,) for name, null in stated.items() if null is not None}
+    nulls: dict[str, tuple[float, ...]] = {name: (null,) for name, null in stated.items() if null is not None}
     aliases = {curve.alias: name for name, curve in zip(names, curves, strict=True) if curve.alias}
-    return _Columns(names, units, nulls, time, aliases)
+    return _Columns(names, units, nulls, time, aliases, _start(log))
 
 
-def _start(log: _Log) -> np.datetime64 | None:
-    """The time that an index of elapsed seconds counts from."""
-    return start_of(f"seconds since {log.start}") if _is_elapsed(log.index_type) and log.start else None
+def _start(log: _Log) -> tuple[np.datetime64, bool] | None:
+    """The time that an index of elapsed seconds counts from, and whether it is UTC."""
+    return stated_start(log.start) if _is_elapsed(log.index_type) else None
 
 
 def _is_elapsed(index_type: str) -> bool:
@@ -293,6 +370,7 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
             self.rows: list[str] = []
             self.ready: list[tuple[_Log, list[str]]] = []
             self.seen = False
+            self.number = 0
 
         def taken(self) -> list[tuple[_Log, list[str]]]:
             """What is complete since the last time."""
@@ -312,7 +390,8 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
             if local in _OF_VERSION_2:
                 raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
             if local == "log":
-                self.log, self.seen = _Log(uid=attrs.get("uid", "")), False
+                self.number += 1
+                self.log, self.seen = _Log((self.number, 0), uid=attrs.get("uid", "")), False
             elif local == "logCurveInfo":
                 self.curve = _Curve(attrs.get("uid", ""))
             elif local == "indexCurve" and self.log is not None:
@@ -335,10 +414,11 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
                 inner.close()
             if self.log is None:
                 return
-            if local == "mnemonicList" and self.rows:
+            if local == "mnemonicList" and self.log.mnemonics:
                 # further data of the log, which may list other curves
                 self._hand_over()
-                self.log = replace(self.log)
+                number, block = self.log.place
+                self.log, self.seen = replace(self.log, place=(number, block + 1), units=[]), False
             if local == "data":
                 if lines:
                     self.rows.append(text.strip())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drillid.errors import LogError
-from drillid.formats import TimeColumn, headers, read_log
+from drillid.formats import Dialect, TimeColumn, headers, read_log
 
 VERSION = "~Version\nVERS. 2.0:\nWRAP. NO:\n"
 WELL = "~Well\nSTRT.S 0 :\nSTOP.S 29:\nSTEP.S 1:\nNULL. -999.25:\n"
@@ -167,6 +167,75 @@ def test_a_null_value_of_one_curve_is_that_of_no_other(tmp_path: Path) -> None:
     log = read_log(path, None, ["TQA", "RPMA"])
     np.testing.assert_array_equal(log.pop("TQA"), [0.0] * 5 + [np.nan] * 4)
     np.testing.assert_array_equal(log.pop("RPMA"), [np.nan] * 5 + [120.0] * 4)
+
+
+def test_blocks_of_a_log_with_different_curves_are_one_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    blocks = (
+        data("{t}Z,1.5", range(9))
+        + "</logData><logData><mnemonicList>TIME,RPMA,TQA</mnemonicList>"
+        + data("{t}Z,120,2.5", range(9, 20))
+        + "</logData><logData><mnemonicList>TIME,RPMA</mnemonicList>"
+        + data("{t}Z,130", range(20, 30))
+    )
+    path.write_text(witsml(blocks, "TIME,TQA", f"<name>L</name>{INDEX}{INFO}"))
+    log = read_log(path, None, ["TQA", "RPMA"])
+    assert (log.stamps == np.datetime64("2025-03-04T06:00", "ns") + np.arange(30) * np.timedelta64(1, "s")).all()
+    np.testing.assert_array_equal(log.pop("TQA"), [1.5] * 9 + [2.5] * 11 + [np.nan] * 10)
+    np.testing.assert_array_equal(log.pop("RPMA"), [np.nan] * 9 + [120.0] * 11 + [130.0] * 10)
+    assert "some have no values of 'RPMA', 'TQA'" in log.notes[0][0]
+
+
+def joined(*documents: str) -> str:
+    """One document of the logs of several."""
+    logs = [document[document.index("<log>") : document.index("</logs>")] for document in documents]
+    return documents[0][: documents[0].index("<log>")] + "".join(logs) + "</logs>"
+
+
+FIRST = witsml(data("{t}Z,1.5,120", range(15)), head=f"<name>A</name>{INDEX}{INFO}")
+SECOND = witsml(data("{t}Z,1.5,120", range(15, 30)), head=f"<name>B</name>{INDEX}{INFO}")
+ELAPSED = witsml(
+    data("{s},1.5,120", range(15)),
+    head="<name>A</name><startDateTimeIndex>2025-03-04T06:00:00</startDateTimeIndex>"
+    + (INDEX + INFO).replace("date time", "elapsed time"),
+)
+CONTRADICTIONS = {
+    "in the unit of 'TQA', 'kN.m' and 'kft.lbf'": joined(FIRST, SECOND.replace("kft.lbf", "kN.m")),
+    "in the value of 'RPMA' for missing values": joined(
+        FIRST, SECOND.replace("<unit>rpm</unit>", "<unit>rpm</unit><nullValue>0</nullValue>")
+    ),
+    "in the start of their elapsed times": joined(
+        ELAPSED, ELAPSED.replace("<name>A", "<name>B").replace("T06:00:00", "T07:00:00")
+    ),
+}
+
+
+@pytest.mark.parametrize("difference", CONTRADICTIONS)
+def test_logs_that_contradict_each_other_are_tables_apart(difference: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    path.write_text(CONTRADICTIONS[difference])
+    with pytest.raises(LogError, match=r"its tables 'A', 'B' all hold.*file\.table"):
+        read_log(path, None, ["TQA", "RPMA"])
+    log = read_log(path, None, ["TQA", "RPMA"], dialect=Dialect(table="B"))
+    assert log.pop("RPMA").tolist() == [120.0] * 15
+    assert f"the log 'B' is no part of the table of 'A', from which it differs {difference}" in log.notes[0][0]
+
+
+def test_units_beside_the_data_are_those_of_their_block(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    unit = "<mnemonicList>TIME,TQA</mnemonicList><unitList>s,{}</unitList>"
+    first, second = (unit.format(name) + data("{t}Z,1", range(9)) for name in ("kN.m", "kft.lbf"))
+    path.write_text(witsml(first + "</logData><logData>" + second, "", INDEX))
+    assert [header.units["TQA"] for header in headers(path)] == ["kN.m", "kft.lbf"]
+
+
+def test_elapsed_times_count_from_a_start_in_its_own_zone_or_the_rig_s(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    for zone, start, told in (("", 5, "Europe/Oslo"), ("Z", 6, "UTC"), ("+01:00", 5, "UTC")):
+        path.write_text(ELAPSED.replace("T06:00:00<", f"T06:00:00{zone}<"))
+        log = read_log(path, TimeColumn(zone="Europe/Oslo"), ["TQA"])
+        assert log.stamps[0] == np.datetime64(f"2025-03-04T0{start}:00", "ns")
+        assert log.notes[0][0].endswith(f"2025-03-04T0{start if zone else 6}:00:00.000 {told}")
 
 
 def test_version_2_of_witsml_is_refused_with_what_to_do(tmp_path: Path) -> None:
