@@ -46,7 +46,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         raise of.wrong(row, values[row], str(error).capitalize()) from error
     if not found.decided:
         counts = of.described.start is None and header.start is not None
-        return Naive(found.since, found.zoned, (of.from_header(),) if counts else ())
+        return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
     zone = f"in the zone {of.described.zone}" if found.decided.startswith("days") else "UTC"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description where that is wrong"),))

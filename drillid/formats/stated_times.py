@@ -11,7 +11,7 @@ from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.description import Note, TimeColumn
 from drillid.formats.places import Places, shortened
-from drillid.formats.written_times import format_in, order_in
+from drillid.formats.written_times import DAY_NS, format_in, order_in
 
 EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
 _OTHER_FORMAT = "or state their format as time.format in the rig description"
@@ -57,6 +57,20 @@ class StatedTimes:
             return None
         return int(header.start.astype("datetime64[ns]").astype(np.int64)), header.start_is_utc
 
+    def midnight(self) -> tuple[int, bool] | None:
+        """Begin of the day of the start, in the zone that the start is written in; and whether it is UTC."""
+        import pandas as pd
+
+        start = self.start()
+        if start is None:
+            return None
+        if self.described.start is None:
+            offset = self.places.header.start_offset
+        else:
+            stated = pd.Timestamp(self.described.start).utcoffset()
+            offset = 0 if stated is None else round(stated.total_seconds()) * 1_000_000_000
+        return (start[0] + offset) // DAY_NS * DAY_NS - offset, start[1]
+
     def form(self) -> str | None:
         """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
         if self.described.format is not None:
@@ -71,12 +85,13 @@ class StatedTimes:
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
         return what, "State time.format in the rig description where that is wrong"
 
-    def from_header(self) -> Note:
-        """That the times are counted from the start in the file's header, and in which zone that is."""
+    def from_header(self, first: int) -> Note:
+        """That the times are counted from a start by the file's header, and what the first one is, ns since 1970."""
         header = self.places.header
         start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
         zone = "UTC" if header.start_is_utc else self.described.zone
-        what = f"the times in column '{self.column}' are counted from the start in the file's header, {start} {zone}"
+        row = np.datetime_as_string(np.datetime64(first, "ns"), "ms")
+        what = f"the times in column '{self.column}' count from {start} by the file's header: the first is {row} {zone}"
         return what, "State time.start in the rig description where that is wrong"
 
     def check_complete(self, column: Any) -> None:

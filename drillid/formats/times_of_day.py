@@ -64,7 +64,7 @@ def time_of_day(of: StatedTimes, column: Any) -> Integers:
 
 def from_midnight(of: StatedTimes, clock: Integers) -> Naive:
     """Times of day, which pass midnight where they fall by half a day, from a stated date on."""
-    start = of.start()
+    start = of.midnight()
     if start is None:
         raise LogError(
             of.places.column(of.column),
@@ -76,4 +76,4 @@ def from_midnight(of: StatedTimes, clock: Integers) -> Naive:
     days = np.cumsum((steps < -_PAST_MIDNIGHT_NS).astype(np.int64) - (steps > _PAST_MIDNIGHT_NS))
     what = f"the times of day in column '{of.column}' are dated from the log's start on"
     note = (what, "Check the date; a log with gaps of a day needs a column of dates")
-    return Naive(start[0] // DAY_NS * DAY_NS + days * DAY_NS + clock, start[1], (note,))
+    return Naive(start[0] + days * DAY_NS + clock, start[1], (note,))

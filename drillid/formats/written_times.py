@@ -52,6 +52,7 @@ class Written:
     zoned : whether the times are UTC already; else they are those of a clock on the wall
     dated, timed : whether the cells hold dates and times of day
     decided : why the order of day and month is taken as it is, empty where nothing was to decide
+    offset : of the first cell's zone from UTC, ns; 0 without one
     """
 
     since: Integers
@@ -60,6 +61,7 @@ class Written:
     dated: bool
     timed: bool
     decided: str = ""
+    offset: int = 0
 
 
 class UnclearDate(ValueError):
@@ -160,7 +162,8 @@ def _from_parts(parts: _Parts, order: str | None) -> Written:
         days, bad = _days(parts.number("year"), month, day)
         since, wrong = since + days * DAY_NS, wrong | bad
     offset, zoned, bad = _offsets(parts)
-    return Written(since - offset, wrong | bad, zoned, dated, timed, decided)
+    first = int(offset[0]) if offset.size else 0
+    return Written(since - offset, wrong | bad, zoned, dated, timed, decided, first)
 
 
 def _time_of_day(parts: _Parts) -> tuple[Integers, Booleans]:

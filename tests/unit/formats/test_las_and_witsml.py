@@ -235,7 +235,7 @@ def test_elapsed_times_count_from_a_start_in_its_own_zone_or_the_rig_s(tmp_path:
         path.write_text(ELAPSED.replace("T06:00:00<", f"T06:00:00{zone}<"))
         log = read_log(path, TimeColumn(zone="Europe/Oslo"), ["TQA"])
         assert log.stamps[0] == np.datetime64(f"2025-03-04T0{start}:00", "ns")
-        assert log.notes[0][0].endswith(f"2025-03-04T0{start if zone else 6}:00:00.000 {told}")
+        assert log.notes[0][0].endswith(f"the first is 2025-03-04T0{start if zone else 6}:00:00.000 {told}")
 
 
 def test_version_2_of_witsml_is_refused_with_what_to_do(tmp_path: Path) -> None:
