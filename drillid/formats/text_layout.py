@@ -16,7 +16,8 @@ from drillid.formats.packing import lines_at_start
 
 _SAMPLE_LINES = 400
 _SAMPLE_BYTES = 2**17
-_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]")
+"""Bytes that no text holds; 1A may mark its end."""
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
