@@ -22,7 +22,9 @@ _MOMENTS = ("STRT", *_DATES, "STRTTIME", "STARTTIME", "STTIME", "STIME", "STIM",
 _CLOCKS = ("STRTTIME", "STARTTIME", "STTIME", "STIM", "TIMESTART", "TIME", "TIM")
 
 
-_SECTION_OF_3 = re.compile(r"^~\s*\w+_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE)
+_SECTION_OF_3 = re.compile(
+    r"^~\s*(?!VERSION_|WELL_|CURVE_|PARAMETER_)\w+_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE
+)
 _AS_IN_2 = {"DEFINITION": "~Curve", "PARAMETER": "~Parameter"}
 """Sections of LAS 3.0 by their names in LAS 2.0."""
 _OF_THE_FILE = re.compile(r"export|creat|print|written|report|file", re.IGNORECASE)

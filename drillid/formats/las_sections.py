@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 _LARGEST_HEADER = 2**22
 """Bytes of a section before the data."""
-_MOST_SECTIONS = 10_000
+_MOST_SECTIONS = 1000
 _LONGEST_TITLE = 400
 _BEFORE_TITLE = b" \t\xef\xbb\xbf\x1a"
 """Bytes that may stand before a title: spaces, the mark of UTF-8, the end of a file in front of this one."""

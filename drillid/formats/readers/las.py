@@ -1,4 +1,4 @@
-"""LAS 2.0 logs over time; the header is read by lasio, the data section by Arrow."""
+"""LAS 1.2 to 3.0 logs over time; the header is read by lasio, the data by Arrow."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8,
 from drillid.formats.text_layout import cells_of, decimal_of, decoded, is_text
 
 SUFFIXES = (".las",)
-
 LEAVES_ROWS_OUT = True
 
 _SAMPLE = 2**16
@@ -179,16 +178,18 @@ def line_of(path: Path, header: Header, row: int) -> int:
 def _without_data(
     path: Path, header: Header, times: Sequence[str], rows: int | None
 ) -> tuple[frozenset[int], list[Note]]:
-    """Lines of data, counted from 0, that are left out, and notes on them."""
+    """Lines of data, counted from 0, that are comments or none of data, and notes on the latter."""
     layout: _Layout = header.layout
     if layout.width:
         return frozenset(), []
     with _mapped(path) as content:
+        comments = [at for at, line in enumerate(_lines(content, layout)) if line.startswith(b"#")]
         lines = itertools.islice(_rows(content, layout, len(header.columns)), rows)
         found = rows_without_data(lines, [], [header.columns.index(name) for name in times])
         if not found.credible:
-            return frozenset(), []
-        return frozenset(found.rows), found.notes(lambda line: f"line {_line_in_file(content, layout, line)}")
+            return frozenset(comments), []
+        notes = found.notes(lambda line: f"line {_line_in_file(content, layout, line)}")
+        return frozenset([*found.rows, *comments]), notes
 
 
 def _rows(content: mmap.mmap, layout: _Layout, width: int) -> Iterator[tuple[int, list[str], bool]]:

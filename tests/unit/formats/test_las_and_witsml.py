@@ -179,6 +179,8 @@ def test_what_is_left_out_of_las_is_told(tmp_path: Path) -> None:
     line = path.read_text().splitlines().index("then,20 1.5 120") + 1
     with pytest.raises(LogError, match=rf"row 22: 'then,20' is not a time.* in line {line} of the file"):
         read_log(path, None, ["TQA"])
+    path.write_text(LAS["rules and comments"].replace("06:00:14Z  1.5 120", "06:00:14Z  1.5 120\n#a b c\nstopped"))
+    assert read_log(path, None, ["TQA"]).pop("TQA").tolist() == [1.5] * 30
     path.write_text(LAS["log data beside other data"])
     assert "and not '~Tops_Data | Tops_Definition'" in read_log(path, None, ["TQA"]).notes[0][0]
 
