@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from drillid.formats.cells import NULL_VALUES
 from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import is_no_unit, split_unit
@@ -225,7 +226,10 @@ def _columns(log: LogObject) -> _Columns:
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
     stated = {name: _number(curve.null or log.null) for name, curve in zip(names, curves, strict=True)}
-    nulls: dict[str, tuple[float, ...]] = {name: (null,) for name, null in stated.items() if null is not None}
+    # those of all recorders count everywhere and need no mention
+    nulls: dict[str, tuple[float, ...]] = {
+        name: (null,) for name, null in stated.items() if null is not None and null not in NULL_VALUES
+    }
     aliases = {curve.alias: name for name, curve in zip(names, curves, strict=True) if curve.alias}
     return _Columns(names, units, nulls, time, aliases, _start(log))
 

@@ -355,6 +355,14 @@ def test_logs_that_contradict_each_other_are_tables_apart(difference: str, tmp_p
     assert f"the log 'B' is no part of the table of 'A', from which it differs {difference}" in log.notes[0][0]
 
 
+def test_null_values_of_all_recorders_keep_no_logs_apart(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    stated = SECOND.replace("<unit>rpm</unit>", "<unit>rpm</unit><nullValue>-999.25</nullValue>")
+    path.write_text(joined(FIRST, stated.replace(",120<", ",-999.25<")))
+    values = read_log(path, None, ["RPMA"]).pop("RPMA")
+    np.testing.assert_array_equal(values, [120.0] * 15 + [np.nan] * 15)
+
+
 def test_units_beside_the_data_are_those_of_their_block(tmp_path: Path) -> None:
     path = tmp_path / "log.xml"
     unit = "<mnemonicList>TIME,TQA</mnemonicList><unitList>s,{}</unitList>"
