@@ -180,6 +180,10 @@ def test_a_sweep_is_found_though_rows_are_missing_here_and_there() -> None:
     assert find_sweep({"CH7": SWEEP[kept]}, {}, STAMPS[: kept.size], rate) is None, "the rows alone do not repeat"
 
 
+def test_rows_of_one_time_hold_no_sweep() -> None:
+    assert find_sweep({"SWEEP": SWEEP}, {}, np.zeros_like(STAMPS), 0.0) is None
+
+
 def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
     rough = np.convolve(np.random.default_rng(6).normal(size=AT.size + 14), np.hanning(15), "valid")
     random = rough - np.convolve(rough, np.full(101, 1 / 101), "same")
