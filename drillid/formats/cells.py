@@ -10,7 +10,7 @@ from drillid.arrays import Floats
 from drillid.errors import LogError
 from drillid.formats.places import Places, shortened
 
-NULL_VALUES = (-999.25, -9999.0)
+NULL_VALUES = (-999.25, -9999.0, -9999.25)
 """Numbers that drilling recorders write for missing values."""
 
 
