@@ -48,7 +48,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
     if not found.decided:
         counts = of.described.start is None and header.start is not None
         return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
-    zone = f"in the zone {of.described.zone}" if found.decided.startswith("days") else "UTC"
+    zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description where that is wrong"),))
 
@@ -119,7 +119,7 @@ def parsed(of: StatedTimes, column: Any, wrong: int | None, short: bool, pc: Any
     notes = tuple([of.by_rows(found.decided)] if found.decided else [])
     if found.dated:
         return Naive(found.since, found.zoned, notes)
-    return from_midnight(of, found.since)
+    return from_midnight(of, Naive(found.since, found.zoned))
 
 
 def _iso(of: StatedTimes, column: Any) -> Naive | int:
@@ -168,5 +168,5 @@ def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
         other = "" if by_user else "; state another one as time.format in the rig description"
         raise of.wrong(row, cells.iloc[row], f"It is not of the format '{stated}', by {source}{other}")
     if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
-        return from_midnight(of, nanoseconds(found) % DAY_NS)
+        return from_midnight(of, Naive(nanoseconds(found) % DAY_NS, False))
     return Naive(nanoseconds(found), found.dt.tz is not None)
