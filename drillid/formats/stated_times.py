@@ -11,10 +11,10 @@ import numpy as np
 from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.description import Note, TimeColumn
-from drillid.formats.mnemonics import key_of, offset_among
+from drillid.formats.mnemonics import offset_among
 from drillid.formats.places import Places, shortened
 from drillid.formats.written_times import DAY_NS, format_in, order_in
-from drillid.formats.zones import zone_of_column
+from drillid.formats.zones import abbreviation_of_zone, zone_of_column
 
 EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
 _OTHER_FORMAT = "or state their format as time.format in the rig description"
@@ -89,7 +89,7 @@ class StatedTimes:
         if self.described.start is not None:
             return self.described.zone
         columns = [name for name in (self.column, self.date) if name is not None]
-        found = (zone_of_column(key_of(name), header.units.get(name, "")) for name in columns)
+        found = (zone_of_column(name, header.units.get(name, "")) for name in columns)
         return next((zone for zone in found if zone is not None), self.described.zone)
 
     def zone_notes(self) -> tuple[Note, ...]:
@@ -98,6 +98,10 @@ class StatedTimes:
         if str(zone) != self.described.zone:
             what = f"the times in column '{self.column}' are in the zone {zone}, as its name or unit states"
             return ((what, f"Correct the name or unit where the rig's zone, {self.described.zone}, is right"),)
+        abbreviation = abbreviation_of_zone(self.column, self.places.header.units.get(self.column, ""))
+        if abbreviation is not None:
+            what = f"{abbreviation} at column '{self.column}' stands for several zones; its times are taken in {zone}"
+            return ((what, "State time.zone in the rig description where that is wrong"),)
         beside = offset_among(self.places.header.columns)
         if beside is None or beside in (self.column, self.date):
             return ()

@@ -9,7 +9,9 @@ import zoneinfo
 
 _OFFSET = re.compile(r"(?:(?:UTC|GMT) ?|(?=[+-]\d{2}:))([+-]) ?(\d{1,2})(?::?(\d{2}))?", re.IGNORECASE)
 _UTC = re.compile(r"UTC|GMT|Zulu", re.IGNORECASE)
-_UTC_IN_NAME = re.compile(r"(?:UTC|GMT).*|.*(?:UTC|GMT)")
+_OFFSET_IN_NAME = re.compile(r"(?:UTC|GMT) ?[+-] ?\d{1,2}(?::?\d{2})?(?!\d)", re.IGNORECASE)
+_UTC_IN_NAME = re.compile(r"(?:UTC|GMT)(?!\d).*|.*(?:UTC|GMT)", re.IGNORECASE)
+_ABBREVIATION = re.compile(r"(?:^|[\[( _])([A-Z]{2,4}T|MEZ|MESZ|MSK)[\])]?$")
 _ZONE_NEARBY = re.compile(r"(?:time ?zone|zeitzone|(?:utc|gmt) ?offset)[ \"']*[:=,;\t][ \"']*(.+)", re.IGNORECASE)
 _FURTHEST_H = 14
 """Largest offset of any zone, hours."""
@@ -33,14 +35,20 @@ def zone_in(text: str) -> datetime.tzinfo | None:
     return zoneinfo.ZoneInfo(plain) if "/" in plain and plain in _areas() else None
 
 
-def zone_of_column(key: str, unit: str) -> datetime.tzinfo | None:
-    """The zone that the unit of a column of times states, else its name; None without one.
+def zone_of_column(name: str, unit: str) -> datetime.tzinfo | None:
+    """The zone that the unit of a column of times states, else its name, as 'Time_UTC' does; None without one."""
+    offset = _OFFSET_IN_NAME.search(name)
+    stated = zone_in(unit) or (None if offset is None else zone_in(offset[0]))
+    if stated is not None:
+        return stated
+    bare = re.sub(r"[\[({].*|[\W_]", "", name)
+    return datetime.UTC if _UTC_IN_NAME.fullmatch(bare) else None
 
-    Parameters
-    ----------
-    key : the name in capitals without signs, such as TIMEUTC
-    """
-    return zone_in(unit) or (datetime.UTC if _UTC_IN_NAME.fullmatch(key) else None)
+
+def abbreviation_of_zone(name: str, unit: str) -> str | None:
+    """What looks like an abbreviation of a zone, such as CST, as the unit or at the end of the name of a column."""
+    match = _ABBREVIATION.search(unit) or _ABBREVIATION.search(name)
+    return None if match is None or match[1] == "GMT" else match[1]
 
 
 def states_zone(text: str) -> bool:

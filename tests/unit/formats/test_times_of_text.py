@@ -98,12 +98,20 @@ def test_counts_of_net_and_windows_are_known_by_their_size(tmp_path: Path) -> No
         ("Time (GMT-05:30)", -5.5),
         ("Time (UTC)", 0),
         ("Time_UTC", 0),
+        ("Time UTC+2", 2),
+        ("UTC+2", 2),
     ],
 )
 def test_the_zone_in_a_columns_name_is_that_of_its_times(name: str, hours: float, tmp_path: Path) -> None:
     local = STAMPS + pd.Timedelta(hours=hours)
     path = saved(tmp_path / "log.csv", **{name: local.strftime("%Y-%m-%d %H:%M:%S.%f")})
     check(path, f"the times in column '{name}' are in the zone", zone="America/Chicago")
+
+
+@pytest.mark.parametrize("name", ["Time [CST]", "Time (CET)"])
+def test_an_abbreviation_of_a_zone_is_told_not_to_be_used(name: str, tmp_path: Path) -> None:
+    path = saved(tmp_path / "log.csv", **{name: WHOLE})
+    check(path, f"{name[-4:-1]} at column '{name}' stands for several zones; its times are taken in UTC")
 
 
 def test_the_zone_in_the_row_of_units_is_that_of_the_times(tmp_path: Path) -> None:
