@@ -50,7 +50,7 @@ class Log:
 
     stamps : UTC without zone, ns, shape (row,), in the file's order
     units : units by the columns' names, where the file states them
-    notes : decisions that were taken while reading
+    notes : decisions that were taken while reading; those on a column's cells are added as it is popped
     times : columns that state the times
     """
 
@@ -73,7 +73,8 @@ class Log:
         """
         column = column_named(name, self._places.header, self.path)
         nulls = (*self._places.header.nulls.get(column, ()), *self._nulls)
-        values = numbers(self._places, column, self._table.column(column), nulls)
+        values, notes = numbers(self._places, column, self._table.column(column), nulls)
+        self.notes += notes
         self._table = self._table.drop_columns([column])
         _release_memory()
         return values

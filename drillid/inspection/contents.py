@@ -169,7 +169,7 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
     stamps = log.stamps.view(np.int64)
     kept, left_out = usable_rows(stamps, path)
     order = np.flatnonzero(kept)[np.argsort(stamps[kept], kind="stable")]
-    read = _Read(stamps[order], {}, log.units, [*log.notes, *left_out], header.aliases)
+    read = _Read(stamps[order], {}, log.units, left_out, header.aliases)
     if np.any(np.diff(order) < 0):
         what = f"{int(np.sum(order != np.sort(order)))} rows are not in the order of time, and are sorted"
         read.notes.append((what, "None needed where the stamps are right"))
@@ -183,6 +183,7 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
             read.numbers[name] = values
         else:
             read.others.append(name)
+    read.notes[:0] = log.notes
     return read
 
 

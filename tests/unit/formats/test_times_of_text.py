@@ -205,6 +205,19 @@ def test_names_may_be_wrapped_in_their_cells(tmp_path: Path) -> None:
     check(path)
 
 
+def test_words_of_historians_among_numbers_are_missing_values(tmp_path: Path) -> None:
+    torque = ["No Data", "12.5", "No Data", "Bad Input", *map(str, range(45)), "Bad Input"]
+    found = read_log(saved(tmp_path / "log.csv", Time=WHOLE, TQ=torque), None, ["TQ"])
+    assert np.flatnonzero(np.isnan(found.pop("TQ"))).tolist() == [0, 2, 3, 49]
+    [(told, _)] = found.notes
+    assert "'No Data' (2), 'Bad Input' (2) of column 'TQ' are taken for missing values" in told
+    for wrong in ("No Data", "12a"):
+        torque[:4] = [wrong, wrong if wrong == "12a" else "1", "2", "3"]
+        path = saved(tmp_path / "log.csv", Time=WHOLE, TQ=[*torque[:49], "4"])
+        with pytest.raises(LogError, match=f"'{wrong}' is not a number"):
+            read_log(path, None, ["TQ"]).pop("TQ")
+
+
 def test_the_null_values_of_recorders_are_missing(tmp_path: Path) -> None:
     path = saved(tmp_path / "log.csv", Time=WHOLE, TQ=[-9999.25, -999.25, -9999, *range(47)])
     assert np.isnan(read_log(path, None, ["TQ"]).pop("TQ")).sum() == 3
