@@ -176,8 +176,11 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
     for name in (name for name in header.columns if name not in log.times):
         try:
             values = log.pop(name)[order]
-        except LogError:
+        except LogError as error:
             read.others.append(name)
+            if name in log.units:
+                what = f"column '{name}' has a unit but is not read as numbers: {error.where}: {error.what}"
+                read.notes.append((what, error.remedy))
             continue
         if np.any(np.isfinite(values)):
             read.numbers[name] = values

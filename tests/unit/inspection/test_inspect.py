@@ -193,6 +193,14 @@ def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
     assert (found.column, found.period_s) == ("TQ_INJECTED", 0.0)
 
 
+def test_why_a_column_with_a_unit_holds_no_numbers_is_told(tmp_path: Path) -> None:
+    log = drilling(60).rename(columns=NAMES).astype({"Flow In (L/min)": object})
+    log.loc[100, "Flow In (L/min)"] = "broken"
+    (contents,) = inspected(save(log, tmp_path / "log.csv")).files
+    assert contents.others == ("Flow In (L/min)",)
+    assert any("row 101: 'broken' is not a number" in what for what, _ in contents.notes)
+
+
 def test_gaps_text_and_what_is_missing_are_told(tmp_path: Path) -> None:
     log = drilling(60).rename(columns=NAMES).assign(Activity="drilling")
     log.loc[100:399, "Flow In (L/min)"] = np.nan
