@@ -121,7 +121,7 @@ def markdown() -> str:
     """Table of all blocks."""
     lines = ["| world | seeds | date | commit | registered before | failed |", "|---|---|---|---|---|---|"]
     for block in blocks():
-        failed = "not run yet" if block.failed is None else _failures(block.failed)
+        failed = "not run" if block.failed is None else _failures(block.failed)
         note = f"; {block.note}" if block.note else ""
         seeds = f"{block.first}–{block.first + block.cases - 1}"
         before = f"engine {block.engine}, judge {block.judge}" if block.registered else "no"

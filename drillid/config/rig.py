@@ -90,9 +90,11 @@ class Clock(Strict):
     """Time zone of time stamps without one, such as Europe/Oslo; its daylight saving is observed."""
     format: str | None = None
     """Order 'day first' or 'month first' of written dates, or their format as strptime has it, '%d.%m.%y %H:%M:%S'."""
-    unit: Literal["ns", "us", "ms", "s", "min", "h", "day", "excel", "matlab", "labview"] | None = None
+    unit: (
+        Literal["ns", "us", "ms", "s", "min", "h", "day", "excel", "matlab", "labview", "ticks", "filetime"] | None
+    ) = None
     """Unit of times that are numbers, counted from `start`, else from 1970; or the serial days of workbooks and
-    MATLAB, or LabVIEW's seconds."""
+    MATLAB, LabVIEW's seconds, the ticks of .NET, or the file times of Windows."""
     start: str | None = None
     """Time, such as 2025-03-03T06:00:00, from which numbers count, or date of the first of times of day."""
     sample_rate: SampleRate | None = None

@@ -6,16 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from drillid.arrays import Floats
+from drillid.arrays import Floats, Integers
 from drillid.errors import LogError
+from drillid.formats.description import Note
 from drillid.formats.places import Places, shortened
 
-NULL_VALUES = (-999.25, -9999.0)
+NULL_VALUES = (-999.25, -9999.0, -9999.25)
 """Numbers that drilling recorders write for missing values."""
 
+_MOST_WORDS = 5
+"""Different words among numbers that are taken for missing values."""
 
-def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ...] = ()) -> Floats:
-    """Cells as floats, the recorders' null values and `null_values` as NaN, shape (row,).
+
+def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ...] = ()) -> tuple[Floats, list[Note]]:
+    """Cells as floats, the recorders' null values and `null_values` as NaN, shape (row,); and words taken for missing.
 
     Raises
     ------
@@ -27,13 +31,19 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
 
     if pa.types.is_temporal(column.type):
         raise LogError(places.column(name), "holds times, not numbers", "Map another column in the rig description")
+    notes = list[Note]()
     if column.type == pa.float64():
         values = np.require(column.to_numpy(), dtype=np.float64, requirements=["W"])
     else:
         cells = column.to_pandas()
         found = pd.to_numeric(cells, errors="coerce")
         wrong = np.flatnonzero(found.isna() & cells.notna() & (cells.astype(str).str.strip() != ""))
-        if wrong.size:
+        words = _words(cells, wrong)
+        if words:
+            told = ", ".join(f"'{shortened(word)}' ({count})" for word, count in words.items())
+            what = f"the cells {told} of column '{name}' are taken for missing values"
+            notes.append((what, "Correct them where they stand for values"))
+        elif wrong.size:
             row = int(wrong[0])
             raise LogError(
                 places.cell(name, row),
@@ -43,4 +53,16 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
         values = found.to_numpy(dtype=np.float64, copy=True)
     for null in (*NULL_VALUES, *null_values, np.inf, -np.inf):
         values[values == null] = np.nan
-    return values
+    return values, notes
+
+
+def _words(cells: Any, wrong: Integers) -> dict[str, int]:
+    """Words among numbers that a historian writes for missing values, such as 'No Data', with their counts.
+
+    They are few and without digits, each is repeated, and most cells are numbers; none where that is not so.
+    """
+    found = cells.iloc[wrong].astype(str).str.strip().value_counts()
+    known = int(cells.notna().sum())
+    repeated = len(found) <= _MOST_WORDS and all(count > 1 for count in found)
+    without_digits = not any(character.isdigit() for word in found.index for character in word)
+    return dict(found.items()) if repeated and without_digits and 2 * wrong.size < known else {}

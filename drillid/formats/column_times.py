@@ -17,6 +17,7 @@ from drillid.formats.times_of_day import from_midnight
 from drillid.formats.written_times import DAY_NS, ORDERS, UnclearDate, has_short_year, parse
 
 _ISO = re.compile(r"^\d{4}(?:-\d{1,2}-\d{1,2}|\d{4})(?:[T ]|$)")
+_BEFORE_FRACTION = re.compile(r"(?<=\d\d)[.,](?=\d+$)")
 _NUMBER = re.compile(r"^[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?$")
 
 
@@ -52,8 +53,8 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         raise of.wrong(row, values[row], str(error).capitalize()) from error
     if not found.decided:
         counts = of.described.start is None and start is not None
-        return Naive(found.since, found.zoned, (of.from_header(),) if counts else ())
-    zone = f"in the zone {of.described.zone}" if found.decided.startswith("days") else "UTC"
+        return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
+    zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description where that is wrong"),))
 
@@ -124,7 +125,7 @@ def parsed(of: StatedTimes, column: Any, wrong: int | None, short: bool, pc: Any
     notes = tuple([of.by_rows(found.decided)] if found.decided else [])
     if found.dated:
         return Naive(found.since, found.zoned, notes)
-    return from_midnight(of, found.since)
+    return from_midnight(of, Naive(found.since, found.zoned))
 
 
 def _iso(of: StatedTimes, column: Any) -> Naive | int:
@@ -142,23 +143,36 @@ def _iso(of: StatedTimes, column: Any) -> Naive | int:
     return Naive(nanoseconds(aware), zoned)
 
 
+def _with_fractions(cells: Any, stated: str) -> tuple[Any, str]:
+    """Cells and their format, where cells have decimals of a second, which a file's unit leaves out."""
+    has = cells.str.contains(_BEFORE_FRACTION, na=False)
+    if not stated.endswith("%S") or not has.any():
+        return cells, stated
+    return cells.str.replace(_BEFORE_FRACTION, ".", regex=True).where(has, cells + ".0"), f"{stated}.%f"
+
+
 def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
     """Times in the format that is stated."""
     import pandas as pd
 
     cells = column.to_pandas().str.strip()
+    by_user = of.described.format is not None
+    if not by_user:
+        cells, stated = _with_fractions(cells, stated)
+    source = "time.format in the rig description" if by_user else f"the unit of column '{of.column}' in the file"
     try:
         found = pd.to_datetime(cells, errors="coerce", format=stated, utc="%z" in stated)
     except ValueError as error:
         raise LogError(
             of.places.column(of.column),
-            f"the format '{stated}' of the rig description cannot be used ({error})",
+            f"the format '{stated}', by {source}, cannot be used ({error})",
             "Write time.format as strptime has it, such as '%d.%m.%Y %H:%M:%S.%f'",
         ) from error
     wrong = np.flatnonzero(found.isna())
     if wrong.size:
         row = int(wrong[0])
-        raise of.wrong(row, cells.iloc[row], f"It is not of the format '{stated}' that time.format states")
+        other = "" if by_user else "; state another one as time.format in the rig description"
+        raise of.wrong(row, cells.iloc[row], f"It is not of the format '{stated}', by {source}{other}")
     if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
-        return from_midnight(of, nanoseconds(found) % DAY_NS)
+        return from_midnight(of, Naive(nanoseconds(found) % DAY_NS, False))
     return Naive(nanoseconds(found), found.dt.tz is not None)

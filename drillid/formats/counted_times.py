@@ -20,11 +20,14 @@ COUNTED: dict[str, tuple[float, int]] = {
     "excel": (_DAY, -25569 * _DAY),
     "matlab": (_DAY, 0),
     "labview": (_S, -2_082_844_800 * _S),
+    "ticks": (100, 0),
+    "filetime": (100, 0),
 }
-"""Units of times that are numbers: ns of each, and ns from 1970 to their zero. MATLAB's year 0 is too far for ns."""
-LOCAL = ("excel", "matlab")
+"""Units of times that are numbers: ns of each, and ns from 1970 to their zero where ns can hold that."""
+LOCAL = ("excel", "matlab", "ticks")
 """Units whose times are those of a clock on the wall."""
-_MATLAB_1970 = 719529
+_AT_1970 = {"matlab": 719529, "ticks": 621_355_968_000_000_000, "filetime": 116_444_736_000_000_000}
+"""What other counts, whose zero ns cannot hold, are at the start of 1970."""
 _SPELLINGS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), "ms"),
@@ -38,16 +41,27 @@ _SIZES = (
     ("s", 6.3e8, 2.53e9),
     ("ms", 6.3e11, 2.53e12),
     ("us", 6.3e14, 2.53e15),
-    ("ns", 6.3e17, 2.53e18),
+    ("ns", 7.5e17, 2.53e18),
+    ("ticks", 6.277e17, 6.466e17),
+    ("filetime", 1.2275e17, 1.4174e17),
     ("labview", 3.02e9, 4.7e9),
     ("excel", 32874, 54789),
     ("matlab", 726834, 748750),
 )
-"""Sizes of times between 1990 and 2050; LabVIEW's from 2000."""
+"""Sizes of times between 1990 and 2050; LabVIEW's from 2000, ns from October 1993, as ticks of .NET are smaller."""
 _LAST = 2.53e18
 """Ns from 1970 to 2050."""
 _LONGEST_STEP_DAYS = 6e-5
 """Largest usual step of times in days, 5 s; the smallest of times in seconds is larger."""
+
+_DECIDED = {
+    "excel": "days of a workbook",
+    "matlab": "days of MATLAB",
+    "labview": "s since 1904",
+    "ticks": "ticks of .NET, 100 ns since the year 1",
+    "filetime": "file times of Windows, 100 ns since 1601",
+}
+"""How numbers that do not count from 1970 are told to be read."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +115,7 @@ def from_numbers(
     found = size_of(values)
     if found is None or (header_unit is not None and found in COUNTED and not _agrees(found, header_unit)):
         raise NoStart
-    names = {"excel": "days of a workbook", "matlab": "days of MATLAB", "labview": "s since 1904"}
-    return Counted(_absolute(values, found), found not in LOCAL, names.get(found, f"{found} since 1970"))
+    return Counted(_absolute(values, found), found not in LOCAL, _DECIDED.get(found, f"{found} since 1970"))
 
 
 def are_dates(values: Floats | Integers, unit: str | None, start: int) -> bool:
@@ -127,7 +140,7 @@ def size_of(values: Floats | Integers) -> str | None:
     steps = np.abs(np.diff(values[:1000]))
     usual = float(np.median(steps)) if steps.size else 0.0
     for unit, low, high in _SIZES:
-        if low <= middle <= high and (unit not in LOCAL or usual < _LONGEST_STEP_DAYS):
+        if low <= middle <= high and (COUNTED[unit][0] != _DAY or usual < _LONGEST_STEP_DAYS):
             return unit
     return None
 
@@ -139,7 +152,7 @@ def _agrees(found: str, header_unit: str) -> bool:
 
 def _absolute(values: Floats | Integers, unit: str) -> Integers:
     size, zero = COUNTED[unit]
-    return _scaled(values - _MATLAB_1970 if unit == "matlab" else values, size, values) + zero
+    return _scaled(values - _AT_1970.get(unit, 0), size, values) + zero
 
 
 def _scaled(values: Floats | Integers, size: float, as_written: Floats | Integers | None = None) -> Integers:

@@ -72,6 +72,7 @@ class Header:
     date : column of dates that belongs to `time`, where the format itself says so
     start : time from which the column `time` counts, where the file states it
     start_is_utc : whether that is UTC; else it is of the zone of the rig's clock
+    start_offset : offset from UTC of the zone in which the file writes the start, ns
     nulls : numbers that stand for missing values by the file's own statement, by the columns in which they do
     layout : what the reader keeps for `read_columns`
     notes : decisions that were taken
@@ -86,6 +87,7 @@ class Header:
     date: str | None = None
     start: np.datetime64 | None = None
     start_is_utc: bool = False
+    start_offset: int = 0
     nulls: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     layout: Any = None
     notes: tuple[Note, ...] = ()

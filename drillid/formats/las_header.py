@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import io
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from drillid.formats.counted_times import unit_named
+from drillid.formats.counted_times import COUNTED, unit_named
 from drillid.formats.description import Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import date_among, is_no_unit, key_of, time_among
@@ -23,14 +22,34 @@ _MOMENTS = ("STRT", *_DATES, "STRTTIME", "STARTTIME", "STTIME", "STIME", "STIM",
 _CLOCKS = ("STRTTIME", "STARTTIME", "STTIME", "STIM", "TIMESTART", "TIME", "TIM")
 
 
-_LOG_SECTION = re.compile(r"^~\s*LOG_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE)
+_SECTION_OF_3 = re.compile(
+    r"^~\s*(?!VERSION_|WELL_|CURVE_|PARAMETER_)\w+_(DEFINITION|PARAMETER)[^\r\n]*", re.IGNORECASE | re.MULTILINE
+)
 _AS_IN_2 = {"DEFINITION": "~Curve", "PARAMETER": "~Parameter"}
 """Sections of LAS 3.0 by their names in LAS 2.0."""
 _OF_THE_FILE = re.compile(r"export|creat|print|written|report|file", re.IGNORECASE)
 """Words about a date that is that of the file and not of its data."""
 _NUMBERED = re.compile(r"^([^\S\r\n]*[^.:~#\s][^.:\r\n]*):(\d+(?=[^\S\r\n]*\.))", re.MULTILINE)
 _COLON = "\x1f"
-"""Stands for the colon in 'TQ:2', of which lasio knows nothing."""
+"""Stands for the colon in 'TQ:2' and in clocks, of which lasio knows nothing."""
+_CLOCK = re.compile(r"(?<![\d:.])\d{1,2}:\d{2}:\d{2}(?!\d)|(?<=:)[^\S\r\n]*\d{1,2}:\d{2}(?=[^\S\r\n]*$)", re.MULTILINE)
+_CLOCK_UNIT = re.compile(r"H.*M.*S", re.IGNORECASE)
+"""Units of times of day that are written as numbers, which count nothing."""
+_OF_DAY = re.compile(r"of (the )?day|midnight", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A time that a file states.
+
+    since : ns since 1970
+    is_utc : whether its zone is stated, so that it is UTC
+    offset : of that zone from UTC, ns
+    """
+
+    since: int
+    is_utc: bool
+    offset: int
 
 
 @dataclass(frozen=True)
@@ -42,7 +61,9 @@ class LasHeader:
     wrapped : whether a row takes several lines
     delimiter : COMMA, TAB or SPACE where the file says so, else empty
     time : the curve of times, where there is no doubt
-    start : time that this curve counts from
+    moment : the time that the file states for its first row, and whether STRT itself is that
+    day : midnight of the date that the file states, where it says that the curve counts from there
+    first : STRT, the first value of the index, where it is a number
     nulls : numbers for missing values
     """
 
@@ -51,8 +72,37 @@ class LasHeader:
     wrapped: bool
     delimiter: str
     time: str | None
-    start: np.datetime64 | None
+    moment: Moment | None
+    moment_is_first: bool
+    day: Moment | None
+    first: float | None
     nulls: tuple[float, ...]
+
+    def start(self, index: Sequence[float]) -> Moment | None:
+        """The time that the curve of times counts from; None where the file leaves it open.
+
+        The moment is that of STRT, the first value; of values from zero on it is that of zero, from which the first may
+        be a step away.
+
+        Parameters
+        ----------
+        index : the first values of the curve, empty where they are no numbers
+        """
+        unit = self.units.get(self.time or "", "s")
+        if not index:
+            return self.moment
+        if _CLOCK_UNIT.search(unit):
+            return None
+        if self.moment is None:
+            return self.day
+        step = 1.001 * abs(index[1] - index[0]) if len(index) > 1 else 0.0
+        if abs(index[0]) <= step:
+            return self.moment
+        first = index[0] if self.moment_is_first else self.first
+        if first is None or abs(index[0] - first) > step:
+            return None
+        size, _ = COUNTED[unit_named(unit) or "s"]
+        return replace(self.moment, since=self.moment.since - round(first * size))
 
 
 def read_header(text: str, data_title: str) -> LasHeader:
@@ -71,11 +121,12 @@ def read_header(text: str, data_title: str) -> LasHeader:
     import lasio
 
     text = _NUMBERED.sub(rf"\1{_COLON}\2", text)
-    text = _LOG_SECTION.sub(lambda match: _AS_IN_2[match[1].upper()], text)
+    text = _CLOCK.sub(lambda match: match[0].replace(":", _COLON), text)
+    text = _SECTION_OF_3.sub(lambda match: _AS_IN_2[match[1].upper()], text)
     try:
         las: Any = lasio.read(io.StringIO(text), ignore_data=True, ignore_header_errors=True, mnemonic_case="preserve")
         version = {key_of(item.original_mnemonic): str(item.value).strip().upper() for item in las.version}
-        items = {key_of(str(item.original_mnemonic)): str(item.value).strip() for item in (*las.params, *las.well)}
+        items = {key_of(str(item.original_mnemonic)): _value(item) for item in (*las.params, *las.well)}
         of_the_file = {
             key_of(str(item.original_mnemonic))
             for item in (*las.params, *las.well)
@@ -84,6 +135,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
         curves = [
             (str(curve.original_mnemonic).strip().replace(_COLON, ":"), str(curve.unit).strip()) for curve in las.curves
         ]
+        descriptions = [str(curve.descr) for curve in las.curves]
     except Exception as error:  # lasio raises whatever it meets in a damaged header
         raise ValueError(f"its header is not that of a LAS file: {error}") from error
     if not curves:
@@ -94,7 +146,8 @@ def read_header(text: str, data_title: str) -> LasHeader:
     names = unique([name or f"column {at}" for at, (name, _) in enumerate(curves, 1)])
     units = {name: unit for name, (_, unit) in zip(names, curves, strict=True) if not is_no_unit(unit)}
     time = _time(names, units)
-    start = None if time is None else _start({name: value for name, value in items.items() if name not in of_the_file})
+    stated = {name: value for name, value in items.items() if name not in of_the_file} if time is not None else {}
+    of_day = time is not None and any(map(_OF_DAY.search, descriptions[names.index(time) :][:1]))
     null = _number(items.get("NULL", ""))
     return LasHeader(
         names,
@@ -102,9 +155,16 @@ def read_header(text: str, data_title: str) -> LasHeader:
         version.get("WRAP", "").startswith("Y"),
         version.get("DLM", ""),
         time,
-        start,
+        _stated(stated),
+        moment_in(stated.get("STRT", "")) is not None,
+        _date(stated) if of_day else None,
+        _number(stated.get("STRT", "")),
         () if null is None else (null,),
     )
+
+
+def _value(item: Any) -> str:
+    return str(item.value).strip().replace(_COLON, ":")
 
 
 def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:
@@ -118,18 +178,22 @@ def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:
     return index if unit_named(unit) is not None or re.search(r"Y.*M.*D|H.*M.*S", unit) else None
 
 
-def _start(items: dict[str, str]) -> np.datetime64 | None:
-    """The time that a curve of seconds counts from: STRT, or a date with a time of day."""
-    whole = next((found for name in _MOMENTS if (found := _moment(items.get(name, ""))) is not None), None)
-    if whole is None:
-        dates = [found for name in _DATES if (found := _moment(items.get(name, ""), dated=True)) is not None]
-        clocks = [found for name in _CLOCKS if (found := _moment(items.get(name, ""), timed=True)) is not None]
-        whole = dates[0] + clocks[0] if dates and clocks else None
-    return None if whole is None else np.datetime64(whole, "ns")
+def _stated(items: dict[str, str]) -> Moment | None:
+    """STRT where it is a time, or a date with a time of day."""
+    whole = next((found for name in _MOMENTS if (found := moment_in(items.get(name, ""))) is not None), None)
+    if whole is not None:
+        return whole
+    date = _date(items)
+    clocks = [found for name in _CLOCKS if (found := moment_in(items.get(name, ""), timed=True)) is not None]
+    return replace(clocks[0], since=date.since + clocks[0].since) if date and clocks else None
 
 
-def _moment(text: str, dated: bool = False, timed: bool = False) -> int | None:
-    """Ns since 1970 of text that holds a date and a time of day; or ns of either alone, where that is asked for."""
+def _date(items: dict[str, str]) -> Moment | None:
+    return next((found for name in _DATES if (found := moment_in(items.get(name, ""), dated=True)) is not None), None)
+
+
+def moment_in(text: str, dated: bool = False, timed: bool = False) -> Moment | None:
+    """Text that holds a date and a time of day; or either alone, where that is asked for."""
     import pyarrow as pa
 
     if not text:
@@ -140,9 +204,9 @@ def _moment(text: str, dated: bool = False, timed: bool = False) -> int | None:
         return None
     if found is None or found.wrong[0]:
         return None
-    if dated or timed:
-        return int(found.since[0]) if found.dated is dated and found.timed is timed else None
-    return int(found.since[0]) if found.dated and found.timed else None
+    wanted = (dated, timed) if dated or timed else (True, True)
+    moment = Moment(int(found.since[0]), found.zoned, found.offset)
+    return moment if (found.dated, found.timed) == wanted else None
 
 
 def _number(text: str) -> float | None:

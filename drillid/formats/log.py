@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import errno
 import os
-import re
 import traceback
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
@@ -23,8 +22,9 @@ from drillid.formats.cells import numbers
 from drillid.formats.continued import Continuing, as_one, names_of, overlap
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
 from drillid.formats.detection import reader_of, suffix_of
+from drillid.formats.kinds_of_times import counts_stamps, holds_stamps, is_time_of_day
 from drillid.formats.long_form import note_on, noted
-from drillid.formats.mnemonics import date_among, key_of, split_unit, time_among
+from drillid.formats.mnemonics import date_among, key_of, milliseconds_among, split_unit, time_among, times_among
 from drillid.formats.packing import unpacked_file
 from drillid.formats.places import Places, first_line, shortened
 from drillid.formats.remote import local_file, url_of
@@ -42,7 +42,6 @@ _MOST_NAMES = 50
 """Columns or tables that a message lists."""
 _DEFAULT_TIME = "TIME"
 """Name of a time column that needs no mention."""
-_TIME_OF_DAY = re.compile(r"(?:\d{1,2}[:.]\d{2}([:.].*)?|\d{1,6}([.,]\d*)?)(?: ?[AaPp]\.?[Mm]\.?)?")
 _SHORT_OF_MEMORY = (os.strerror(errno.ENOMEM), os.strerror(errno.EAGAIN))
 """What libraries that cannot get memory, or a thread with its stack, say of it in errors of their own."""
 PLAIN = Dialect()
@@ -54,7 +53,7 @@ class Log:
 
     stamps : UTC without zone, ns, shape (row,), in the file's order
     units : units by the columns' names, where the file states them
-    notes : decisions that were taken while reading
+    notes : decisions that were taken while reading; those on a column's cells are added as it is popped
     times : columns that state the times
     """
 
@@ -77,7 +76,8 @@ class Log:
         """
         column = column_named(name, self._places.header, self.path)
         nulls = (*self._places.header.nulls.get(column, ()), *self._nulls)
-        values = numbers(self._places, column, self._table.column(column), nulls)
+        values, notes = numbers(self._places, column, self._table.column(column), nulls)
+        self.notes += notes
         self._table = self._table.drop_columns([column])
         _release_memory()
         return values
@@ -114,12 +114,11 @@ def read_log(
         if overlap(table, stamps):
             raise _several(path, names_of(header), columns)
         left_out = notes_of(table) if reader.LEAVES_ROWS_OUT else []
-    of_times = tuple(name for name in (times.column, times.date) if name is not None)
-    table = table.drop_columns([name for name in of_times if name not in wanted])
+    table = table.drop_columns([name for name in times.columns if name not in wanted])
     _release_memory()
     units = {name: header.units[column] for name, column in zip(columns, wanted, strict=True) if column in header.units}
     said = [*notes, *header.notes, *first_of_repeated(columns, header), *decided, *read, *left_out]
-    return Log(path, stamps, units, said, of_times, table, places, dialect.null_values)
+    return Log(path, stamps, units, said, times.columns, table, places, dialect.null_values)
 
 
 def first_stamp(
@@ -339,23 +338,40 @@ def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places)
     if described.column is not None:
         column = column_named(described.column, header, places.path)
     else:
-        found = header.time or time_among(header.columns) or date_among(header.columns)
-        if found is None:
-            raise LogError(
-                places.whole,
-                f"has no column that is named like a time; its columns are {_listed(header.columns)}",
-                "State the one with the times as time.column in the rig description",
-            )
-        column = found
-        if header.time is None and key_of(found) != _DEFAULT_TIME:
-            notes.append(_taken("times", found, "column"))
+        column = header.time or _time_column(reader, file, places)
+        if header.time is None and key_of(column) != _DEFAULT_TIME:
+            notes.append(_taken("times", column, "column"))
     date = None if described.date is None else column_named(described.date, header, places.path)
     if date is None:
         of_format = header.date if column == header.time else None
         date = of_format or _date_beside(reader, file, header, column)
         if date is not None and date != header.date:
             notes.append(_taken("dates", date, "date"))
-    return StatedTimes(column, date, described, places), notes
+    beside = milliseconds_among(name for name in header.columns if name not in (column, date))
+    return StatedTimes(column, date, described, places, beside), notes
+
+
+def _time_column(reader: LogFormat, file: Path, places: Places) -> str:
+    """The column of times by its name, one with dates before others, else the only one that holds stamps."""
+    header = places.header
+    named, dated = times_among(header.columns), date_among(header.columns)
+    if len(named) == 1:
+        return named[0]
+    among = named or list(header.columns)
+    cells = None if header.rows == 0 else reader.read_columns(file, header, among, among, 5)
+    stamped = [] if cells is None else [name for name in among if holds_stamps(cells.column(name))]
+    if named:
+        counts = cells is not None and counts_stamps(cells.column(named[0]))
+        return named[0] if counts or not stamped else stamped[0]
+    if dated is not None and (dated in stamped or len(stamped) != 1):
+        return dated
+    if len(stamped) != 1:
+        raise LogError(
+            places.whole,
+            f"has no column that is named like a time; its columns are {_listed(header.columns)}",
+            "State the one with the times as time.column in the rig description",
+        )
+    return stamped[0]
 
 
 def _taken(what: str, column: str, key: str) -> Note:
@@ -371,28 +387,14 @@ def _date_beside(reader: LogFormat, file: Path, header: Header, column: str) -> 
     if date is None or header.rows == 0:
         return None
     cells = reader.read_columns(file, header, [column], [column], 5).column(column)
-    first = next((cell.as_py() for cell in cells if cell.is_valid), None)
-    return date if first is not None and _is_time_of_day(first) else None
-
-
-def _is_time_of_day(cell: object) -> bool:
-    import datetime
-
-    if isinstance(cell, datetime.time | datetime.timedelta):
-        return True
-    if isinstance(cell, datetime.datetime):
-        return cell.year <= 1900
-    if isinstance(cell, int | float):
-        return 0 <= cell < 240_000
-    return _TIME_OF_DAY.fullmatch(str(cell).strip()) is not None
+    return date if is_time_of_day(cells) else None
 
 
 def _columns(
     path: Path, file: Path, reader: LogFormat, header: Header, times: StatedTimes, columns: list[str], rows: int | None
 ) -> Any:
-    text = [name for name in (times.column, times.date) if name is not None]
-    wanted = list(dict.fromkeys([*text, *columns]))
-    table = None if header.rows == 0 else reader.read_columns(file, header, wanted, text, rows)
+    wanted = list(dict.fromkeys([*times.columns, *columns]))
+    table = None if header.rows == 0 else reader.read_columns(file, header, wanted, times.columns, rows)
     if table is None or table.num_rows == 0:
         raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
     return table

@@ -6,6 +6,7 @@ import functools
 import re
 from collections.abc import Iterable
 
+from drillid.formats.zones import zone_in
 from drillid.units.names import known_units
 
 MNEMONICS = {
@@ -58,9 +59,25 @@ _TIMES = (
     *("time", "timestamp", "datetime", "dateandtime", "dateandtimeutc", "timedate", "timeutc", "utctime", "utc"),
     *("timestamputc", "localtime", "timelocal", "datetimeutc", "rtime", "logtime", "timeindex", "zeit", "datumzeit"),
     *("tid", "datotid", "hora", "fechahora", "heure", "время", "etim", "etime", "elapsedtime", "unixtime", "epoch"),
+    *("uhrzeit", "zeitstempel", "zeitpunkt", "datumuhrzeit", "tijd", "tijdstip", "datumtijd", "tidspunkt"),
+    *(
+        "klokkeslett",
+        "ora",
+        "dataora",
+        "orario",
+        "horodatage",
+        "dateheure",
+        "rigtime",
+        "rigclock",
+        "clock",
+        "clocktime",
+    ),
+    "timeofday",
     *("hhmmss", "seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
 )
 _DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "ddmmyyyy", "mmddyyyy", "day")
+_MILLISECONDS = ("millisecond", "milliseconds", "millis", "millisec", "msec", "ms", "millisekunde", "millisekunden")
+_OFFSETS = ("utcoffset", "offsetutc", "gmtoffset", "timezone", "tz", "tzoffset", "timezoneoffset", "zeitzone", "utcoff")
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>.*)\)|\{(?P<curly>[^{}]*)\})$")
 _AFTER_COMMA = re.compile(r"^(?P<name>.*?\S)\s*,\s*(?P<unit>[^,]+)$")
 _NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}
@@ -89,7 +106,7 @@ def split_unit(name: str) -> tuple[str, str]:
 def is_unit(text: str) -> bool:
     """Whether the text is the name of a unit, or says that there is none."""
     plain = text.strip()
-    if plain.lower() in _NO_UNIT or plain.lower() in _OTHER_UNITS or _looks_like_date_format(plain):
+    if plain.lower() in (*_NO_UNIT, *_OTHER_UNITS) or _looks_like_date_format(plain) or zone_in(plain) is not None:
         return True
     words = re.findall(r"[^\W\d_]+|[%°\"'#]", plain)
     return bool(words) and all(word.casefold() in _unit_names() for word in words) and len(plain) < _LONGEST_UNIT
@@ -135,16 +152,32 @@ def surely(channel: str, columns: Iterable[str]) -> str | None:
 
 def time_among(columns: Iterable[str]) -> str | None:
     """The column that is named like a time, the likeliest of several."""
-    return _first_of(_TIMES, columns)
+    return next(iter(times_among(columns)), None)
+
+
+def times_among(columns: Iterable[str]) -> list[str]:
+    """All columns that are named like a time, the likelier first."""
+    return _named(_TIMES, columns)
 
 
 def date_among(columns: Iterable[str]) -> str | None:
     """The column that is named like a date."""
-    return _first_of(_DATES, columns)
+    return next(iter(_named(_DATES, columns)), None)
 
 
-def _first_of(names: tuple[str, ...], columns: Iterable[str]) -> str | None:
+def milliseconds_among(columns: Iterable[str]) -> str | None:
+    """The column that is named like the milliseconds of a time."""
+    return next(iter(_named(_MILLISECONDS, columns)), None)
+
+
+def offset_among(columns: Iterable[str]) -> str | None:
+    """The column that is named like the time zone of the times, or like their offset from UTC."""
+    return next(iter(_named(_OFFSETS, columns)), None)
+
+
+def _named(names: tuple[str, ...], columns: Iterable[str]) -> list[str]:
+    """Columns with one of the names, in the names' order; the first of several columns of a name."""
     by_key: dict[str, str] = {}
     for column in columns:
         by_key.setdefault(key_of(column).lower(), column)
-    return next((by_key[name] for name in names if name in by_key), None)
+    return [by_key[name] for name in names if name in by_key]

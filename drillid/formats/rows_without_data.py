@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from drillid.formats.description import Note
 from drillid.formats.header_rows import Cells, is_datum
@@ -70,6 +71,13 @@ def rows_without_data(
         behind.clear()
     ended = sorted({*found, *behind})
     return WithoutData(tuple(at for at, _ in ended), tuple(text for _, text in ended[:_MOST_APART]), others)
+
+
+def may_be_times(column: Any) -> bool:
+    """Whether each cell of an Arrow column of text has a digit."""
+    import pyarrow.compute as pc
+
+    return not column.null_count and pc.all(pc.match_substring_regex(column, "[0-9]"), min_count=0).as_py()
 
 
 def _has_digit(cells: Cells, column: int) -> bool:

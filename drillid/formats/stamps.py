@@ -13,11 +13,11 @@ from drillid.errors import LogError
 from drillid.formats.column_times import formatted, of_numbers, of_text, parsed
 from drillid.formats.counted_times import from_numbers
 from drillid.formats.description import Note
-from drillid.formats.places import first_line
+from drillid.formats.places import first_line, shortened
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
-from drillid.formats.times_of_day import from_midnight, of_times, time_of_day
-from drillid.formats.written_times import DAY_NS, ORDERS, format_in, has_short_year
+from drillid.formats.times_of_day import from_midnight, of_times, time_of_day, with_milliseconds
+from drillid.formats.written_times import DAY_NS, ORDERS, format_in, has_short_year, with_whole_milliseconds
 
 
 def utc_stamps(of: StatedTimes, table: Any, ambiguous: bool | None = None) -> tuple[Stamps, list[Note]]:
@@ -33,19 +33,44 @@ def utc_stamps(of: StatedTimes, table: Any, ambiguous: bool | None = None) -> tu
     LogError
         With the place of a cell that is no time, or a question that the rig description must answer.
     """
-    column = table.column(of.column)
+    column, in_milliseconds = with_whole_milliseconds(table.column(of.column))
+    notes = [_in_milliseconds(of)] if in_milliseconds else []
+    milliseconds = None if of.milliseconds is None else table.column(of.milliseconds)
     if of.date is not None:
-        return _placed(of, _joined(of, table.column(of.date), column), ambiguous)
-    zoned = zoned_stamps(column) if of.described.format is None else None
-    if zoned is not None:
-        return zoned, []
-    return _placed(of, _naive(of, column), ambiguous)
+        naive = _joined(of, table.column(of.date), column)
+    else:
+        zoned = zoned_stamps(column) if of.described.format is None and milliseconds is None else None
+        if zoned is not None:
+            return zoned, notes
+        naive = _naive(of, column)
+        _check_timed(of, naive.since, column)
+    if milliseconds is not None:
+        naive = with_milliseconds(of, naive, milliseconds)
+    stamps, noted = _placed(of, naive, ambiguous)
+    return stamps, [*notes, *noted]
 
 
 def _placed(of: StatedTimes, naive: Naive, ambiguous: bool | None) -> tuple[Stamps, list[Note]]:
     if naive.zoned:
         return naive.since.view("datetime64[ns]"), list(naive.notes)
-    return _localised(of, naive.since, ambiguous), list(naive.notes)
+    return _localised(of, naive.since, ambiguous), [*naive.notes, *of.zone_notes()]
+
+
+def _in_milliseconds(of: StatedTimes) -> Note:
+    reason = "as within a second they go one way so, and to and fro as decimals"
+    what = f"the digits behind the seconds in column '{of.column}' are read as whole milliseconds, {reason}"
+    return what, "Write as many digits in every row where that is wrong"
+
+
+def _check_timed(of: StatedTimes, since: Integers, column: Any) -> None:
+    """Refuse a column of dates alone, which would put all rows at midnight."""
+    if is_number(column.type) or since.size < 2 or np.any(since % DAY_NS):
+        return
+    raise LogError(
+        of.places.column(of.column),
+        f"holds dates without times of day, such as '{shortened(column[0].as_py())}'",
+        "State the column with the times of day as time.column, and this one as time.date, in the rig description",
+    )
 
 
 def _naive(of: StatedTimes, column: Any) -> Naive:
@@ -76,7 +101,7 @@ def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
         return formatted(of, pc.binary_join_element_wise(dates, clock, " "), stated)
     days = _days(replace(of, column=of.date, date=None), dates)
     since = time_of_day(of, clock)
-    return Naive(days.since // DAY_NS * DAY_NS + since, False, days.notes)
+    return Naive(days.since // DAY_NS * DAY_NS + since.since, since.zoned, (*days.notes, *since.notes))
 
 
 def _days(of: StatedTimes, dates: Any) -> Naive:
@@ -118,9 +143,9 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
 def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stamps:
     import pandas as pd
 
-    zone = of.described.zone
+    zone = of.zone()
     naive = pd.Series(since.view("datetime64[ns]"))
-    if zone == "UTC":
+    if str(zone) == "UTC":
         return since.view("datetime64[ns]")
     rule: Any = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +11,10 @@ import numpy as np
 from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.description import Note, TimeColumn
+from drillid.formats.mnemonics import offset_among
 from drillid.formats.places import Places, shortened
-from drillid.formats.written_times import format_in, order_in
+from drillid.formats.written_times import DAY_NS, format_in, order_in
+from drillid.formats.zones import abbreviation_of_zone, zone_of_column
 
 EXAMPLE = "Write time stamps such as 2025-03-03T06:00:00.020Z"
 _OTHER_FORMAT = "or state their format as time.format in the rig description"
@@ -36,6 +39,7 @@ class StatedTimes:
     """The columns of a log that state its times.
 
     column, date : their names; `date` is None where one column holds both
+    milliseconds : name of the column of what whole seconds lack, None without one
     described : what the user states about them
     places : names of places for messages
     """
@@ -44,6 +48,12 @@ class StatedTimes:
     date: str | None
     described: TimeColumn
     places: Places
+    milliseconds: str | None = None
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that are read for the times."""
+        return tuple(name for name in (self.column, self.date, self.milliseconds) if name is not None)
 
     def start(self) -> tuple[int, bool] | None:
         """The time that the column counts from, stated by the user or else by the file."""
@@ -56,6 +66,47 @@ class StatedTimes:
         if header.start is None:
             return None
         return int(header.start.astype("datetime64[ns]").astype(np.int64)), header.start_is_utc
+
+    def midnight(self, *, in_utc: bool) -> tuple[int, bool] | None:
+        """Begin of the day of the start, in UTC or in the zone that the start is written in; and whether it is UTC."""
+        import pandas as pd
+
+        start = self.start()
+        if start is None:
+            return None
+        if in_utc:
+            offset = 0
+        elif self.described.start is None:
+            offset = self.places.header.start_offset
+        else:
+            stated = pd.Timestamp(self.described.start).utcoffset()
+            offset = 0 if stated is None else round(stated.total_seconds()) * 1_000_000_000
+        return (start[0] + offset) // DAY_NS * DAY_NS - offset, start[1]
+
+    def zone(self) -> str | datetime.tzinfo:
+        """The zone of times without one: that in the columns' names or units, else that of the rig's clock."""
+        header = self.places.header
+        if self.described.start is not None:
+            return self.described.zone
+        columns = [name for name in (self.column, self.date) if name is not None]
+        found = (zone_of_column(name, header.units.get(name, "")) for name in columns)
+        return next((zone for zone in found if zone is not None), self.described.zone)
+
+    def zone_notes(self) -> tuple[Note, ...]:
+        """Of times without a zone: that their column states it, or that one beside them does, which is not used."""
+        zone = self.zone()
+        if str(zone) != self.described.zone:
+            what = f"the times in column '{self.column}' are in the zone {zone}, as its name or unit states"
+            return ((what, f"Correct the name or unit where the rig's zone, {self.described.zone}, is right"),)
+        abbreviation = abbreviation_of_zone(self.column, self.places.header.units.get(self.column, ""))
+        if abbreviation is not None:
+            what = f"{abbreviation} at column '{self.column}' stands for several zones; its times are taken in {zone}"
+            return ((what, "State time.zone in the rig description where that is wrong"),)
+        beside = offset_among(self.places.header.columns)
+        if beside is None or beside in (self.column, self.date):
+            return ()
+        what = f"the zone in column '{beside}' is not used; the times in column '{self.column}' are taken in {zone}"
+        return ((what, "State time.zone in the rig description where that is wrong"),)
 
     def form(self) -> str | None:
         """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
@@ -71,10 +122,13 @@ class StatedTimes:
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
         return what, "State time.format in the rig description where that is wrong"
 
-    def from_header(self) -> Note:
-        """That the times are counted from the start in the file's header."""
-        start = "" if self.places.header.start is None else np.datetime_as_string(self.places.header.start, "ms")
-        what = f"the times in column '{self.column}' are counted from the start in the file's header, {start}"
+    def from_header(self, first: int) -> Note:
+        """That the times are counted from a start by the file's header, and what the first one is, ns since 1970."""
+        header = self.places.header
+        start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
+        zone = "UTC" if header.start_is_utc else self.described.zone
+        row = np.datetime_as_string(np.datetime64(first, "ns"), "ms")
+        what = f"the times in column '{self.column}' count from {start} by the file's header: the first is {row} {zone}"
         return what, "State time.start in the rig description where that is wrong"
 
     def check_complete(self, column: Any) -> None:

@@ -13,10 +13,13 @@ from pathlib import Path
 from drillid.formats.description import Dialect, Note, Unusable
 from drillid.formats.header_rows import HeaderRows, find_header, is_data, is_number, where_names_are
 from drillid.formats.packing import lines_at_start
+from drillid.formats.places import shortened
+from drillid.formats.zones import states_zone
 
 _SAMPLE_LINES = 400
 _SAMPLE_BYTES = 2**17
-_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]")
+"""Bytes that no text holds; 1A may mark its end."""
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF16_LE, "utf-16"),
@@ -27,6 +30,11 @@ _BETWEEN = ("\t", ";", "|", ",")
 """Delimiters, the ones first that occur in no number."""
 _SPACES = " "
 _GROUPED = re.compile(r"[+-]?\d{1,3}([., '’\u00a0\u202f])\d{3}(?!\d)")
+_ONLY_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
+_OPEN_QUOTE = re.compile(r'(?:^|[\t;|,])\s*"(?:[^"]|"")*$')
+"""A quote that begins a cell and does not end in its line."""
+_MOST_QUOTED = 100
+"""Lines that the names of columns may take; a quote that goes on is a sign for inches."""
 _SHARE = 0.9
 """Share of the lines of data that a delimiter must cut into the same number of cells."""
 
@@ -71,12 +79,27 @@ def layout_of(path: Path, dialect: Dialect) -> TextLayout | None:
     if not is_text(sample):
         raise ValueError("its content is not text")
     text, encoding = decoded(sample, dialect.encoding)
-    lines = re.split(r"\r\n|\n|\r", text)[:_SAMPLE_LINES]
+    lines = _with_whole_quotes(re.split(r"\r\n|\n|\r", text)[:_SAMPLE_LINES])
     if len(lines) > 2 and (len(lines) == _SAMPLE_LINES or len(sample) == _SAMPLE_BYTES):
         lines = lines[:-1]
     comment = _COMMENTS if dialect.comment is None else (dialect.comment,)
     delimiter = dialect.delimiter or find_delimiter([line for line in lines if not line.startswith(comment)])
     return _laid_out(lines, delimiter, encoding, comment, dialect)
+
+
+def _with_whole_quotes(lines: list[str]) -> list[str]:
+    """Lines with those that a quote spans in the first of them, spaces for line breaks; the others are left empty."""
+    found, at = list(lines), 0
+    while at < len(found):
+        last, line = at, found[at]
+        while _OPEN_QUOTE.search(line) and last + 1 < min(len(found), at + _MOST_QUOTED):
+            last += 1
+            line = f"{line} {found[last]}"
+        if last > at and not _OPEN_QUOTE.search(line):
+            found[at : last + 1] = [line, *[""] * (last - at)]
+            at = last
+        at += 1
+    return found
 
 
 def is_text(content: bytes) -> bool:
@@ -182,7 +205,13 @@ def _laid_out(
     first_line = used[header.first] if header.first < len(used) else len(lines)
     cells = {cell for row in rows[header.first :] for cell in row if is_number(cell)}
     decimal = dialect.decimal or ("." if delimiter == "," else decimal_of(cells))
-    notes = (*where_names_are(header, lambda row: used[row] + 1, dialect), *_written_numbers(decimal, cells, dialect))
+    if delimiter != "," and dialect.decimal is None and dialect.thousands is None:
+        _check_points(rows[header.first :], header.names)
+    notes = (
+        *where_names_are(header, lambda row: used[row] + 1, dialect),
+        *_written_numbers(decimal, cells, dialect),
+        *_zones_nearby(lines[:first_line]),
+    )
     has_rows = header.first < len(used)
     above = frozenset(map(tuple, rows[: header.first]))
     return TextLayout(encoding, delimiter, decimal, comment, header, first_line, above, has_rows, notes)
@@ -225,6 +254,36 @@ def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) 
             units = {name: unit for name, unit in header.units.items() if name in names[: at + 2]}
             return replace(header, names=names, units=units)
     return header
+
+
+def _check_points(rows: list[list[str]], names: tuple[str, ...]) -> None:
+    """Refuse points of which nothing shows whether they are of decimals or of thousands.
+
+    They may be of thousands where a column has integers of up to three digits beside numbers such as 1.234, and no cell
+    of the table has another number of decimals.
+    """
+    columns = [[row[at] for row in rows if at < len(row) and is_number(row[at])] for at in range(len(names))]
+    with_point = [[cell for cell in cells if cell.count(".") == 1] for cells in columns]
+    if any("," in cell for cells in columns for cell in cells):
+        return
+    if not all(_ONLY_THOUSANDS.fullmatch(cell) for cells in with_point for cell in cells):
+        return
+    for name, cells, pointed in zip(names, columns, with_point, strict=True):
+        integers = [cell.lstrip("+-") for cell in cells if "." not in cell]
+        if pointed and integers and max(map(len, integers)) <= 3:
+            cells_shown = f"'{pointed[0]}' and '{integers[0]}' in column '{name}'"
+            raise Unusable(
+                f"has cells such as {cells_shown}: a point of decimals or thousands?",
+                "State file.decimal in the rig description: '.', or ',' where points stand between thousands",
+            )
+
+
+def _zones_nearby(lines: list[str]) -> Iterator[Note]:
+    """Notes on lines above the data that state a time zone."""
+    for at, line in enumerate(lines, 1):
+        if states_zone(line):
+            what = f"line {at} states a time zone, which is not used: '{shortened(line.strip())}'"
+            yield what, "State that zone as time.zone in the rig description, unless the stamps have zones themselves"
 
 
 def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> Iterator[Note]:

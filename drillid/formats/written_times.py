@@ -39,6 +39,9 @@ _PATTERNS = (
     *(f"^{_CLOCK}{_BETWEEN}{_WEEKDAY}{date}$" for date in _DATES[:-1]),
     f"^{_CLOCK}{_ZONE}$",
 )
+_WITH_FRACTION = (
+    r"^(?P<second>(?:.*[ T_,])?\d{1,2}[:hH.]\d{2}[:mM.]\d{2})(?:(?P<sign>[.,:])(?P<fraction>\d{1,3}))?(?P<rest>\D.*)?$"
+)
 _TOKENS = {"YYYY": "%Y", "YY": "%y", "MMM": "%b", "MM": "%m", "DD": "%d", "HH": "%H", "SSS": "%f", "SS": "%S"}
 _SHORT_YEAR = re.compile(r"^(?:\d{1,2}([-/.])\d{1,2}\1\d{2}|\d{1,2}[- ]?[A-Za-z]{3}[- ]?\d{2}|\d{6})(?!\d)(?![-/.:]\d)")
 
@@ -52,6 +55,7 @@ class Written:
     zoned : whether the times are UTC already; else they are those of a clock on the wall
     dated, timed : whether the cells hold dates and times of day
     decided : why the order of day and month is taken as it is, empty where nothing was to decide
+    offset : of the first cell's zone from UTC, ns; 0 without one
     """
 
     since: Integers
@@ -60,6 +64,7 @@ class Written:
     dated: bool
     timed: bool
     decided: str = ""
+    offset: int = 0
 
 
 class UnclearDate(ValueError):
@@ -89,6 +94,51 @@ def order_in(form: str) -> str | None:
     if form.startswith("%Y") or "%b" in form:
         return None
     return DAY_FIRST if form.index("%d") < form.index("%m") else MONTH_FIRST
+
+
+def with_whole_milliseconds(cells: Any) -> tuple[Any, bool]:
+    """Times whose milliseconds lack leading zeros, as '06:00:00.50' and '06:00:00.100' in turn, with these zeros.
+
+    Whether they lack them shows where the digits behind the seconds differ in number: within a second, they go one way
+    as whole milliseconds, and to and fro as decimals. Times in which that is not so are as they were.
+
+    Parameters
+    ----------
+    cells : Arrow column, shape (row,); one of another type than text is as it was
+
+    Returns
+    -------
+    The cells, and whether zeros were added.
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if not pa.types.is_string(cells.type) or cells.null_count or len(cells) < 2:
+        return cells, False
+    lengths = pc.min_max(pc.utf8_length(cells)).as_py()
+    if lengths["min"] == lengths["max"]:
+        return cells, False
+    found = pc.extract_regex(pc.utf8_trim_whitespace(cells), _WITH_FRACTION).combine_chunks()
+    if found.null_count:
+        return cells, False
+    second, sign, fraction, rest = (pc.struct_field(found, name) for name in ("second", "sign", "fraction", "rest"))
+    padded = pc.if_else(pc.equal(fraction, ""), "", pc.utf8_lpad(fraction, 3, "0"))
+    whole, decimals = (
+        np.asarray(pc.cast(each(fraction, 3, "0"), pa.int64()).to_numpy(zero_copy_only=False))
+        for each in (pc.utf8_lpad, pc.utf8_rpad)
+    )
+    within = np.asarray(pc.equal(second[1:], second[:-1]).to_numpy(zero_copy_only=False))
+    widths = set(pc.unique(pc.utf8_length(fraction)).to_pylist()) - {0}
+    zero_first = pc.any(pc.match_substring_regex(fraction, r"^0\d")).as_py()
+    if len(widths) < 2 or 3 not in widths or zero_first or _one_way(decimals, within) or not _one_way(whole, within):
+        return cells, False
+    return pa.chunked_array([pc.binary_join_element_wise(second, sign, padded, rest, "")]), True
+
+
+def _one_way(values: Integers, within: Booleans) -> bool:
+    """Whether values rise or fall only, between those neighbours that are `within` a second, shape (row - 1,)."""
+    steps = np.diff(values)[within]
+    return not (np.any(steps > 0) and np.any(steps < 0))
 
 
 def parse(cells: Any, order: str | None = None) -> Written | None:
@@ -160,7 +210,8 @@ def _from_parts(parts: _Parts, order: str | None) -> Written:
         days, bad = _days(parts.number("year"), month, day)
         since, wrong = since + days * DAY_NS, wrong | bad
     offset, zoned, bad = _offsets(parts)
-    return Written(since - offset, wrong | bad, zoned, dated, timed, decided)
+    first = int(offset[0]) if offset.size else 0
+    return Written(since - offset, wrong | bad, zoned, dated, timed, decided, first)
 
 
 def _time_of_day(parts: _Parts) -> tuple[Integers, Booleans]:

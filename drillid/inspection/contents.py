@@ -169,20 +169,24 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
     stamps = log.stamps.view(np.int64)
     kept, left_out = usable_rows(stamps, path)
     order = np.flatnonzero(kept)[np.argsort(stamps[kept], kind="stable")]
-    read = _Read(stamps[order], {}, log.units, [*log.notes, *left_out], header.aliases)
+    read = _Read(stamps[order], {}, log.units, left_out, header.aliases)
     if np.any(np.diff(order) < 0):
         what = f"{int(np.sum(order != np.sort(order)))} rows are not in the order of time, and are sorted"
         read.notes.append((what, "None needed where the stamps are right"))
     for name in (name for name in header.columns if name not in log.times):
         try:
             values = log.pop(name)[order]
-        except LogError:
+        except LogError as error:
             read.others.append(name)
+            if name in log.units:
+                what = f"column '{name}' has a unit but is not read as numbers: {error.where}: {error.what}"
+                read.notes.append((what, error.remedy))
             continue
         if np.any(np.isfinite(values)):
             read.numbers[name] = values
         else:
             read.others.append(name)
+    read.notes[:0] = log.notes
     return read
 
 

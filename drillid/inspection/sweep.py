@@ -101,7 +101,7 @@ def _as_sweep(name: str, values: Floats, stamps: Integers, rate: float, gaps: In
     part = _longest_part(known, usual, rate, gaps)
     piece = known[part]
     rms = float(np.sqrt(np.mean(piece**2))) if piece.size else 0.0
-    if piece.size < _SHORTEST_S * rate or abs(np.mean(piece)) > _MEAN_SHARE * rms:
+    if piece.size < max(_SHORTEST_S * rate, 2) or abs(np.mean(piece)) > _MEAN_SHARE * rms:
         return None
     piece, clock = _on_its_clock(values[part], stamps[part], rate)
     frequency, density = periodogram(piece, clock, window="hann")

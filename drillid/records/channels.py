@@ -63,7 +63,7 @@ def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> 
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(str(path), stamps.size)
     kept, left_out = usable_rows(stamps, path)
-    notes = [*log.notes, *mapping.notes, *left_out]
+    notes = [*mapping.notes, *left_out]
     whole = bool(np.all(kept))
     channels: dict[str, Array] = {}
     for column, same_column in names.items():
@@ -79,7 +79,7 @@ def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> 
             notes += noted
             if found is not None:
                 channels[name] = found
-    return RawChannels(stamps if whole else stamps[kept], channels, notes, mapping.columns)
+    return RawChannels(stamps if whole else stamps[kept], channels, [*log.notes, *notes], mapping.columns)
 
 
 def _values_of(log: Log, column: str, names: list[Channel], mapping: Mapping) -> tuple[Floats | None, list[Note]]:

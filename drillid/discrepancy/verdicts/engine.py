@@ -11,6 +11,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.screen import screen
+from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import (
     at_interval_of,
     at_likeliest_interval,
@@ -22,7 +23,7 @@ from drillid.discrepancy.inference.set_fit import (
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
-from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses
+from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses, likeliest_cause
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import EstimationError
 
@@ -66,9 +67,7 @@ def examine(
     examination = Examination((), model, base, base, (), before, before, None, detections, rates, before.p_value)
     rate, rejected = error_rate * RESPONSES_SHARE, base_model_rejected(model, base)
     if before.p_value < rate or rejected:
-        found = explain_responses(examination, causes, generator)
-        if np.isnan(evidence.data_sheet.control_interval):
-            found = _at_likeliest_interval(examination, found, causes, generator)
+        found = _explained(examination, causes, generator, np.isnan(evidence.data_sheet.control_interval))
         p_value = min(before.p_value, _bounded_p_value(found)) if rejected else before.p_value
         examination = replace(found if p_value < rate else examination, p_value=p_value)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
@@ -76,25 +75,36 @@ def examine(
     return at_even_odds(combine_with_detections(examination, detected, error_rate))
 
 
-def _at_likeliest_interval(
-    examination: Examination, found: Examination, causes: list[Cause], generator: np.random.Generator
+def _explained(
+    examination: Examination, causes: list[Cause], generator: np.random.Generator, is_interval_free: bool
 ) -> Examination:
-    """Examined again at the interval of the control that is likeliest beside the likeliest cause, if that is another:
-    the base model may have taken an interval for a part of what the cause explains.
+    """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
+    likeliest = likeliest_cause(examination, causes)
+    again = None
+    if is_interval_free and likeliest.posterior is not None:
+        best = likeliest.posterior.best
+        again = _at_likeliest_interval(examination, best, causes, generator)
+        if again is not None and _cost(again) <= best.fit.cost + interval_cost(examination.model):
+            return again
+    found = explain_responses(examination, likeliest, causes, generator)
+    return found if again is None or (found.extensions and _cost(found) < _cost(again)) else again
+
+
+def _at_likeliest_interval(
+    examination: Examination, likeliest: FittedCause, causes: list[Cause], generator: np.random.Generator
+) -> Examination | None:
+    """What is named at the interval of the control that is likeliest beside the likeliest cause, as the base model may
+    have taken an interval for a part of what the cause explains; None where that is no other, or nothing is named.
     """
-    if found.posterior is None:
-        return found
-    likeliest = found.posterior.best
-    model, fit = at_likeliest_interval(found.model, likeliest.fit, (likeliest.extension,))
+    model, fit = at_likeliest_interval(examination.model, likeliest.fit, (likeliest.extension,))
     if not fit.cost < likeliest.fit.cost - SHAPE_RESOLVED:
-        return found
+        return None
     base = without_outlier_windows(model, fit_set(model, at_interval_of(model, examination.base.point)))
     # evidence is against the base model at its own likeliest interval
     against = replace(base, cost=examination.base.cost)
-    again = explain_responses(replace(examination, model=model, base=against, extended=against), causes, generator)
-    if not again.extensions or (found.extensions and _cost(found) < _cost(again)):
-        return found
-    return replace(again, base=base)
+    anew = replace(examination, model=model, base=against, extended=against)
+    again = explain_responses(anew, likeliest_cause(anew, causes), causes, generator)
+    return replace(again, base=base) if again.extensions else None
 
 
 def _cost(examination: Examination) -> float:

@@ -1,6 +1,6 @@
 """Verdicts from the linear responses: one cause, two, or unknown."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,8 +47,20 @@ _MOST_FIRSTS = 3
 """Number of the likeliest causes beside which a second one is tried."""
 
 
-def explain_responses(examination: Examination, causes: list[Cause], generator: np.random.Generator) -> Examination:
-    """Explain the linear responses by one cause, by two, or as unknown."""
+@dataclass(frozen=True, eq=False)
+class Likeliest:
+    """The cause that explains the linear responses best by itself."""
+
+    posterior: Posterior | None
+    """Of one cause; None where none of those that may be named comes near the best."""
+    evidence: float
+    """Log Bayes factor of the best, whether or not it may be named."""
+    nearest: str
+    """Its name."""
+
+
+def likeliest_cause(examination: Examination, causes: list[Cause]) -> Likeliest:
+    """Search for one cause of the linear responses."""
     model, base, before = examination.model, examination.base, examination.before
     time_varying = _time_varying_sizes(examination)
     fitted_causes = search(
@@ -64,9 +76,19 @@ def explain_responses(examination: Examination, causes: list[Cause], generator: 
     most, nearest = (fitted_causes[0].log_evidence, fitted_causes[0].name) if fitted_causes else (0.0, "")
     fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
     if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
-        return _unknown(examination, max(before.unknown_evidence, most), nearest=nearest if most > 0 else "")
+        return Likeliest(None, most, nearest)
     detected = _with_own_detections(fitted_causes, examination.detections)
-    first = cause_posterior(detected, before.unknown_evidence, examination.base_rates)
+    return Likeliest(cause_posterior(detected, before.unknown_evidence, examination.base_rates), most, nearest)
+
+
+def explain_responses(
+    examination: Examination, likeliest: Likeliest, causes: list[Cause], generator: np.random.Generator
+) -> Examination:
+    """Explain the linear responses by the likeliest cause, by another one, by two, or as unknown."""
+    model, before, first = examination.model, examination.before, likeliest.posterior
+    if first is None:
+        nearest = likeliest.nearest if likeliest.evidence > 0 else ""
+        return _unknown(examination, max(before.unknown_evidence, likeliest.evidence), nearest=nearest)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]

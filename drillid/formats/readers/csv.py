@@ -14,7 +14,7 @@ from drillid.formats.arrow_tables import with_notes
 from drillid.formats.description import Dialect, Header
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
-from drillid.formats.rows_without_data import WithoutData, rows_without_data
+from drillid.formats.rows_without_data import WithoutData, may_be_times, rows_without_data
 from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import TextLayout, cells_of, layout_of
 
@@ -55,7 +55,7 @@ def read_columns(
     types = as_text | (numeric if thousands is None else {})
     with contextlib.suppress(pa.ArrowInvalid):
         table = _read(path, layout, header.columns, types, rows)
-        if all(_may_be_times(table.column(name)) for name in text):
+        if all(may_be_times(table.column(name)) for name in text):
             return table if thousands is None else _with_numbers(table, header, numeric)
     places = [header.columns.index(name) for name in text]
     found, comments = _lines_without_data(path, layout, len(header.columns), places, rows)
@@ -78,13 +78,6 @@ def line_of(path: Path, header: Header, row: int) -> int:
     left_out = set(found.rows if found.credible else [])
     lines = (line for line, _, _ in _rows(path, layout, len(header.columns), []) if line not in left_out)
     return next(itertools.islice(lines, row, None), -1) + 1
-
-
-def _may_be_times(column: Any) -> bool:
-    """Whether each cell of a column of text has a digit."""
-    import pyarrow.compute as pc
-
-    return not column.null_count and pc.all(pc.match_substring_regex(column, "[0-9]"), min_count=0).as_py()
 
 
 def _with_numbers(table: Any, header: Header, numeric: Collection[str]) -> Any:

@@ -1,32 +1,44 @@
-"""LAS 2.0 logs over time; the header is read by lasio, the data section by Arrow."""
+"""LAS 1.2 to 3.0 logs over time; the header is read by lasio, the data by Arrow."""
 
 from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import mmap
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
-from drillid.formats.description import Dialect, Header
+import numpy as np
+
+from drillid.formats.arrow_tables import with_notes
+from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import is_number
-from drillid.formats.las_header import LasHeader, read_header
+from drillid.formats.las_header import LasHeader, moment_in, read_header
+from drillid.formats.las_sections import Section, data_among, describing, sections_of
 from drillid.formats.numbers_in_text import with_numbers
-from drillid.formats.streams import DELIMITER, Squeezed, in_utf_8
+from drillid.formats.rows_without_data import may_be_times, rows_without_data
+from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import cells_of, decimal_of, decoded, is_text
 
 SUFFIXES = (".las",)
+LEAVES_ROWS_OUT = True
 
-_LARGEST_HEADER = 2**22
-"""Bytes of a section before the data."""
 _SAMPLE = 2**16
-_DATA = re.compile(r"~\s*(?:A|LOG_DATA)", re.IGNORECASE)
-_OTHER = re.compile(r"~\s*O", re.IGNORECASE)
+_ENDS = re.compile(rb"\r\n|\n|\r")
 _DELIMITERS = {"COMMA": ",", "TAB": "\t", "SPACE": " "}
 _COMMENT = ("#",)
+_SAME: dict[str, Callable[[Header], Any]] = {
+    "the curves": lambda header: header.columns,
+    "the units": lambda header: header.units,
+    "the start of the times": lambda header: (header.start, header.start_is_utc),
+    "the null values": lambda header: header.nulls,
+    "the delimiters": lambda header: (header.layout.delimiter, header.layout.width),
+}
+"""What sections of data have in common whose rows are read as one table."""
 
 
 @dataclass(frozen=True)
@@ -34,70 +46,121 @@ class _Layout:
     """How the data section is read.
 
     encoding : of the file
-    begin, end : the data section, in bytes
-    first_line : lines before it
+    parts : begin and end of the rows of each section of data, in bytes
     delimiter : between cells; ' ' for any number of spaces
     width : number of cells of a row, where a row takes several lines, else 0
     decimal : before the decimals, None where no cell shows it
     """
 
     encoding: str
-    begin: int
-    end: int
-    first_line: int
+    parts: tuple[tuple[int, int], ...]
     delimiter: str
     width: int
     decimal: str | None
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """The one table of the file.
+    """The one table of the file; the rows of several sections with the same header are one behind the other.
 
     Raises
     ------
     ValueError
-        If it is no LAS file, or a log over depth.
+        If it is no LAS file, a log over depth, or several logs with different headers.
     """
     with _mapped(path) as content:
-        encoding, sections = _sections(content, dialect)
-        text = "".join(
-            content[begin:end].decode(encoding, "replace") for title, begin, end in sections if not _DATA.match(title)
-        )
-        data = [(title, begin, end) for title, begin, end in sections if _DATA.match(title)]
+        encoding = _encoding(content, dialect)
+        sections = sections_of(content, encoding)
+        data, others = data_among(sections)
         if not data:
             raise ValueError("it has no section ~A, which holds the data")
-        title, section, end = data[0]
-        begin = content.find(b"\n", section, end) + 1 or _after_return(content, section, end)
-        sample = content[begin : min(end, begin + _SAMPLE)].decode(encoding, "replace")
-        found = read_header(text, title)
-        lines = [line for line in re.split(r"\r\n|\n|\r", sample) if line.strip() and not line.startswith("#")]
-        delimiter = dialect.delimiter or _delimiter(found, lines[:-1] or lines)
-        rows = [cells_of(line, delimiter) for line in lines[:-1] or lines]
-        names, date = _with_date_apart(found, rows)
-        decimal = dialect.decimal or decimal_of({cell for row in rows for cell in row if is_number(cell)})
-        first_line = len(re.findall(rb"\r\n|\n|\r", content[:begin])) if begin < _LARGEST_HEADER else 0
-    width = len(names) if found.wrapped else 0
-    layout = _Layout(encoding, begin, end, first_line, delimiter, width, decimal)
-    count = None if rows else 0
-    nulls = dict.fromkeys(names, found.nulls)
-    return [Header(names, found.units, "", found.time, date, found.start, False, nulls, layout, (), count)]
+        read: dict[str, Header] = {}
+        for section in data:
+            text = "".join(
+                content[part.begin : part.end].decode(encoding, "replace") for part in describing(section, sections)
+            )
+            if text not in read:
+                read[text] = _header(content, encoding, dialect, read_header(text, section.title), section)
+            _check_same(next(iter(read.values())), read[text], section)
+        header = next(iter(read.values()))
+        parts = tuple((_rows_begin(content, section), section.end) for section in data)
+    notes = [_not_read(others)] if others else []
+    return [replace(header, layout=replace(header.layout, parts=parts), notes=tuple(notes))]
+
+
+def _header(content: mmap.mmap, encoding: str, dialect: Dialect, found: LasHeader, section: Section) -> Header:
+    """The table of one section of data, by its header and its first rows."""
+    begin = _rows_begin(content, section)
+    sample = content[begin : min(section.end, begin + _SAMPLE)].decode(encoding, "replace")
+    lines = [line for line in re.split(r"\r\n|\n|\r", sample) if line.strip() and not line.startswith("#")]
+    delimiter = dialect.delimiter or _delimiter(found, lines[:-1] or lines)
+    rows = [cells_of(line, delimiter) for line in lines[:-1] or lines]
+    names, date = _with_date_apart(found, rows)
+    decimal = dialect.decimal or decimal_of({cell for row in rows for cell in row if is_number(cell)})
+    at = None if found.time is None else names.index(found.time)
+    first = [row[at] for row in rows[:2] if at < len(row)] if at is not None else []
+    # cells with a date need no start
+    dated = date is not None or (bool(first) and moment_in(first[0]) is not None)
+    start = None if dated else found.start(_values(first, decimal))
+    return Header(
+        names,
+        found.units,
+        time=found.time,
+        date=date,
+        start=None if start is None else np.datetime64(start.since, "ns"),
+        start_is_utc=start is not None and start.is_utc,
+        start_offset=0 if start is None else start.offset,
+        nulls=dict.fromkeys(names, found.nulls),
+        layout=_Layout(encoding, (), delimiter, len(names) if found.wrapped else 0, decimal),
+        rows=None if rows else 0,
+    )
+
+
+def _values(cells: Sequence[str], decimal: str | None) -> list[float]:
+    """Cells as numbers; none where one is no number."""
+    try:
+        return [float(cell.strip().replace(decimal or ".", ".")) for cell in cells]
+    except ValueError:
+        return []
+
+
+def _check_same(first: Header, other: Header, section: Section) -> None:
+    """Refuse sections of data whose rows cannot be read as one table."""
+    for what, of in _SAME.items():
+        if of(first) != of(other):
+            raise Unusable(
+                f"has several sections of data, and {what} of '{section.title.strip()}' are not those of the first",
+                "Export each log to a file of its own",
+            )
+
+
+def _not_read(others: Sequence[Section]) -> Note:
+    titles = ", ".join(f"'{section.title.strip()}'" for section in others)
+    return f"only the sections of log data are read, and not {titles}", "None needed unless these hold the log"
 
 
 def read_columns(
     path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
 ) -> Any:
-    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text."""
+    """The columns as an Arrow table; a numeric column with a cell that is not a number stays text.
+
+    Lines without data, which spoil the types of columns, are sought where these are not what they should be.
+    """
     import pyarrow as pa
 
-    as_text = dict.fromkeys(columns, pa.string())
     numeric = {name: pa.float64() for name in columns if name not in text}
+    types = dict.fromkeys(columns, pa.string()) | numeric
+    with contextlib.suppress(pa.ArrowInvalid):
+        table = _read(path, header, types, rows)
+        if all(may_be_times(table.column(name)) for name in text):
+            return table
+    left_out, notes = _without_data(path, header, text, rows)
     try:
-        return _read(path, header, columns, as_text | numeric, rows)
+        return with_notes(_read(path, header, types, rows, left_out), notes)
     except pa.ArrowInvalid:
         if not numeric:
             raise
-    table = _read(path, header, columns, as_text, rows)
-    return with_numbers(table, list(numeric), header.layout.decimal, None, header.layout.delimiter)
+    table = _read(path, header, dict.fromkeys(columns, pa.string()), rows, left_out)
+    return with_notes(with_numbers(table, list(numeric), header.layout.decimal, None, header.layout.delimiter), notes)
 
 
 def line_of(path: Path, header: Header, row: int) -> int:
@@ -105,12 +168,54 @@ def line_of(path: Path, header: Header, row: int) -> int:
     layout: _Layout = header.layout
     if layout.width:
         return 0
+    left_out, _ = _without_data(path, header, [], None)
     with _mapped(path) as content:
-        for number, line in enumerate(_lines(content, layout), 1):
-            if line.strip() and not line.startswith(b"#"):
-                row -= 1
-                if row < 0:
-                    return layout.first_line + number
+        lines = (at for at, line in enumerate(_lines(content, layout)) if _is_row(line) and at not in left_out)
+        found = next(itertools.islice(lines, row, None), None)
+        return 0 if found is None else _line_in_file(content, layout, found)
+
+
+def _without_data(
+    path: Path, header: Header, times: Sequence[str], rows: int | None
+) -> tuple[frozenset[int], list[Note]]:
+    """Lines of data, counted from 0, that are comments or none of data, and notes on the latter."""
+    layout: _Layout = header.layout
+    if layout.width:
+        return frozenset(), []
+    with _mapped(path) as content:
+        comments = [at for at, line in enumerate(_lines(content, layout)) if line.startswith(b"#")]
+        lines = itertools.islice(_rows(content, layout, len(header.columns)), rows)
+        found = rows_without_data(lines, [], [header.columns.index(name) for name in times])
+        if not found.credible:
+            return frozenset(comments), []
+        notes = found.notes(lambda line: f"line {_line_in_file(content, layout, line)}")
+        return frozenset([*found.rows, *comments]), notes
+
+
+def _rows(content: mmap.mmap, layout: _Layout, width: int) -> Iterator[tuple[int, list[str], bool]]:
+    """Lines of data, their cells, and whether they are not cut by the file's end."""
+    for at, line in enumerate(_lines(content, layout)):
+        if _is_row(line):
+            cells = cells_of(line.decode(layout.encoding, "replace").rstrip("\r\n"), layout.delimiter)
+            yield at, cells, len(cells) >= width or line.endswith((b"\n", b"\r"))
+
+
+def _is_row(line: bytes) -> bool:
+    return bool(line.strip()) and not line.startswith(b"#")
+
+
+def _lines(content: mmap.mmap, layout: _Layout) -> Iterator[bytes]:
+    """All lines of the sections of data."""
+    return lines_of(_Rows(content, layout))  # type: ignore[arg-type]
+
+
+def _line_in_file(content: mmap.mmap, layout: _Layout, line: int) -> int:
+    """Number of the line in the file, counted from 1, that is one of those of data, counted from 0."""
+    for begin, end in layout.parts:
+        count = len(_ENDS.findall(content, begin, end))
+        if line < count or (begin, end) == layout.parts[-1]:
+            return len(_ENDS.findall(content, 0, begin)) + line + 1
+        line -= count
     return 0
 
 
@@ -120,34 +225,21 @@ def _mapped(path: Path) -> Iterator[mmap.mmap]:
         yield content
 
 
-def _sections(content: mmap.mmap, dialect: Dialect) -> tuple[str, list[tuple[str, int, int]]]:
-    """Encoding of the file, and title, begin and end of each section, in whatever order they are."""
+def _encoding(content: mmap.mmap, dialect: Dialect) -> str:
+    """Encoding of the file."""
     start = content[:_SAMPLE]
     if not is_text(start):
         raise ValueError("its content is not text")
     encoding = decoded(start, dialect.encoding)[1]
     if encoding.startswith("utf-16"):
         raise ValueError("it is in UTF-16; LAS files are plain text")
-    begins = list[int]()
-    at = content.find(b"~")
-    while at >= 0 and len(begins) < 100:
-        line = max(content.rfind(b"\n", 0, at), content.rfind(b"\r", 0, at)) + 1
-        if not content[line:at].strip(b" \t\xef\xbb\xbf"):
-            begins.append(at)
-        at = content.find(b"~", at + 1)
-    ends = [*begins[1:], len(content)]
-    found = []
-    for begin, end in zip(begins, ends, strict=False):
-        title = re.split(r"[\r\n]", content[begin : begin + 400].decode(encoding, "replace"), maxsplit=1)[0]
-        if not _DATA.match(title) and end - begin > _LARGEST_HEADER:
-            raise ValueError(f"its section {title.strip()[:20]} is larger than that of any log")
-        if not _OTHER.match(title):
-            found.append((title, begin, end))
-    return encoding, found
+    return encoding
 
 
-def _after_return(content: mmap.mmap, begin: int, end: int) -> int:
-    return content.find(b"\r", begin, end) + 1 or end
+def _rows_begin(content: mmap.mmap, section: Section) -> int:
+    """Where the rows of a section begin, behind its title."""
+    found = (content.find(end, section.begin, section.end) for end in (b"\n", b"\r"))
+    return next((at + 1 for at in found if at >= 0), section.end)
 
 
 def _delimiter(header: LasHeader, lines: list[str]) -> str:
@@ -172,36 +264,40 @@ def _with_date_apart(header: LasHeader, rows: list[list[str]]) -> tuple[tuple[st
     return names, None
 
 
-def _lines(content: mmap.mmap, layout: _Layout) -> Iterator[bytes]:
-    section = io.BytesIO(content[layout.begin : layout.end])
-    return iter(section)
-
-
-class _Section(io.RawIOBase):
-    """The data section of a file as a stream."""
+class _Rows(io.RawIOBase):
+    """The sections of data of a file as one stream."""
 
     def __init__(self, content: mmap.mmap, layout: _Layout) -> None:
-        self.content, self.at, self.end = content, layout.begin, layout.end
+        self.content, self.parts = content, list(layout.parts)
 
     def readable(self) -> bool:
         """Streams of bytes to read."""
         return True
 
-    def read(self, size: int = -1) -> bytes:
-        """Next bytes."""
-        stop = self.end if size is None or size < 0 else min(self.end, self.at + size)
-        piece = self.content[self.at : stop]
-        self.at = stop
-        return piece
+    def read(self, size: int | None = -1) -> bytes:
+        """Next bytes, of one section at most; all that are left without a size."""
+        if size is None or size < 0:
+            return b"".join(iter(lambda: self.read(_SAMPLE), b""))
+        while self.parts:
+            begin, end = self.parts[0]
+            stop = min(end, begin + size)
+            self.parts[:1] = [(stop, end)] if stop < end else []
+            if stop > begin:
+                return self.content[begin:stop]
+        return b""
 
 
-def _read(path: Path, header: Header, columns: Sequence[str], types: dict[str, Any], rows: int | None) -> Any:
+def _read(
+    path: Path, header: Header, types: dict[str, Any], rows: int | None, left_out: frozenset[int] = frozenset()
+) -> Any:
+    """The columns of some types, but for lines of data that are left out, counted from 0."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
     layout: _Layout = header.layout
     with _mapped(path) as content:
-        source: Any = in_utf_8(_Section(content, layout), layout.encoding)  # type: ignore[arg-type]
+        plain: Any = _Rows(content, layout)
+        source: Any = in_utf_8(WithoutLines(plain, left_out) if left_out else plain, layout.encoding)  # type: ignore[arg-type]
         if layout.width:
             source = _unwrapped(source, layout, rows)
         elif rows is not None:
@@ -215,7 +311,7 @@ def _read(path: Path, header: Header, columns: Sequence[str], types: dict[str, A
                 invalid_row_handler=lambda row: "skip" if row.text.startswith(_COMMENT) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(columns),
+                include_columns=list(types),
                 column_types=types,
                 strings_can_be_null=True,
                 timestamp_parsers=[],

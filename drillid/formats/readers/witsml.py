@@ -1,141 +1,149 @@
-"""WITSML log objects, 1.3.1.1 and 1.4.1.1, over time; read as a stream, documents with a DTD refused."""
+"""WITSML log objects, 1.3.1.1 and 1.4.1.1, over time; read as a stream."""
 
 from __future__ import annotations
 
-import csv
 import io
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
-from drillid.formats.description import Dialect, Header, Unusable
+from drillid.formats.cells import NULL_VALUES
+from drillid.formats.description import Dialect, Header, Note, Unusable
 from drillid.formats.header_rows import unique
-from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
+from drillid.formats.mnemonics import is_no_unit, split_unit
 from drillid.formats.numbers_in_text import with_numbers
-from drillid.formats.packing import opened
-from drillid.formats.since import start_of
+from drillid.formats.since import stated_start
+from drillid.formats.witsml_document import LogObject, documents
 
 SUFFIXES = (".xml", ".witsml")
 STREAMS = True
 
-_BLOCK = 2**18
-_LINES = 20_000
-_OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
-_DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
-_TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
-
-
-@dataclass
-class _Curve:
-    mnemonic: str = ""
-    alias: str = ""
-    unit: str = ""
-    null: str = ""
-    column: int = 0
-    kind: str = ""
-
-
-@dataclass
-class _Log:
-    """One log object, filled while it is read.
-
-    start : of its index, as text
-    mnemonics, units : beside its data, which name the order of the cells
-    """
-
-    name: str = ""
-    uid: str = ""
-    index_type: str = ""
-    index_curve: str = ""
-    index_column: int = 0
-    start: str = ""
-    null: str = ""
-    delimiter: str = ","
-    curves: list[_Curve] = field(default_factory=list)
-    mnemonics: list[str] = field(default_factory=list)
-    units: list[str] = field(default_factory=list)
-
-    @property
-    def over_time(self) -> bool:
-        """Whether the index is a time; of a log that does not say, what its index is called."""
-        if self.index_type:
-            return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", _ELAPSED_INDEX)
-        ordered = self.ordered()
-        index = self.index_curve or (ordered[0].mnemonic if ordered else "")
-        return "TIME" in index.upper() or time_among([index]) is not None
-
-    def ordered(self) -> list[_Curve]:
-        """Curves in the order of the cells."""
-        if self.mnemonics:
-            by_name: dict[str, _Curve] = {}
-            for curve in self.curves:
-                by_name.setdefault(curve.mnemonic, curve)
-            found = [by_name.get(name) or _Curve(name) for name in self.mnemonics]
-            for curve, unit in zip(found, self.units, strict=False):
-                curve.unit = curve.unit or unit
-            return found
-        if self.curves and all(curve.column for curve in self.curves):
-            return sorted(self.curves, key=lambda curve: curve.column)
-        return self.curves
-
 
 @dataclass(frozen=True)
 class _Columns:
-    """Names of the cells of a log's rows, and what they hold."""
+    """Names of the cells of a block's rows, and what they hold.
+
+    start : time that an index of elapsed seconds counts from, and whether it is UTC
+    """
 
     names: tuple[str, ...]
     units: dict[str, str]
     nulls: dict[str, tuple[float, ...]]
     time: str
     aliases: dict[str, str]
+    start: tuple[np.datetime64, bool] | None
+
+
+@dataclass
+class _Table:
+    """Blocks of data whose rows are read as one table.
+
+    blocks : their places in the document
+    without : columns that some of the blocks lack
+    """
+
+    name: str
+    columns: _Columns
+    blocks: set[tuple[int, int]]
+    without: dict[str, None] = field(default_factory=dict)
+
+    def difference(self, other: _Columns) -> str:
+        """What the rows of a block have otherwise than those of the table; empty where they can be joined."""
+        for name, unit in other.units.items():
+            if self.columns.units.get(name, unit) != unit:
+                return f"the unit of '{name}', '{unit}' and '{self.columns.units[name]}'"
+        for name in other.names:
+            if name in self.columns.names and self.columns.nulls.get(name) != other.nulls.get(name):
+                return f"the value of '{name}' for missing values"
+        return "" if self.columns.start == other.start else "the start of their elapsed times"
+
+    def add(self, place: tuple[int, int], other: _Columns) -> None:
+        """Join a block's rows."""
+        mine = self.columns
+        self.without |= dict.fromkeys(sorted({*mine.names} ^ {*other.names}))
+        self.blocks.add(place)
+        self.columns = replace(
+            mine,
+            names=tuple(dict.fromkeys([*mine.names, *other.names])),
+            units=mine.units | other.units,
+            nulls=mine.nulls | other.nulls,
+            aliases=mine.aliases | other.aliases,
+        )
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """One table for all logs over time with the same curves.
+    """One table for all logs over time with the same curves, units, null values and start.
 
     Raises
     ------
     ValueError
         If the document is no WITSML log, or holds logs over depth only.
     """
-    tables: dict[tuple[str, ...], list[tuple[_Log, _Columns]]] = {}
+    logs: dict[int, list[tuple[LogObject, _Columns]]] = {}
     depths = []
-    for log, _ in _documents(path, lines=False):
-        if not log.over_time:
+    for log, _ in documents(path, lines=False):
+        if log.over_time:
+            logs.setdefault(log.place[0], []).append((log, _columns(log)))
+        else:
             depths.append(log.index_curve or log.name)
-            continue
-        columns = _columns(log)
-        tables.setdefault(tuple(sorted(columns.names)), []).append((log, columns))
-    if not tables and depths:
+    if not logs and depths:
         raise Unusable(f"holds logs over depth only, with the index '{depths[0]}'", "Export the logs over time")
-    if not tables:
+    if not logs:
         raise ValueError("it is no WITSML document with a log")
-    found = []
-    names = unique([log.name or log.uid or f"log {number}" for number, ((log, _), *_) in enumerate(tables.values(), 1)])
-    for name, logs in zip(names, tables.values(), strict=True):
-        _, first = logs[0]
-        table = "" if len(tables) == 1 else name
-        units = {name: unit for _, columns in logs for name, unit in columns.units.items()}
-        nulls = {name: values for _, columns in logs for name, values in columns.nulls.items()}
-        start = _start(logs[0][0]) if len(logs) == 1 else None
-        found.append(
-            Header(
-                first.names,
-                units,
-                table=table,
-                time=first.time,
-                start=start,
-                start_is_utc=True,
-                nulls=nulls,
-                layout=set(first.names),
-                aliases=first.aliases,
-            )
-        )
-    return found
+    tables, notes = _tables(list(logs.values()))
+    names = unique([table.name for table in tables]) if len(tables) > 1 else [""]
+    named = zip(names, tables, strict=True)
+    return [_header(name, table, [*notes, *_notes(table)]) for name, table in named]
+
+
+def _header(name: str, table: _Table, notes: Sequence[Note]) -> Header:
+    columns = table.columns
+    start, is_utc = columns.start or (None, False)
+    return Header(
+        columns.names,
+        columns.units,
+        table=name,
+        time=columns.time,
+        start=start,
+        start_is_utc=is_utc,
+        nulls=columns.nulls,
+        layout=frozenset(table.blocks),
+        notes=tuple(notes),
+        aliases=columns.aliases,
+    )
+
+
+def _tables(logs: Sequence[Sequence[tuple[LogObject, _Columns]]]) -> tuple[list[_Table], list[Note]]:
+    """Tables of the logs, each of which may have several blocks; notes on those that are kept apart."""
+    by_curves: dict[frozenset[str], list[_Table]] = {}
+    notes = list[Note]()
+    for blocks in logs:
+        alike = by_curves.setdefault(frozenset(name for _, columns in blocks for name in columns.names), [])
+        for log, columns in blocks:
+            differences = [table.difference(columns) for table in alike]
+            if "" in differences:
+                alike[differences.index("")].add(log.place, columns)
+                continue
+            if differences:
+                notes.append(_kept_apart(log, alike[0], differences[0]))
+            alike.append(_Table(log.called, columns, {log.place}))
+    return [table for tables in by_curves.values() for table in tables], notes
+
+
+def _kept_apart(log: LogObject, table: _Table, difference: str) -> Note:
+    what = f"the log '{log.called}' is no part of the table of '{table.name}', from which it differs in {difference}"
+    return what, "Export them alike, or to files of their own, as one table of a file is read"
+
+
+def _notes(table: _Table) -> list[Note]:
+    if not table.without:
+        return []
+    listed = ", ".join(f"'{name}'" for name in table.without)
+    what = f"blocks of data of the log '{table.name}' list different curves; some have no values of {listed}"
+    return [(what, "None needed where these curves were recorded for a part of the time only")]
 
 
 def read_columns(
@@ -148,14 +156,11 @@ def read_columns(
     schema = pa.schema([(name, pa.string() if name in text else pa.float64()) for name in columns])
     parts: list[Any] = []
     count = 0
-    for log, lines in _documents(path, lines=True):
-        if not log.over_time:
-            continue
-        names = _columns(log).names
-        if set(names) != header.layout or not lines:
+    for log, lines in documents(path, lines=True):
+        if log.place not in header.layout or not lines:
             continue
         lines = lines if rows is None else lines[: rows - count]
-        parts.append(_parsed(lines, log.delimiter, names, columns, numeric))
+        parts.append(_parsed(lines, log.delimiter, _columns(log).names, columns, numeric))
         count += len(lines)
         if rows is not None and count >= rows:
             break
@@ -184,7 +189,11 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
             read_options=arrow_csv.ReadOptions(column_names=list(names)),
             parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(columns), column_types=types, strings_can_be_null=True, timestamp_parsers=[]
+                include_columns=list(columns),
+                include_missing_columns=True,
+                column_types=types,
+                strings_can_be_null=True,
+                timestamp_parsers=[],
             ),
         )
 
@@ -203,7 +212,7 @@ def _of_width(line: str, delimiter: str, width: int) -> str:
     return line[:missing] if line.endswith(delimiter * -missing) else line
 
 
-def _columns(log: _Log) -> _Columns:
+def _columns(log: LogObject) -> _Columns:
     """Names of a log's cells."""
     curves = log.ordered()
     if not curves:
@@ -217,18 +226,17 @@ def _columns(log: _Log) -> _Columns:
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
     stated = {name: _number(curve.null or log.null) for name, curve in zip(names, curves, strict=True)}
-    nulls = {name: (null,) for name, null in stated.items() if null is not None}
+    # those of all recorders count everywhere and need no mention
+    nulls: dict[str, tuple[float, ...]] = {
+        name: (null,) for name, null in stated.items() if null is not None and null not in NULL_VALUES
+    }
     aliases = {curve.alias: name for name, curve in zip(names, curves, strict=True) if curve.alias}
-    return _Columns(names, units, nulls, time, aliases)
+    return _Columns(names, units, nulls, time, aliases, _start(log))
 
 
-def _start(log: _Log) -> np.datetime64 | None:
-    """The time that an index of elapsed seconds counts from."""
-    return start_of(f"seconds since {log.start}") if _is_elapsed(log.index_type) and log.start else None
-
-
-def _is_elapsed(index_type: str) -> bool:
-    return index_type.replace("_", " ").strip().lower() == _ELAPSED_INDEX
+def _start(log: LogObject) -> tuple[np.datetime64, bool] | None:
+    """The time that an index of elapsed seconds counts from, and whether it is UTC."""
+    return stated_start(log.start) if log.over_elapsed_time else None
 
 
 def _number(text: str) -> float | None:
@@ -236,162 +244,3 @@ def _number(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
-
-
-def _documents(path: Path, lines: bool) -> Iterator[tuple[_Log, list[str]]]:
-    """Logs of a document with pieces of their lines of data.
-
-    A log is yielded once for each piece, or once without lines where only headers are wanted.
-    """
-    from defusedxml import DefusedXmlException
-    from defusedxml.expatreader import DefusedExpatParser
-
-    def new_parser(handler: Any) -> Any:
-        parser = DefusedExpatParser(forbid_dtd=True)
-        parser.setContentHandler(handler)
-        return parser
-
-    handler = _handler(lines, new_parser)
-    parser = new_parser(handler)
-    try:
-        with opened(path) as content:
-            yield from _fed(parser, handler, content, path)
-    except DefusedXmlException as error:
-        raise Unusable(
-            "declares entities or a document type, which no WITSML log needs and attacks use",
-            "Export the log again without them",
-        ) from error
-
-
-def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[tuple[_Log, list[str]]]:
-    from xml.sax import SAXException, SAXParseException
-
-    try:
-        while block := content.read(_BLOCK):
-            parser.feed(block)
-            yield from handler.taken()
-        parser.close()
-    except SAXParseException as error:
-        raise ValueError(f"line {error.getLineNumber()}: {error.getMessage()}") from error
-    except (SAXException, AssertionError) as error:
-        raise ValueError(str(error)) from error
-    yield from handler.taken()
-
-
-def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
-    """A handler of XML events that collects logs; made here so that the library is imported late."""
-    from xml.sax.handler import ContentHandler
-
-    class Handler(ContentHandler):
-        """Fills logs from elements, whatever their namespace."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.log: _Log | None = None
-            self.curve: _Curve | None = None
-            self.text: list[str] | None = None
-            self.rows: list[str] = []
-            self.ready: list[tuple[_Log, list[str]]] = []
-            self.seen = False
-
-        def taken(self) -> list[tuple[_Log, list[str]]]:
-            """What is complete since the last time."""
-            if self.log is not None and len(self.rows) >= _LINES:
-                self._hand_over()
-            ready, self.ready = self.ready, []
-            return ready
-
-        def _hand_over(self) -> None:
-            assert self.log is not None
-            self.ready.append((self.log, self.rows))
-            self.rows, self.seen = [], True
-
-        def startElement(self, name: str, attrs: Any) -> None:
-            """Begin of an element."""
-            local = name.rpartition(":")[2]
-            if local in _OF_VERSION_2:
-                raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
-            if local == "log":
-                self.log, self.seen = _Log(uid=attrs.get("uid", "")), False
-            elif local == "logCurveInfo":
-                self.curve = _Curve(attrs.get("uid", ""))
-            elif local == "indexCurve" and self.log is not None:
-                self.log.index_column = int(attrs.get("columnIndex", "0") or 0) if "columnIndex" in attrs else 0
-            self.text = []
-
-        def characters(self, content: str) -> None:
-            """Text of an element, in pieces."""
-            if self.text is not None:
-                self.text.append(content)
-
-        def endElement(self, name: str) -> None:
-            """End of an element."""
-            local = name.rpartition(":")[2]
-            text, self.text = "".join(self.text or ()), None
-            if local == "XMLout":
-                # the answer of a WITSML server holds the document as text
-                inner = new_parser(self)
-                inner.feed(_DECLARATION.sub("", text, count=1).encode())
-                inner.close()
-            if self.log is None:
-                return
-            if local == "mnemonicList" and self.rows:
-                # further data of the log, which may list other curves
-                self._hand_over()
-                self.log = replace(self.log)
-            if local == "data":
-                if lines:
-                    self.rows.append(text.strip())
-            elif local == "log":
-                if self.rows or not self.seen:
-                    self._hand_over()
-                self.log = None
-            elif local == "logCurveInfo":
-                if self.curve is not None:
-                    self.log.curves.append(self.curve)
-                self.curve = None
-            elif self.curve is not None:
-                _fill_curve(self.curve, local, text.strip())
-            else:
-                _fill_log(self.log, local, text.strip())
-
-    return Handler()
-
-
-def _fill_curve(curve: _Curve, element: str, text: str) -> None:
-    if element == "mnemonic":
-        curve.mnemonic = text
-    elif element == "mnemAlias":
-        curve.alias = text
-    elif element == "unit":
-        curve.unit = text
-    elif element == "nullValue":
-        curve.null = text
-    elif element == "columnIndex" and text.isdigit():
-        curve.column = int(text)
-    elif element == "typeLogData":
-        curve.kind = text
-
-
-def _listed(text: str) -> list[str]:
-    """Cells of a list of names or units, which damage may spread over lines."""
-    return [cell.strip() for cell in next(csv.reader([text.replace("\r", " ").replace("\n", " ")]), [])]
-
-
-def _fill_log(log: _Log, element: str, text: str) -> None:
-    if element == "name":
-        log.name = text
-    elif element == "indexType":
-        log.index_type = text
-    elif element == "indexCurve":
-        log.index_curve = text
-    elif element == "startDateTimeIndex":
-        log.start = text
-    elif element == "nullValue":
-        log.null = text
-    elif element == "dataDelimiter" and text:
-        log.delimiter = text
-    elif element == "mnemonicList":
-        log.mnemonics = _listed(text)
-    elif element == "unitList":
-        log.units = _listed(text)

@@ -184,7 +184,10 @@ def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
 ) -> None:
     zone = "local_damping_zone"
     monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
-    verdict = linear_verdicts.explain_responses(braked, [CATALOGUE[zone]], np.random.default_rng(0)).verdicts[0]
+    causes = [CATALOGUE[zone]]
+    likeliest = linear_verdicts.likeliest_cause(braked, causes)
+    explained = linear_verdicts.explain_responses(braked, likeliest, causes, np.random.default_rng(0))
+    verdict = explained.verdicts[0]
     assert (verdict.cause, bool(np.isfinite(verdict.location_m))) == (zone, located)
 
 

@@ -109,8 +109,9 @@ def test_tables_of_the_same_columns_in_other_units_are_not_one(tmp_path: Path) -
 
 def test_a_wrong_cell_in_one_of_several_sheets_is_named(tmp_path: Path) -> None:
     path = tmp_path / "log.xlsx"
-    write_workbook({"log 1": dataset(RPM=SPEED), "log 2": dataset("1s", RPM=np.where(SPEED > 120.9, "x", SPEED))}, path)
-    with pytest.raises(LogError, match=r"'log 1 \+ log 2', column 'RPM', row 98: 'x' is not a number"):
+    wrong = np.where(SPEED > 120.9, "1x", SPEED)
+    write_workbook({"log 1": dataset(RPM=SPEED), "log 2": dataset("1s", RPM=wrong)}, path)
+    with pytest.raises(LogError, match=r"'log 1 \+ log 2', column 'RPM', row 98: '1x' is not a number"):
         read_log(path, None, ["RPM"]).pop("RPM")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drillid.errors import LogError
-from drillid.formats import TimeColumn, headers, read_log
+from drillid.formats import Dialect, TimeColumn, headers, read_log
 
 VERSION = "~Version\nVERS. 2.0:\nWRAP. NO:\n"
 WELL = "~Well\nSTRT.S 0 :\nSTOP.S 29:\nSTEP.S 1:\nNULL. -999.25:\n"
@@ -14,10 +14,29 @@ CURVES = "TQA .kft.lbf : torque\nRPMA.rev/min: rpm\n"
 SECONDS = range(30)
 
 
-def las(times: str, cells: str, head: str = VERSION + WELL, curves: str = CURVES, data: str = "~A") -> str:
+def las(
+    times: str,
+    cells: str,
+    head: str = VERSION + WELL,
+    curves: str = CURVES,
+    data: str = "~A",
+    rows: range = SECONDS,
+) -> str:
     """A LAS file; `cells` of a row's times with its second as {s:02d}."""
-    rows = "".join(f"{cells.format(s=second)} 1.5 120\n" for second in SECONDS)
-    return f"{head}~Curve\n{times}\n{curves}{data}\n{rows}"
+    lines = "".join(f"{cells.format(s=second)} 1.5 120\n" for second in rows)
+    return f"{head}~Curve\n{times}\n{curves}{data}\n{lines}"
+
+
+THIRD = (
+    "~Version\nVERS. 3.0 :\nWRAP. NO :\nDLM. COMMA :\n~Well\nSTRT. 2025-03-04T06:00:00 :\n"
+    "NULL. -999.25 :\n~{0}_Definition{1}\nTIME. {{YYYY-MM-DDThh:mm:ss}} : t\n" + CURVES
+)
+
+
+def third(kind: str, number: str, seconds: range) -> str:
+    """A section of data of LAS 3.0, of the definition of its kind with the number 1, if any."""
+    rows = "".join(f"2025-03-04T06:00:{second:02d}Z,1.5,120\n" for second in seconds)
+    return f"~{kind}_Data{number} | {kind}_Definition{'[1]' if number else ''}\n{rows}"
 
 
 LAS = {
@@ -43,6 +62,36 @@ LAS = {
     "rules and comments": las(
         "TIME. : t", "   2025-03-04T06:00:{s:02d}Z ", "#====\n# LAS\n" + VERSION + "#--\n" + WELL
     ),
+    "seconds of the day": las(
+        "TIME.S : t",
+        "216{s:02d}",
+        VERSION + WELL.replace("STRT.S 0", "STRT.S 21600") + "DATE. 2025-03-04 : d\nSTIM. 06:00:00 : t\n",
+    ),
+    "seconds of the day from a date": las(
+        "TIME.S : second of the day", "216{s:02d}", VERSION + WELL + "DATE. 2025-03-04 : d\n"
+    ),
+    "continued": las(
+        "ETIM.S : t",
+        "36{s:02d}",
+        VERSION + WELL.replace("STRT.S 0", "STRT.S 3600") + "STIME. 2025-03-04 06:00:00 : t\n",
+    ),
+    "decimals of a second that its unit leaves out": las("TIME.DD/MM/YY_HH:MM:SS : t", "04/03/25_06:00:{s:02d}.000"),
+    "start behind its description, as in LAS 1.2": las(
+        "ETIM.S : t",
+        "{s}",
+        VERSION.replace("2.0", "1.2") + WELL + "DATE. LOG DATE : 04-MAR-2025\nSTIM. START TIME : 06:00:00\n",
+    ),
+    "end of the file marked": las("TIME : t", "2025-03-04T06:00:{s:02d}Z") + "\x1a",
+    "two files in one": las("TIME : t", "2025-03-04T06:00:{s:02d}Z", rows=range(12))
+    + "\x1a"
+    + las("TIME : t", "2025-03-04T06:00:{s:02d}Z", VERSION + WELL.replace("STRT.S 0", "STRT.S 12"), rows=range(12, 30)),
+    "two sections with one definition": THIRD.format("Log", "[1]")
+    + third("Log", "[1]", range(12))
+    + third("Log", "[2]", range(12, 30)),
+    "drilling data of LAS 3.0": THIRD.format("Drilling", "") + third("Drilling", "", SECONDS),
+    "log data beside other data": THIRD.format("Log", "")
+    + "~Tops_Parameter\nTOPS. x :\n~Tops_Definition\nNAME. : n\nDEPT.M : d\n~Tops_Data | Tops_Definition\nBase,3100\n"
+    + third("Log", "", SECONDS),
     "space in the stamp": las("TIME.YYYY-MM-DD hh:mm:ss : t", "2025-03-04 06:00:{s:02d}"),
 }
 
@@ -56,6 +105,91 @@ def test_las_of_many_makers(name: str, tmp_path: Path) -> None:
     assert (log.stamps == start + np.arange(30) * np.timedelta64(1, "s")).all()
     assert log.pop("TQA").tolist() == [1.5] * 30
     assert log.units == {"TQA": "kft.lbf", "RPMA": "rev/min"}
+
+
+def test_starts_in_las_are_in_their_own_zone_or_the_rig_s(tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    for zone, start in (("", "03-03T23:30"), ("Z", "03-04T00:30"), ("+02:00", "03-03T22:30")):
+        head = VERSION + WELL.replace("STRT.S 0 :", f"STRT. 2025-03-04T00:30:00{zone} : start")
+        for column, cells in (("ETIM.S : t", "{s}"), ("TIME.HH:MM:SS : t", "00:30:{s:02d}")):
+            path.write_text(las(column, cells, head))
+            log = read_log(path, TimeColumn(zone="Europe/Oslo"), ["TQA"])
+            expected = np.datetime64(f"2025-{start}", "ns") + np.arange(30) * np.timedelta64(1, "s")
+            assert (log.stamps == expected).all()
+
+
+def test_a_stated_start_with_a_zone_dates_times_of_day_in_that_zone(tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    path.write_text(las("TIME.HH:MM:SS : t", "00:30:{s:02d}"))
+    log = read_log(path, TimeColumn(start="2025-03-04T00:30:00+02:00"), ["TQA"])
+    assert log.stamps[0] == np.datetime64("2025-03-03T22:30", "ns")
+
+
+@pytest.mark.parametrize(
+    ("column", "cells", "well"),
+    [
+        ("ETIM.S : t", "36{s:02d}", WELL + "DATE. 2025-03-04 : d\nSTIM. 06:00:00 : t\n"),
+        ("ETIM.S : t", "36{s:02d}", WELL.replace("STRT.S 0", "STRT.S 3600") + "DATE. 2025-03-04 : d\n"),
+        ("TIME.HHMMSS : t", "0600{s:02d}", WELL + "DATE. 2025-03-04 : d\nSTIM. 06:00:00 : t\n"),
+    ],
+)
+def test_times_of_las_whose_start_is_open_are_refused(column: str, cells: str, well: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    path.write_text(las(column, cells, VERSION + well))
+    with pytest.raises(LogError, match=r"row 1: '.*' is not a time.*time\.start"):
+        read_log(path, None, ["TQA"])
+
+
+def test_what_is_counted_tells_its_start_and_the_first_time(tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    path.write_text(LAS["continued"])
+    assert [what for what, _ in read_log(path, TimeColumn(), ["TQA"]).notes][-1] == (
+        "the times in column 'ETIM' count from 2025-03-04T05:00:00.000 by the file's header: "
+        "the first is 2025-03-04T06:00:00.000 UTC"
+    )
+
+
+@pytest.mark.parametrize(
+    ("what", "second"),
+    [
+        ("the curves", las("TIME : t", "2025-03-04T07:00:{s:02d}Z", curves=CURVES.replace("RPMA", "RPM"))),
+        ("the units", las("TIME : t", "2025-03-04T07:00:{s:02d}Z", curves=CURVES.replace("kft.lbf", "kN.m"))),
+        ("the null values", las("TIME : t", "2025-03-04T07:00:{s:02d}Z", VERSION + WELL.replace("-999.25", "0"))),
+    ],
+)
+def test_las_files_in_one_that_contradict_each_other_are_refused(what: str, second: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    path.write_text(las("TIME : t", "2025-03-04T06:00:{s:02d}Z") + second)
+    with pytest.raises(LogError, match=rf"several sections of data, and {what} of '~A' are not those of the first"):
+        read_log(path, None, ["TQA"])
+
+
+def test_what_is_left_out_of_las_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    whole = LAS["two files in one"]
+    path.write_text(
+        whole.replace("06:00:14Z", "06:00:14Z 1.5 120\nstopped\n2025-03-04T06:00:14Z") + "2025-03-04T06:00:30Z 1."
+    )
+    log = read_log(path, None, ["TQA"])
+    assert log.pop("TQA").size == 31
+    lines = path.read_text().splitlines()
+    places = [f"line {lines.index(line) + 1} is" for line in ("stopped", "2025-03-04T06:00:30Z 1.")]
+    assert [note[: len(place)] for (note, _), place in zip(log.notes, places, strict=True)] == places
+    path.write_text(path.read_text().replace("2025-03-04T06:00:20Z", "then,20"))
+    line = path.read_text().splitlines().index("then,20 1.5 120") + 1
+    with pytest.raises(LogError, match=rf"row 22: 'then,20' is not a time.* in line {line} of the file"):
+        read_log(path, None, ["TQA"])
+    path.write_text(LAS["rules and comments"].replace("06:00:14Z  1.5 120", "06:00:14Z  1.5 120\n#a b c\nstopped"))
+    assert read_log(path, None, ["TQA"]).pop("TQA").tolist() == [1.5] * 30
+    path.write_text(LAS["log data beside other data"])
+    assert "and not '~Tops_Data | Tops_Definition'" in read_log(path, None, ["TQA"]).notes[0][0]
+
+
+def test_a_format_by_a_unit_is_not_said_to_be_the_user_s(tmp_path: Path) -> None:
+    path = tmp_path / "log.las"
+    path.write_text(las("TIME.DD/MM/YY_HH:MM:SS : t", "04/03/25T06:00:{s:02d}"))
+    with pytest.raises(LogError, match=r"by the unit of column 'TIME' in the file; state another one as time\.format"):
+        read_log(path, None, ["TQA"])
 
 
 def test_curves_with_a_colon_in_their_mnemonics_are_kept_apart(tmp_path: Path) -> None:
@@ -167,6 +301,83 @@ def test_a_null_value_of_one_curve_is_that_of_no_other(tmp_path: Path) -> None:
     log = read_log(path, None, ["TQA", "RPMA"])
     np.testing.assert_array_equal(log.pop("TQA"), [0.0] * 5 + [np.nan] * 4)
     np.testing.assert_array_equal(log.pop("RPMA"), [np.nan] * 5 + [120.0] * 4)
+
+
+def test_blocks_of_a_log_with_different_curves_are_one_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    blocks = (
+        data("{t}Z,1.5", range(9))
+        + "</logData><logData><mnemonicList>TIME,RPMA,TQA</mnemonicList>"
+        + data("{t}Z,120,2.5", range(9, 20))
+        + "</logData><logData><mnemonicList>TIME,RPMA</mnemonicList>"
+        + data("{t}Z,130", range(20, 30))
+    )
+    path.write_text(witsml(blocks, "TIME,TQA", f"<name>L</name>{INDEX}{INFO}"))
+    log = read_log(path, None, ["TQA", "RPMA"])
+    assert (log.stamps == np.datetime64("2025-03-04T06:00", "ns") + np.arange(30) * np.timedelta64(1, "s")).all()
+    np.testing.assert_array_equal(log.pop("TQA"), [1.5] * 9 + [2.5] * 11 + [np.nan] * 10)
+    np.testing.assert_array_equal(log.pop("RPMA"), [np.nan] * 9 + [120.0] * 11 + [130.0] * 10)
+    assert "some have no values of 'RPMA', 'TQA'" in log.notes[0][0]
+
+
+def joined(*documents: str) -> str:
+    """One document of the logs of several."""
+    logs = [document[document.index("<log>") : document.index("</logs>")] for document in documents]
+    return documents[0][: documents[0].index("<log>")] + "".join(logs) + "</logs>"
+
+
+FIRST = witsml(data("{t}Z,1.5,120", range(15)), head=f"<name>A</name>{INDEX}{INFO}")
+SECOND = witsml(data("{t}Z,1.5,120", range(15, 30)), head=f"<name>B</name>{INDEX}{INFO}")
+ELAPSED = witsml(
+    data("{s},1.5,120", range(15)),
+    head="<name>A</name><startDateTimeIndex>2025-03-04T06:00:00</startDateTimeIndex>"
+    + (INDEX + INFO).replace("date time", "elapsed time"),
+)
+CONTRADICTIONS = {
+    "in the unit of 'TQA', 'kN.m' and 'kft.lbf'": joined(FIRST, SECOND.replace("kft.lbf", "kN.m")),
+    "in the value of 'RPMA' for missing values": joined(
+        FIRST, SECOND.replace("<unit>rpm</unit>", "<unit>rpm</unit><nullValue>0</nullValue>")
+    ),
+    "in the start of their elapsed times": joined(
+        ELAPSED, ELAPSED.replace("<name>A", "<name>B").replace("T06:00:00", "T07:00:00")
+    ),
+}
+
+
+@pytest.mark.parametrize("difference", CONTRADICTIONS)
+def test_logs_that_contradict_each_other_are_tables_apart(difference: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    path.write_text(CONTRADICTIONS[difference])
+    with pytest.raises(LogError, match=r"its tables 'A', 'B' all hold.*file\.table"):
+        read_log(path, None, ["TQA", "RPMA"])
+    log = read_log(path, None, ["TQA", "RPMA"], dialect=Dialect(table="B"))
+    assert log.pop("RPMA").tolist() == [120.0] * 15
+    assert f"the log 'B' is no part of the table of 'A', from which it differs {difference}" in log.notes[0][0]
+
+
+def test_null_values_of_all_recorders_keep_no_logs_apart(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    stated = SECOND.replace("<unit>rpm</unit>", "<unit>rpm</unit><nullValue>-999.25</nullValue>")
+    path.write_text(joined(FIRST, stated.replace(",120<", ",-999.25<")))
+    values = read_log(path, None, ["RPMA"]).pop("RPMA")
+    np.testing.assert_array_equal(values, [120.0] * 15 + [np.nan] * 15)
+
+
+def test_units_beside_the_data_are_those_of_their_block(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    unit = "<mnemonicList>TIME,TQA</mnemonicList><unitList>s,{}</unitList>"
+    first, second = (unit.format(name) + data("{t}Z,1", range(9)) for name in ("kN.m", "kft.lbf"))
+    path.write_text(witsml(first + "</logData><logData>" + second, "", INDEX))
+    assert [header.units["TQA"] for header in headers(path)] == ["kN.m", "kft.lbf"]
+
+
+def test_elapsed_times_count_from_a_start_in_its_own_zone_or_the_rig_s(tmp_path: Path) -> None:
+    path = tmp_path / "log.xml"
+    for zone, start, told in (("", 5, "Europe/Oslo"), ("Z", 6, "UTC"), ("+01:00", 5, "UTC")):
+        path.write_text(ELAPSED.replace("T06:00:00<", f"T06:00:00{zone}<"))
+        log = read_log(path, TimeColumn(zone="Europe/Oslo"), ["TQA"])
+        assert log.stamps[0] == np.datetime64(f"2025-03-04T0{start}:00", "ns")
+        assert log.notes[0][0].endswith(f"the first is 2025-03-04T0{start if zone else 6}:00:00.000 {told}")
 
 
 def test_version_2_of_witsml_is_refused_with_what_to_do(tmp_path: Path) -> None:

@@ -180,6 +180,10 @@ def test_a_sweep_is_found_though_rows_are_missing_here_and_there() -> None:
     assert find_sweep({"CH7": SWEEP[kept]}, {}, STAMPS[: kept.size], rate) is None, "the rows alone do not repeat"
 
 
+def test_rows_of_one_time_hold_no_sweep() -> None:
+    assert find_sweep({"SWEEP": SWEEP}, {}, np.zeros_like(STAMPS), 0.0) is None
+
+
 def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
     rough = np.convolve(np.random.default_rng(6).normal(size=AT.size + 14), np.hanning(15), "valid")
     random = rough - np.convolve(rough, np.full(101, 1 / 101), "same")
@@ -187,6 +191,14 @@ def test_a_sweep_that_never_repeats_is_found_by_its_name_and_band() -> None:
     found = find_sweep({"TQ_INJECTED": random, "CH7": random}, {}, STAMPS, RATE)
     assert found is not None
     assert (found.column, found.period_s) == ("TQ_INJECTED", 0.0)
+
+
+def test_why_a_column_with_a_unit_holds_no_numbers_is_told(tmp_path: Path) -> None:
+    log = drilling(60).rename(columns=NAMES).astype({"Flow In (L/min)": object})
+    log.loc[100, "Flow In (L/min)"] = "broken"
+    (contents,) = inspected(save(log, tmp_path / "log.csv")).files
+    assert contents.others == ("Flow In (L/min)",)
+    assert any("row 101: 'broken' is not a number" in what for what, _ in contents.notes)
 
 
 def test_gaps_text_and_what_is_missing_are_told(tmp_path: Path) -> None:

@@ -1,0 +1,250 @@
+"""WITSML documents as streams of log objects with lines of their data; those with a DTD are refused."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import IO, Any
+
+from drillid.formats.description import Unusable
+from drillid.formats.mnemonics import time_among
+from drillid.formats.packing import opened
+
+_BLOCK = 2**18
+_LINES = 20_000
+_OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
+_DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
+_TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
+
+
+@dataclass
+class Curve:
+    """What a log object says of a curve, as text; `column`: its number among the cells, 0 where it is not stated."""
+
+    mnemonic: str = ""
+    alias: str = ""
+    unit: str = ""
+    null: str = ""
+    column: int = 0
+    kind: str = ""
+
+
+@dataclass
+class LogObject:
+    """One log object, filled while it is read.
+
+    place : its number and that of its block of data in the document
+    start : of its index, as text
+    mnemonics, units : beside its data, which name the order of the cells
+    """
+
+    place: tuple[int, int] = (0, 0)
+    name: str = ""
+    uid: str = ""
+    index_type: str = ""
+    index_curve: str = ""
+    index_column: int = 0
+    start: str = ""
+    null: str = ""
+    delimiter: str = ","
+    curves: list[Curve] = field(default_factory=list)
+    mnemonics: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+
+    @property
+    def called(self) -> str:
+        """Its name, or what it can be told by."""
+        return self.name or self.uid or f"log {self.place[0]}"
+
+    @property
+    def over_time(self) -> bool:
+        """Whether the index is a time; of a log that does not say, what its index is called."""
+        if self.index_type:
+            return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", _ELAPSED_INDEX)
+        ordered = self.ordered()
+        index = self.index_curve or (ordered[0].mnemonic if ordered else "")
+        return "TIME" in index.upper() or time_among([index]) is not None
+
+    @property
+    def over_elapsed_time(self) -> bool:
+        """Whether the index counts from the log's start."""
+        return self.index_type.replace("_", " ").strip().lower() == _ELAPSED_INDEX
+
+    def ordered(self) -> list[Curve]:
+        """Curves in the order of the cells."""
+        if self.mnemonics:
+            by_name: dict[str, Curve] = {}
+            for curve in self.curves:
+                by_name.setdefault(curve.mnemonic, curve)
+            found = [by_name.get(name) or Curve(name) for name in self.mnemonics]
+            units = itertools.chain(self.units, itertools.repeat(""))
+            return [replace(curve, unit=curve.unit or unit) for curve, unit in zip(found, units, strict=False)]
+        if self.curves and all(curve.column for curve in self.curves):
+            return sorted(self.curves, key=lambda curve: curve.column)
+        return self.curves
+
+
+def documents(path: Path, lines: bool) -> Iterator[tuple[LogObject, list[str]]]:
+    """Logs of a document with pieces of their lines of data.
+
+    A log is yielded once for each piece, or once without lines where only headers are wanted.
+    """
+    from defusedxml import DefusedXmlException
+    from defusedxml.expatreader import DefusedExpatParser
+
+    def new_parser(handler: Any) -> Any:
+        parser = DefusedExpatParser(forbid_dtd=True)
+        parser.setContentHandler(handler)
+        return parser
+
+    handler = _handler(lines, new_parser)
+    parser = new_parser(handler)
+    try:
+        with opened(path) as content:
+            yield from _fed(parser, handler, content, path)
+    except DefusedXmlException as error:
+        raise Unusable(
+            "declares entities or a document type, which no WITSML log needs and attacks use",
+            "Export the log again without them",
+        ) from error
+
+
+def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[tuple[LogObject, list[str]]]:
+    from xml.sax import SAXException, SAXParseException
+
+    try:
+        while block := content.read(_BLOCK):
+            parser.feed(block)
+            yield from handler.taken()
+        parser.close()
+    except SAXParseException as error:
+        raise ValueError(f"line {error.getLineNumber()}: {error.getMessage()}") from error
+    except (SAXException, AssertionError) as error:
+        raise ValueError(str(error)) from error
+    yield from handler.taken()
+
+
+def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
+    """A handler of XML events that collects logs; made here so that the library is imported late."""
+    from xml.sax.handler import ContentHandler
+
+    class Handler(ContentHandler):
+        """Fills logs from elements, whatever their namespace."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.log: LogObject | None = None
+            self.curve: Curve | None = None
+            self.text: list[str] | None = None
+            self.rows: list[str] = []
+            self.ready: list[tuple[LogObject, list[str]]] = []
+            self.seen = False
+            self.number = 0
+
+        def taken(self) -> list[tuple[LogObject, list[str]]]:
+            """What is complete since the last time."""
+            if self.log is not None and len(self.rows) >= _LINES:
+                self._hand_over()
+            ready, self.ready = self.ready, []
+            return ready
+
+        def _hand_over(self) -> None:
+            assert self.log is not None
+            self.ready.append((self.log, self.rows))
+            self.rows, self.seen = [], True
+
+        def startElement(self, name: str, attrs: Any) -> None:
+            """Begin of an element."""
+            local = name.rpartition(":")[2]
+            if local in _OF_VERSION_2:
+                raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
+            if local == "log":
+                self.number += 1
+                self.log, self.seen = LogObject((self.number, 0), uid=attrs.get("uid", "")), False
+            elif local == "logCurveInfo":
+                self.curve = Curve(attrs.get("uid", ""))
+            elif local == "indexCurve" and self.log is not None:
+                self.log.index_column = int(attrs.get("columnIndex", "0") or 0) if "columnIndex" in attrs else 0
+            self.text = []
+
+        def characters(self, content: str) -> None:
+            """Text of an element, in pieces."""
+            if self.text is not None:
+                self.text.append(content)
+
+        def endElement(self, name: str) -> None:
+            """End of an element."""
+            local = name.rpartition(":")[2]
+            text, self.text = "".join(self.text or ()), None
+            if local == "XMLout":
+                # the answer of a WITSML server holds the document as text
+                inner = new_parser(self)
+                inner.feed(_DECLARATION.sub("", text, count=1).encode())
+                inner.close()
+            if self.log is None:
+                return
+            if local == "mnemonicList" and self.log.mnemonics:
+                # further data of the log, which may list other curves
+                self._hand_over()
+                number, block = self.log.place
+                self.log, self.seen = replace(self.log, place=(number, block + 1), units=[]), False
+            if local == "data":
+                if lines:
+                    self.rows.append(text.strip())
+            elif local == "log":
+                if self.rows or not self.seen:
+                    self._hand_over()
+                self.log = None
+            elif local == "logCurveInfo":
+                if self.curve is not None:
+                    self.log.curves.append(self.curve)
+                self.curve = None
+            elif self.curve is not None:
+                _fill_curve(self.curve, local, text.strip())
+            else:
+                _fill_log(self.log, local, text.strip())
+
+    return Handler()
+
+
+def _fill_curve(curve: Curve, element: str, text: str) -> None:
+    if element == "mnemonic":
+        curve.mnemonic = text
+    elif element == "mnemAlias":
+        curve.alias = text
+    elif element == "unit":
+        curve.unit = text
+    elif element == "nullValue":
+        curve.null = text
+    elif element == "columnIndex" and text.isdigit():
+        curve.column = int(text)
+    elif element == "typeLogData":
+        curve.kind = text
+
+
+def _listed(text: str) -> list[str]:
+    """Cells of a list of names or units, which damage may spread over lines."""
+    return [cell.strip() for cell in next(csv.reader([text.replace("\r", " ").replace("\n", " ")]), [])]
+
+
+def _fill_log(log: LogObject, element: str, text: str) -> None:
+    if element == "name":
+        log.name = text
+    elif element == "indexType":
+        log.index_type = text
+    elif element == "indexCurve":
+        log.index_curve = text
+    elif element == "startDateTimeIndex":
+        log.start = text
+    elif element == "nullValue":
+        log.null = text
+    elif element == "dataDelimiter" and text:
+        log.delimiter = text
+    elif element == "mnemonicList":
+        log.mnemonics = _listed(text)
+    elif element == "unitList":
+        log.units = _listed(text)
