@@ -80,6 +80,10 @@ def feather(log: pd.DataFrame) -> bytes:
     return buffer.getvalue()
 
 
+_UNITS = {"TQ": "kN.m", "SWEEP": "kN.m", "RPM": "rpm", "SET": "rpm", "HOLE": "ft", "BIT": "ft", "FLOW": "L/min"}
+"""Of the columns of the logs, for formats that state them."""
+
+
 def excel(log: pd.DataFrame) -> bytes:
     """An Excel workbook."""
     buffer = io.BytesIO()
@@ -89,8 +93,7 @@ def excel(log: pd.DataFrame) -> bytes:
 
 def las(log: pd.DataFrame) -> bytes:
     """LAS 2.0 against time."""
-    units = {"Time": "", "TQ": "kN.m", "SWEEP": "kN.m", "RPM": "rpm", "SET": "rpm", "HOLE": "ft", "BIT": "ft"}
-    curves = "\n".join(f" {name}.{units.get(str(name), '')} : {name}" for name in log.columns)
+    curves = "\n".join(f" {name}.{_UNITS.get(str(name), '')} : {name}" for name in log.columns)
     body = _text(log.fillna(-999.25) if log.isna().any().any() else log, sep=" ").partition("\n")[2]
     head = (
         "~Version\n VERS. 2.0 : CWLS LAS\n WRAP. NO : one line per step\n~Well\n STRT.s 0 : start\n STOP.s 0 : stop\n"
@@ -102,17 +105,18 @@ def las(log: pd.DataFrame) -> bytes:
 def witsml(log: pd.DataFrame) -> bytes:
     """A WITSML 1.4.1.1 log."""
     names = [str(name) for name in log.columns]
+    units = [_UNITS.get(name, "") for name in names]
     info = "".join(
-        f'<logCurveInfo uid="{name}"><mnemonic>{name}</mnemonic><unit>{"s" if name == "Time" else "m"}</unit>'
+        f'<logCurveInfo uid="{name}"><mnemonic>{name}</mnemonic><unit>{unit}</unit>'
         f"<typeLogData>{'date time' if name == 'Time' else 'double'}</typeLogData></logCurveInfo>"
-        for name in names
+        for name, unit in zip(names, units, strict=True)
     )
     rows = "".join(f"<data>{row}</data>\n" for row in _text(log).splitlines()[1:])
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n<logs xmlns="http://www.witsml.org/schemas/1series" version="1.4.1.1">'
         '<log uidWell="w" uidWellbore="b" uid="l"><nameWell>W1</nameWell><indexType>date time</indexType>'
         f"<indexCurve>Time</indexCurve>{info}<logData><mnemonicList>{','.join(names)}</mnemonicList>"
-        f"<unitList>{','.join('m' for _ in names)}</unitList>{rows}</logData></log></logs>"
+        f"<unitList>{','.join(units)}</unitList>{rows}</logData></log></logs>"
     ).encode("utf-8", "surrogateescape")
 
 
@@ -194,6 +198,31 @@ def archive(files: Mapping[str, bytes], packing: int = zipfile.ZIP_STORED) -> by
     return buffer.getvalue()
 
 
+WITS_CODES = {
+    "TQ": "0118",
+    "SWEEP": "0141",
+    "RPM": "0120",
+    "SET": "0142",
+    "HOLE": "0110",
+    "BIT": "0108",
+    "FLOW": "0130",
+}
+"""Items of a WITS stream by the columns of the logs."""
+
+
+def wits(log: pd.DataFrame) -> bytes:
+    """Records of level 0, of the columns that have a code there."""
+    columns = [name for name in log if name in WITS_CODES]
+    records = []
+    for row in log.to_dict("records"):
+        stamp = row["Time"]
+        items = [f"0105{stamp:%y%m%d}", f"0106{stamp:%H%M%S.%f}"] + [
+            f"{WITS_CODES[name]}{row[name]}" for name in columns
+        ]
+        records.append("\r\n".join(["&&", *items, "!!", ""]))
+    return "".join(records).encode("utf-8", "surrogateescape")
+
+
 def _zoned(log: pd.DataFrame) -> pd.DataFrame:
     stamps = log["Time"]
     return log.assign(Time=stamps.dt.tz_localize("UTC")) if stamps.dtype.kind == "M" else log
@@ -212,6 +241,7 @@ _BY_READER: Mapping[str, tuple[Write, ...]] = {
     ".xlsx": (excel,),
     ".las": (las,),
     ".xml": (witsml,),
+    ".wits": (wits,),
     ".tdms": (tdms,),
     ".h5": (hdf5,),
     ".mat": (hdf5, matlab),

@@ -20,10 +20,19 @@ from drillid.config.settings import Settings
 from drillid.datasets.memory import WellInMemory
 from drillid.errors import DrillidError
 from drillid.formats import first_stamp
+from drillid.formats.readers import wits
 from drillid.records.stage import regular_record
 from drillid.windows import stage as windows
 from tests.raw_logs import RIG
 
+WITS_RIG = RIG.model_copy(
+    update={
+        "channels": {
+            name: channel.model_copy(update={"column": seeds.WITS_CODES[str(channel.column)]})
+            for name, channel in RIG.channels.items()
+        }
+    }
+)
 SETTINGS = Settings.checked({"windows": {"length_s": 2.0}}, "fuzz")
 _TABLES_CHANGED = 0.6
 """Share of files whose table is changed before it is written."""
@@ -112,12 +121,13 @@ def taken_through(path: Path) -> str:
     Exception
         Any that is no error of drillid, and warnings of numpy, which stand for numbers that are none.
     """
+    rig = RIG if set(path.suffixes).isdisjoint(wits.SUFFIXES) else WITS_RIG
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", RuntimeWarning)
         try:
-            first_stamp(path, RIG.time.column, RIG.time.zone)
-            record = regular_record(path, RIG, SETTINGS.records)
+            first_stamp(path, rig.time.column, rig.time.zone)
+            record = regular_record(path, rig, SETTINGS.records)
         except DrillidError as error:
             _check_told(error)
             return type(error).__name__
@@ -126,7 +136,7 @@ def taken_through(path: Path) -> str:
         columns = {"file": [path.name], "first_sample": [0], "samples": [samples], "key": ["log"]}
         logs = xr.Dataset({name: ("log", values) for name, values in columns.items()}, {"log": [0]})
         folders.write("records", "logs", logs)
-        well: Any = SimpleNamespace(name="fuzz", rig=RIG, logs=(path,))
+        well: Any = SimpleNamespace(name="fuzz", rig=rig, logs=(path,))
         return "no window" if windows.process(well, folders, SETTINGS) else "windows"
 
 
