@@ -22,6 +22,8 @@ _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "Units", "units",
 _WAVEFORM_TIME = "Time"
 _TIMING = ("wf_start_time", "wf_start_offset", "wf_increment")
 _MOST_STARTS = 4
+_NEEDS_LITTLE = 2**26
+"""Bytes of a file that no machine lacks the memory for."""
 _ALIKE = 0.01
 """Part of the interval between samples within which channels are sampled together."""
 
@@ -72,6 +74,10 @@ def _opened(path: Path) -> Iterator[Any]:
             yield file
     except (struct.error, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f"it is damaged: {type(error).__name__} {error}") from error
+    except MemoryError as error:
+        if path.stat().st_size > _NEEDS_LITTLE:
+            raise
+        raise ValueError("it is damaged: it states lengths beyond the memory of this machine") from error
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:

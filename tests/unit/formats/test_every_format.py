@@ -273,3 +273,17 @@ def test_a_library_without_memory_holds_nothing_against_the_log(
     monkeypatch.setattr(formats()[".parquet"], "headers", fail)
     with pytest.raises(MemoryError, match="worker thread"):
         read_log(path, "Time", ["RPM"])
+
+
+def test_a_small_file_that_asks_for_all_memory_is_damaged(
+    log: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from nptdms import TdmsFile
+
+    def fail(content: object) -> None:
+        raise MemoryError
+
+    path = write(log, tmp_path / "log.tdms")
+    monkeypatch.setattr(TdmsFile, "open", fail)
+    with pytest.raises(LogError, match=r"damaged: it states lengths beyond the memory"):
+        read_log(path, "Time", ["RPM"])
