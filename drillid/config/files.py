@@ -12,6 +12,8 @@ import yaml
 
 from drillid.errors import SettingsError
 
+_WORKBOOKS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+"""What the files of Excel begin with, as other archives do."""
 _LARGEST_BYTES = 1_000_000
 _LARGEST_NODES = 20_000
 """Keys and values of a file once its aliases are written out."""
@@ -52,6 +54,8 @@ def read_text(path: str | Path) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SettingsError(str(path), f"cannot be read ({reason})", "Write the file, or correct its path") from error
+    if content.startswith(_WORKBOOKS):
+        raise SettingsError(str(path), "is a workbook or an archive, not text", "Save it as text, a sheet with tabs")
     if len(content) > _LARGEST_BYTES:
         what = f"has {len(content)} bytes, more than {_LARGEST_BYTES}"
         raise SettingsError(str(path), what, "Check that it is the file that was meant")

@@ -341,6 +341,13 @@ def _check_separator(path: Path, header: str) -> None:
             raise SettingsError(str(path), f"has {plural} between its columns '{header}'", remedy)
 
 
+def _plain(cell: str) -> str:
+    """A cell without spaces around it, and without the quotes in which Excel saves one with a comma or a quote."""
+    text = cell.strip()
+    is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
+    return text[1:-1].replace('""', '"').strip() if is_quoted else text
+
+
 def _records(table: pd.DataFrame) -> list[dict[str, str]]:
-    stripped = table.fillna("").map(str.strip)
+    stripped = table.fillna("").map(_plain)
     return [{str(name).strip(): value for name, value in record.items()} for record in stripped.to_dict("records")]

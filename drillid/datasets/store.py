@@ -140,7 +140,7 @@ class WellFolders:
         if kept:
             os.replace(self.aside(stage) / f"{name}.zarr", temporary)
             untouched = stamps(temporary)
-            _cut(temporary, kept, self.provenance)
+            _cut(temporary, kept, {"well": self.name or self.well, **self.provenance, **attributes})
 
         def append(piece: xr.Dataset) -> None:
             from drillid.datasets.direct import DirectStore, without_threads

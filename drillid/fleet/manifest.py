@@ -6,7 +6,7 @@ folders are kept or done again well by well, by their keys.
 
 import json
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -45,19 +45,23 @@ def write_manifest(path: str | Path, wells: Iterable[str]) -> None:
     write_whole(path, json.dumps({well: stored_key(path.parent / well) for well in wells}, indent=1) + "\n")
 
 
-def holds(path: Path, failed_on: Callable[[str], str]) -> bool:
-    """Whether every folder is whole, with the key that the manifest names, and no well that failed has been mended.
+def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str]) -> bool:
+    """Whether a manifest is that of a batch, whose folders are whole, with the keys that it names, and no well that
+    failed has been mended.
 
     Parameters
     ----------
     path : the manifest
+    wells : of the batch
     failed_on : hash of everything that may make a well fail, as it is now, by the well's name
     """
     try:
         keys = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return False
-    return isinstance(keys, dict) and all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
+    if not isinstance(keys, dict) or keys.keys() != set(wells):
+        return False
+    return all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
 
 
 def failed_in(path: Path) -> int:

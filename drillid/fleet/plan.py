@@ -101,17 +101,19 @@ class Plan:
         return hold_mirror(Path(self.settings.results), mirror) if mirror is not None else lambda: None
 
     def drop_untrue_manifests(self) -> None:
-        """Take away the manifests of batches with a well whose folder is gone or other than named there, or mended.
+        """Take away the manifests of batches that hold other wells now, or one whose folder is gone or other than named
+        there, or which is mended.
 
         Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
         there only while no job works on its batch, so a running workflow is not disturbed.
         """
-        paths = (Path(self.settings.results, stage, f"{batch}.json") for stage in STAGES for batch in self.batches)
-        own = (Path(self.settings.results, START_UPS.name, f"{name}.json") for name in self.start_ups)
-        for found, listings in ((paths, self.wells), (own, self.start_ups)):
+        results, batches = Path(self.settings.results), self.batches
+        found = {results / stage / f"{batch}.json": wells for stage in STAGES for batch, wells in batches.items()}
+        own = {results / START_UPS.name / f"{name}.json": (name,) for name in self.start_ups}
+        for manifests, listings in ((found, self.wells), (own, self.start_ups)):
             failed = functools.partial(_failed_on, listings)
-            for path in found:
-                if path.exists() and not holds(path, failed):
+            for path, names in manifests.items():
+                if path.exists() and not holds(path, names, failed):
                     path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:

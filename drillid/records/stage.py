@@ -174,7 +174,11 @@ def _after(samples: xr.Dataset, end: End | None, path: Path) -> tuple[xr.Dataset
     last = None if end is None else np.datetime64(end.time, "ns")
     late = 0 if last is None else int(np.searchsorted(samples["time"].values, last, side="right"))
     if late == samples.sizes["time"]:
-        raise LogError(str(path), "lies wholly within the time of the previous logs; not used", "List each log once")
+        raise LogError(
+            str(path),
+            "lies wholly within the time of the previous logs; not used",
+            "List each log once; where this one corrects an earlier one, take that out of the sheet",
+        )
     if late == 0:
         return samples, []
     what = f"its first {late} samples overlap the previous log and are not used"

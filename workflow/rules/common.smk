@@ -32,6 +32,8 @@ try:
     if workflow.is_main_process and PLAN.restore_results():
         logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
 except DrillidError as error:
+    if OUTCOME in os.environ:
+        Path(os.environ[OUTCOME]).write_text(json.dumps({"line": f"Nothing was done: {error}"}))
     raise WorkflowError(str(error)) from None
 
 BATCHES = PLAN.batches

@@ -106,6 +106,14 @@ def test_a_file_in_latin_1_is_named_with_line_and_remedy(tmp_path: Path) -> None
     assert "iconv -f LATIN1 -t UTF-8" in error.value.remedy
 
 
+@pytest.mark.parametrize("begin", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0"])
+def test_a_workbook_is_told_to_be_none_of_text(tmp_path: Path, begin: bytes) -> None:
+    path = tmp_path / "logs.xlsx"
+    path.write_bytes(begin + b"\xc7\x00")
+    with pytest.raises(SettingsError, match=r"logs.xlsx: is a workbook or an archive, not text. Save it as text"):
+        read_text(path)
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_unicode_is_read_with_its_mark(tmp_path: Path, encoding: str) -> None:
     path = tmp_path / "rig.yaml"

@@ -176,3 +176,10 @@ def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
         settings = settings_for(sheets, logs=f"well\tlog\nW1\t{sheets}/{log}\n")
         with pytest.raises(SettingsError, match="outside of the folders for logs"):
             read_sheets(settings)
+
+
+def test_a_cell_is_read_without_the_quotes_in_which_excel_saves_it(tmp_path: Path) -> None:
+    wells = WELLS.replace("the first, on rig #4", '"the first, ""8½"" section"')
+    found = read_sheets(settings_for(tmp_path, wells, LOGS + 'W2\t"tag 1, b.csv"\n'))
+    assert found["W1"].description == 'the first, "8½" section'
+    assert Path("tag 1, b.csv") in found["W2"].logs

@@ -18,12 +18,12 @@ def test_a_damaged_key_is_no_key(tmp_path: Path, content: bytes) -> None:
 @pytest.mark.parametrize("content", [b"", b"[]", b"5", b"\xff", b'{"W1": 3}'])
 def test_a_damaged_manifest_does_not_hold(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "W1.json").write_bytes(content)
-    assert not holds(tmp_path / "W1.json", lambda _: "")
+    assert not holds(tmp_path / "W1.json", ["W1"], lambda _: "")
 
 
 def test_a_failure_holds_until_its_causes_change(tmp_path: Path) -> None:
     (tmp_path / "W1").mkdir()
     (tmp_path / "W1" / KEY).write_text(json.dumps({"key": "a", "failed_on": "wrong rig description"}))
     write_manifest(tmp_path / "W1.json", ["W1"])
-    assert holds(tmp_path / "W1.json", lambda _: "wrong rig description")
-    assert not holds(tmp_path / "W1.json", lambda _: "corrected rig description")
+    assert holds(tmp_path / "W1.json", ["W1"], lambda _: "wrong rig description")
+    assert not holds(tmp_path / "W1.json", ["W1"], lambda _: "corrected rig description")

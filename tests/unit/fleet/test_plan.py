@@ -1,5 +1,6 @@
 """How wells are laid out in jobs."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -47,6 +48,17 @@ def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: P
     shutil.rmtree(tmp_path / "fits/W3")
     found.drop_untrue_manifests()
     assert list(tmp_path.glob("fits/*.json")) == [tmp_path / "fits/W1.json"]
+
+
+def test_a_failed_well_that_leaves_its_batch_takes_the_manifest_along(tmp_path: Path) -> None:
+    wells = {name: Listing(name, tmp_path / "toy.yaml", ()) for name in ("W1", "W2")}
+    settings = Settings(results=str(tmp_path), fleet={"batch_size": 25})
+    for well, content in (("W1", {"key": "1"}), ("W2", {"key": "2", "failed_on": "a log that was cut short"})):
+        (tmp_path / "fits" / well).mkdir(parents=True)
+        (tmp_path / "fits" / well / KEY).write_text(json.dumps(content))
+    write_manifest(tmp_path / "fits/0000.json", wells)
+    Plan(settings, {"W1": wells["W1"]}).drop_untrue_manifests()
+    assert not (tmp_path / "fits/0000.json").exists()
 
 
 def test_a_well_that_never_finished_is_a_reason_to_run_again(tmp_path: Path) -> None:
