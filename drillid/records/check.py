@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -121,17 +121,34 @@ def _well(
         return
     fast, slow = sources(listing.logs, rig)
     checked.logs += len(listing.logs)
-    times, commanded = list[tuple[int, int]](), list[bool]()
+    times, commanded = list[tuple[int, int, Path]](), list[bool]()
     for source in fast:
         sound = yield from _log(source, slow)
         if sound is not None:
-            times.append(sound[0])
+            times.append((*sound[0], source.path))
             commanded.append(sound[1])
-    yield from (replace(Finding.of(error), fails=False) for error in slow.problems(times))
+    yield from _overlapping(times)
+    spans = [(first, last) for first, last, _ in times]
+    yield from (replace(Finding.of(error), fails=False) for error in slow.problems(spans))
     if rig.controller is None and commanded and not any(commanded):
         what = f"states no controller, and no log of the well '{listing.name}' holds torque_command, which shows it"
         remedy = "Add 'controller' with its gain 'proportional', or map the torque command under 'channels'"
         yield Finding(str(listing.rig_file), what, remedy)
+
+
+def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
+    """Logs that others leave nothing of, or not all; first and last stamp (ns) and file of each."""
+    end, before = -1, Path()
+    for first, last, path in sorted(times):
+        if last <= end:
+            what = f"lies wholly within the time of the logs up to '{before.name}' and is not used"
+            remedy = "List each log once; where this one corrects an earlier one, take that out of the sheet"
+            yield Finding(str(path), what, remedy)
+            continue
+        if first <= end:
+            what = f"begins {(end - first) / 1e9:.4g} s before the end of '{before.name}'; that part of it is not used"
+            yield Finding(str(path), what, "List logs that do not overlap", fails=False)
+        end, before = last, path
 
 
 def _log(source: Source, slow: SlowLogs) -> Generator[Finding, None, tuple[tuple[int, int], bool] | None]:

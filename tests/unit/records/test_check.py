@@ -111,6 +111,17 @@ def test_the_lack_of_controller_and_torque_command_is_told_where_no_log_holds_it
     assert not any(each.fails for each in findings(folder))
 
 
+def test_logs_that_others_leave_nothing_of_or_not_all_are_told(folder: Path) -> None:
+    (folder / "resent.csv").write_text(LOG.replace(",1.0,", ",1.1,"))
+    (folder / "later.csv").write_text(LOG.replace("T06:00:", "T06:01:").replace("T06:01:0", "T06:00:5"))
+    with (folder / "logs.tsv").open("a") as sheet:
+        sheet.writelines(f"34/10-A-12 H\t{folder}/{name}.csv\n" for name in ("resent", "later"))
+    told = [(Path(each.where).name, each.what, each.fails) for each in findings(folder) if "time of" in each.what]
+    assert told == [("resent.csv", "lies wholly within the time of the logs up to 'good.csv' and is not used", True)]
+    (part,) = (each for each in findings(folder) if "before the end of 'good.csv'" in each.what)
+    assert (Path(part.where).name, part.fails) == ("later.csv", False)
+
+
 def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run_would_fail(folder: Path) -> None:
     sound = CliRunner().invoke(app, ["check", str(folder / "config.yaml")])
     assert sound.exit_code == 0, sound.output
