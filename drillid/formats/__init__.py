@@ -9,10 +9,11 @@ reason. Everything else (packed files, a missing column, text among the numbers,
 is dealt with in this package once for all formats.
 """
 
+from drillid.formats.column_names import column_in, column_named
 from drillid.formats.continued import names_of
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn
 from drillid.formats.detection import format_of, formats
-from drillid.formats.log import Log, column_in, column_named, first_stamp, headers, read_log, table_with
+from drillid.formats.log import Log, first_stamp, headers, read_log, table_with
 
 __all__ = [
     "Dialect",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import errno
 import os
 import traceback
@@ -19,14 +18,15 @@ from drillid.arrays import Floats
 from drillid.errors import DrillidError, LogError
 from drillid.formats.arrow_tables import notes_of
 from drillid.formats.cells import numbers
+from drillid.formats.choice_of_times import choose_times
+from drillid.formats.column_names import column_named, listed
 from drillid.formats.continued import Continuing, as_one, names_of, overlap
 from drillid.formats.description import Dialect, Header, LogFormat, Note, TimeColumn, Unusable
 from drillid.formats.detection import reader_of, suffix_of
-from drillid.formats.kinds_of_times import counts_stamps, holds_stamps, is_time_of_day
-from drillid.formats.long_form import note_on, noted
-from drillid.formats.mnemonics import date_among, key_of, milliseconds_among, split_unit, time_among, times_among
+from drillid.formats.long_form import noted
+from drillid.formats.mnemonics import split_unit, time_among
 from drillid.formats.packing import unpacked_file
-from drillid.formats.places import Places, first_line, shortened
+from drillid.formats.places import Places, first_line
 from drillid.formats.remote import local_file, url_of
 from drillid.formats.repeated_names import check_repeated_times, first_of_repeated
 from drillid.formats.stamps import utc_stamps
@@ -38,10 +38,6 @@ if TYPE_CHECKING:
 
 _ROWS_OF_START = 1000
 """Rows among which a log's earliest time stamp is sought."""
-_MOST_NAMES = 50
-"""Columns or tables that a message lists."""
-_DEFAULT_TIME = "TIME"
-"""Name of a time column that needs no mention."""
 _SHORT_OF_MEMORY = (os.strerror(errno.ENOMEM), os.strerror(errno.EAGAIN))
 """What libraries that cannot get memory, or a thread with its stack, say of it in errors of their own."""
 PLAIN = Dialect()
@@ -106,7 +102,7 @@ def read_log(
     with _reading(path) as (reader, file, notes):
         header = _table_of(path, _headers(path, file, reader, dialect), columns)
         places = Places(path, header, _line_of)
-        times, decided = _times(reader, file, described, places)
+        times, decided = choose_times(reader, file, described, places)
         wanted = [column_named(name, header, path) for name in columns]
         table = _columns(path, file, reader, header, times, wanted, None)
         stamps, read = utc_stamps(times, table)
@@ -142,7 +138,7 @@ def first_stamp(
     described = time if isinstance(time, TimeColumn) else TimeColumn(time, zone=zone)
     with _reading(path) as (reader, file, _):
         header = _table_of(path, _headers(path, file, reader, dialect), columns)
-        times, _ = _times(reader, file, described, Places(path, header, _line_of))
+        times, _ = choose_times(reader, file, described, Places(path, header, _line_of))
         try:
             return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
         except LogError:
@@ -171,46 +167,6 @@ def table_with(path: Path, columns: Sequence[str], dialect: Dialect = PLAIN) -> 
         As `headers`.
     """
     return _table_of(path, headers(path, dialect), columns)
-
-
-def column_in(header: Header, name: str) -> str | None:
-    """The column of a header that a name stands for: exactly, as the file's other name, without its unit, or in other
-    case; None without one.
-    """
-    if name in header.columns:
-        return name
-    if name in header.aliases:
-        return header.aliases[name]
-    bare = split_unit(name)[0]
-    alike = [column for column in header.columns if split_unit(column)[0] == bare]
-    in_any_case = [column for column in header.columns if split_unit(column)[0].casefold() == bare.casefold()]
-    return next((found[0] for found in (alike, in_any_case) if len(found) == 1), None)
-
-
-def column_named(name: str, header: Header, path: Path) -> str:
-    """As `column_in`.
-
-    Raises
-    ------
-    LogError
-        If there is none, with the likely one.
-    """
-    found = column_in(header, name)
-    if found is not None:
-        return found
-    long_form = note_on(header.columns)
-    if long_form is not None:
-        raise LogError(str(path), f"has no column '{name}' and {long_form[0]}", long_form[1])
-    close = difflib.get_close_matches(name, header.columns, n=1)
-    hint = f"Did you mean {_listed(close)}?" if close else "Name one of them in the rig description"
-    raise LogError(str(path), f"has no column '{name}'; its columns are {_listed(header.columns)}", hint)
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names as a message quotes them: not all of very many, and not all of a very long one."""
-    shown = [f"'{shortened(name)}'" for name in names[:_MOST_NAMES]]
-    more = [f"and {len(names) - _MOST_NAMES} more"] if len(names) > _MOST_NAMES else []
-    return ", ".join(shown + more) or "none"
 
 
 def _line_of(path: Path, header: Header, row: int) -> int:
@@ -288,7 +244,7 @@ def _read_headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -
         return found
     chosen = [header for header in found if header.table == dialect.table]
     if not chosen:
-        what = f"has no table '{dialect.table}'; its tables are {_listed([header.table for header in found])}"
+        what = f"has no table '{dialect.table}'; its tables are {listed([header.table for header in found])}"
         raise LogError(str(path), what, "Correct file.table in the rig description")
     return chosen
 
@@ -319,7 +275,7 @@ def _table_of(path: Path, found: list[Header], columns: Sequence[str]) -> Header
 
 
 def _several(path: Path, tables: Sequence[str], columns: Sequence[str]) -> LogError:
-    what = f"its tables {_listed(tables)} all hold the columns {_listed(columns)}"
+    what = f"its tables {listed(tables)} all hold the columns {listed(columns)}"
     return LogError(str(path), what, "State the one to read as file.table in the rig description")
 
 
@@ -330,64 +286,6 @@ def _likely_log(header: Header) -> int:
 
 def _has_times(header: Header) -> bool:
     return header.time is not None or time_among(header.columns) is not None
-
-
-def _times(reader: LogFormat, file: Path, described: TimeColumn, places: Places) -> tuple[StatedTimes, list[Note]]:
-    """The columns that state the times, by the rig description, else the format, else their names."""
-    header, notes = places.header, list[Note]()
-    if described.column is not None:
-        column = column_named(described.column, header, places.path)
-    else:
-        column = header.time or _time_column(reader, file, places)
-        if header.time is None and key_of(column) != _DEFAULT_TIME:
-            notes.append(_taken("times", column, "column"))
-    date = None if described.date is None else column_named(described.date, header, places.path)
-    if date is None:
-        of_format = header.date if column == header.time else None
-        date = of_format or _date_beside(reader, file, header, column)
-        if date is not None and date != header.date:
-            notes.append(_taken("dates", date, "date"))
-    beside = milliseconds_among(name for name in header.columns if name not in (column, date))
-    return StatedTimes(column, date, described, places, beside), notes
-
-
-def _time_column(reader: LogFormat, file: Path, places: Places) -> str:
-    """The column of times by its name, one with dates before others, else the only one that holds stamps."""
-    header = places.header
-    named, dated = times_among(header.columns), date_among(header.columns)
-    if len(named) == 1:
-        return named[0]
-    among = named or list(header.columns)
-    cells = None if header.rows == 0 else reader.read_columns(file, header, among, among, 5)
-    stamped = [] if cells is None else [name for name in among if holds_stamps(cells.column(name))]
-    if named:
-        counts = cells is not None and counts_stamps(cells.column(named[0]))
-        return named[0] if counts or not stamped else stamped[0]
-    if dated is not None and (dated in stamped or len(stamped) != 1):
-        return dated
-    if len(stamped) != 1:
-        raise LogError(
-            places.whole,
-            f"has no column that is named like a time; its columns are {_listed(header.columns)}",
-            "State the one with the times as time.column in the rig description",
-        )
-    return stamped[0]
-
-
-def _taken(what: str, column: str, key: str) -> Note:
-    return (
-        f"the {what} are taken from column '{column}'",
-        f"State time.{key} in the rig description where that is wrong",
-    )
-
-
-def _date_beside(reader: LogFormat, file: Path, header: Header, column: str) -> str | None:
-    """A column named like a date, where the column of times holds times of day only."""
-    date = date_among(name for name in header.columns if name != column)
-    if date is None or header.rows == 0:
-        return None
-    cells = reader.read_columns(file, header, [column], [column], 5).column(column)
-    return date if is_time_of_day(cells) else None
 
 
 def _columns(

@@ -19,6 +19,17 @@ _LINES = 20_000
 _OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
 _DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
+_OF_CURVE = {"mnemonic": "mnemonic", "mnemAlias": "alias", "unit": "unit", "nullValue": "null", "typeLogData": "kind"}
+"""Elements whose text a curve keeps, and the name under which it does."""
+_OF_LOG = {
+    "name": "name",
+    "indexType": "index_type",
+    "indexCurve": "index_curve",
+    "startDateTimeIndex": "start",
+    "nullValue": "null",
+}
+_LISTS = {"mnemonicList": "mnemonics", "unitList": "units"}
+"""The same of a log object, as text and as lists."""
 
 
 @dataclass
@@ -212,18 +223,10 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
 
 
 def _fill_curve(curve: Curve, element: str, text: str) -> None:
-    if element == "mnemonic":
-        curve.mnemonic = text
-    elif element == "mnemAlias":
-        curve.alias = text
-    elif element == "unit":
-        curve.unit = text
-    elif element == "nullValue":
-        curve.null = text
+    if element in _OF_CURVE:
+        setattr(curve, _OF_CURVE[element], text)
     elif element == "columnIndex" and text.isdigit():
         curve.column = int(text)
-    elif element == "typeLogData":
-        curve.kind = text
 
 
 def _listed(text: str) -> list[str]:
@@ -232,19 +235,9 @@ def _listed(text: str) -> list[str]:
 
 
 def _fill_log(log: LogObject, element: str, text: str) -> None:
-    if element == "name":
-        log.name = text
-    elif element == "indexType":
-        log.index_type = text
-    elif element == "indexCurve":
-        log.index_curve = text
-    elif element == "startDateTimeIndex":
-        log.start = text
-    elif element == "nullValue":
-        log.null = text
+    if element in _OF_LOG:
+        setattr(log, _OF_LOG[element], text)
+    elif element in _LISTS:
+        setattr(log, _LISTS[element], _listed(text))
     elif element == "dataDelimiter" and text:
         log.delimiter = text
-    elif element == "mnemonicList":
-        log.mnemonics = _listed(text)
-    elif element == "unitList":
-        log.units = _listed(text)

@@ -13,7 +13,7 @@ from drillid.config.settings import Settings
 from drillid.config.sheets import Listing, read_sheets
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
-from drillid.records.joining import SlowLogs, Source, joined, sources
+from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
 
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 """What every run reads first; another configuration contains only what differs."""
@@ -142,12 +142,11 @@ def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
     for first, last, path in sorted(times):
         if last <= end:
             what = f"lies wholly within the time of the logs up to '{before.name}' and is not used"
-            remedy = "List each log once; where this one corrects an earlier one, take that out of the sheet"
-            yield Finding(str(path), what, remedy)
+            yield Finding(str(path), what, LIST_ONCE)
             continue
         if first <= end:
             what = f"begins {(end - first) / 1e9:.4g} s before the end of '{before.name}'; that part of it is not used"
-            yield Finding(str(path), what, "List logs that do not overlap", fails=False)
+            yield Finding(str(path), what, LIST_APART, fails=False)
         end, before = last, path
 
 

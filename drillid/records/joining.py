@@ -43,6 +43,11 @@ Known = Callable[[str, Path, Callable[[], Any]], Any]
 """What takes a finding about a file (its kind, the file, what finds it) from an earlier run, or has it found."""
 
 
+LIST_ONCE = "List each log once; where this one corrects an earlier one, take that out of the sheet"
+LIST_APART = "List logs that do not overlap"
+"""Remedies for a log of which those before it leave nothing, or not all."""
+
+
 def _found_now(_kind: str, _path: Path, find: Callable[[], Any]) -> Any:
     return find()
 

@@ -21,7 +21,7 @@ from drillid.records.channels import FAST_CHANNELS, read_channels
 from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance, share_of_real_jitter
 from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
-from drillid.records.joining import Known, SlowLogs, Source, joined, sources
+from drillid.records.joining import LIST_APART, LIST_ONCE, Known, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import EarlierLogs, PlacedLog, file_states, samples_key
 from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
@@ -174,15 +174,11 @@ def _after(samples: xr.Dataset, end: End | None, path: Path) -> tuple[xr.Dataset
     last = None if end is None else np.datetime64(end.time, "ns")
     late = 0 if last is None else int(np.searchsorted(samples["time"].values, last, side="right"))
     if late == samples.sizes["time"]:
-        raise LogError(
-            str(path),
-            "lies wholly within the time of the previous logs; not used",
-            "List each log once; where this one corrects an earlier one, take that out of the sheet",
-        )
+        raise LogError(str(path), "lies wholly within the time of the previous logs; not used", LIST_ONCE)
     if late == 0:
         return samples, []
     what = f"its first {late} samples overlap the previous log and are not used"
-    return samples.isel(time=slice(late, None)), [(what, "List logs that do not overlap")]
+    return samples.isel(time=slice(late, None)), [(what, LIST_APART)]
 
 
 def _check_rate(ticks: Ticks, stated: float | None, path: Path) -> None:

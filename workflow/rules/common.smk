@@ -25,6 +25,14 @@ from drillid.fleet.plan import Plan, prepare_environment
 from drillid.errors import DrillidError
 from drillid.fleet.stages import START_UPS, STAGES
 
+
+def hand_over(outcome):
+    """Give `drillid run` what became of the wells; whether it is there."""
+    if OUTCOME in os.environ:
+        Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))
+    return OUTCOME in os.environ
+
+
 prepare_environment(CHECKOUT if CHECKOUT.is_dir() else workflow_of_library())
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
@@ -32,8 +40,7 @@ try:
     if workflow.is_main_process and PLAN.restore_results():
         logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
 except DrillidError as error:
-    if OUTCOME in os.environ:
-        Path(os.environ[OUTCOME]).write_text(json.dumps({"line": f"Nothing was done: {error}"}))
+    hand_over({"line": f"Nothing was done: {error}"})
     raise WorkflowError(str(error)) from None
 
 BATCHES = PLAN.batches
@@ -151,9 +158,7 @@ def end():
 def tell(say):
     """What became of the wells, to `drillid run` or else as a line."""
     outcome = PLAN.outcome()
-    if OUTCOME in os.environ:
-        Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))
-    else:
+    if not hand_over(outcome):
         say(outcome["line"])
 
 
