@@ -150,10 +150,34 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
     rule: Any = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:
         aware = naive.dt.tz_localize(zone, ambiguous=rule)
-    except (ValueError, KeyError) as error:
+    except KeyError as error:
         raise LogError(
             of.places.column(of.column),
-            f"the stamps cannot be placed in the time zone '{zone}' ({first_line(error)})",
-            "Correct the zone in the rig description, or log in UTC",
+            f"'{zone}' is not a time zone",
+            "Correct time.zone in the rig description to one such as Europe/Oslo or UTC",
         ) from error
+    except ValueError as error:
+        raise _not_on_the_clock(of, naive, zone, first_line(error)) from error
     return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
+
+
+def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> LogError:
+    """The error of stamps within the hour that a clock leaves out in spring, or the one that it repeats in autumn."""
+    left_out = naive.dt.tz_localize(zone, ambiguous=np.ones(len(naive), bool), nonexistent="NaT").isna().to_numpy()
+    repeated = naive.dt.tz_localize(zone, ambiguous="NaT", nonexistent="shift_forward").isna().to_numpy()
+    if left_out.any():
+        row = int(np.argmax(left_out))
+        fault = "does not exist there, as clocks are put forward over it"
+    elif repeated.any():
+        row = int(np.argmax(repeated))
+        fault = "comes twice there, as clocks are put back, and the rows do not show which of the two it is"
+    else:
+        what = f"the stamps cannot be placed in the time zone '{zone}' ({reason})"
+        return LogError(of.places.column(of.column), what, "Correct time.zone in the rig description")
+    time = str(naive[row].floor("s"))
+    return LogError(
+        of.places.cell(of.column, row),
+        f"the stamps cannot be placed in the time zone '{zone}': {time} {fault}",
+        "Export the log in UTC, or with the offset from UTC in every stamp; if the recorder's clock is not changed for "
+        "daylight saving, state its zone as time.zone in the rig description, such as Etc/GMT-1 for UTC+1",
+    )

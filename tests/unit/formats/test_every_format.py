@@ -1,6 +1,7 @@
 """One suite over every file format of rig logs, plain and packed."""
 
 import io
+import re
 import tarfile
 import zipfile
 from pathlib import Path
@@ -66,11 +67,29 @@ def test_stamps_with_an_offset_become_utc(suffix: str, log: pd.DataFrame, tmp_pa
 
 
 @every_format
-def test_stamps_in_an_hour_that_comes_twice_are_refused(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
-    times = pd.date_range("2025-10-26T02:30", periods=50, freq="20ms")
+@pytest.mark.parametrize(
+    ("start", "fault"),
+    [
+        ("2025-10-26T02:59:59.9", "2025-10-26 02:59:59 comes twice there, as clocks are put back"),
+        ("2025-03-30T01:59:59.9", "2025-03-30 02:00:00 does not exist there, as clocks are put forward"),
+    ],
+)
+def test_stamps_in_the_hour_of_a_changed_clock_are_refused(
+    suffix: str, start: str, fault: str, log: pd.DataFrame, tmp_path: Path
+) -> None:
+    times = pd.date_range(start, periods=50, freq="20ms")
     path = write(log.assign(Time=times), tmp_path / f"log{suffix}")
-    with pytest.raises(LogError, match=r"cannot be placed in the time zone 'Europe/Oslo'.*UTC"):
+    with pytest.raises(LogError) as error:
         read_log(path, "Time", ["RPM"], zone="Europe/Oslo")
+    assert error.value.what.startswith(f"the stamps cannot be placed in the time zone 'Europe/Oslo': {fault}")
+    assert re.fullmatch(rf"{re.escape(str(path))}.*, column 'Time', row \d+", error.value.where)
+    assert "UTC" in error.value.remedy
+
+
+def test_a_zone_that_is_none_is_told(log: pd.DataFrame, tmp_path: Path) -> None:
+    path = write(log.assign(Time=STAMPS.tz_localize(None)), tmp_path / "log.csv")
+    with pytest.raises(LogError, match="'Europe/Olso' is not a time zone"):
+        read_log(path, "Time", ["RPM"], zone="Europe/Olso")
 
 
 @every_format
