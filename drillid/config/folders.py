@@ -62,11 +62,17 @@ class Roots:
             return True
         if _OTHER_ADDRESS.match(path):
             return ".." not in path and any(_below(path, root) for root in self.folders if "://" in root)
-        folder, name = os.path.split(os.path.abspath(path))
-        resolved = os.path.join(_resolved(folder), name)
-        if ".." in Path(path).parts or os.path.islink(resolved):
-            resolved = os.path.realpath(path)
+        resolved = without_links(path)
         return any(_below(resolved, root) for root in self.folders)
+
+
+def without_links(path: str) -> str:
+    """The path of a file once its links are followed, or its address without needless parts: one file, one name."""
+    if _OTHER_ADDRESS.match(path):
+        return os.path.normpath(path)
+    folder, name = os.path.split(os.path.abspath(path))
+    resolved = os.path.join(_resolved(folder), name)
+    return os.path.realpath(path) if ".." in Path(path).parts or os.path.islink(resolved) else resolved
 
 
 @functools.lru_cache(maxsize=4096)

@@ -12,7 +12,7 @@ import pandas as pd
 from pydantic import Field, field_validator
 
 from drillid.config.files import read_text
-from drillid.config.folders import SAFE, Roots, as_seen, folder_of
+from drillid.config.folders import SAFE, Roots, as_seen, folder_of, without_links
 from drillid.config.rig import Rig
 from drillid.config.validation import KeyFault, Strict
 from drillid.errors import SettingsError
@@ -279,19 +279,21 @@ def _apart(rows: Iterable[tuple[str, Named]], kind: str, faults: Faults) -> dict
 
 def _logs_of_wells(settings: "Settings", names: Collection[str], faults: Faults) -> dict[str, list[Path]]:
     logs: dict[str, list[Path]] = {name: [] for name in names}
-    seen: dict[str, str] = {}
+    seen: dict[str, tuple[str, str]] = {}
     roots = Roots.of([".", Path(settings.logs).parent, settings.results, *settings.log_roots])
     for where, row in _rows(Path(settings.logs), LogRow, faults):
-        path = os.path.normpath(row.log)
+        path = without_links(row.log)
         if row.well not in logs:
             faults(_unknown(where, row.well, names, settings.wells))
         elif path in seen:
-            what = f"log '{row.log}' is listed already at {seen[path]}"
+            other, log = seen[path]
+            name = "" if os.path.normpath(log) == os.path.normpath(row.log) else f" as '{log}', which is the same file"
+            what = f"log '{row.log}' is listed already at {other}{name}"
             faults(SettingsError(where, what, "Remove one of the rows"))
         elif not roots.hold(row.log):
             faults(_outside(where, row.log, roots))
         else:
-            seen[path] = where
+            seen[path] = where, row.log
             logs[row.well].append(Path(row.log))
     return logs
 

@@ -178,6 +178,18 @@ def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
             read_sheets(settings)
 
 
+@pytest.mark.parametrize("link", ["logs/linked.csv", "linked/a.csv"])
+def test_a_file_that_is_listed_again_through_a_link_is_found(link: str, tmp_path: Path) -> None:
+    log = tmp_path / "logs/a.csv"
+    log.parent.mkdir()
+    log.touch()
+    (tmp_path / "logs/linked.csv").symlink_to("a.csv")
+    (tmp_path / "linked").symlink_to("logs")
+    settings = settings_for(tmp_path, logs=f"well\tlog\nW1\t{log}\nW2\t{tmp_path / link}\n")
+    with pytest.raises(SettingsError, match=rf"{link}' is listed already at .*, row 2 as '{log}', which is the same"):
+        read_sheets(settings)
+
+
 def test_a_cell_is_read_without_the_quotes_in_which_excel_saves_it(tmp_path: Path) -> None:
     wells = WELLS.replace("the first, on rig #4", '"the first, ""8½"" section"')
     found = read_sheets(settings_for(tmp_path, wells, LOGS + 'W2\t"tag 1, b.csv"\n'))
