@@ -153,12 +153,16 @@ class Listing:
             If it is missing, cannot be read or does not validate.
         """
         if not self.rig_file.is_file():
-            raise SettingsError(
-                str(self.rig_file),
-                f"rig '{self.rig_file.stem}' has no description",
-                f"Write this file, or correct the rig of well '{self.name}' in the wells sheet",
-            )
+            raise self._without_rig()
         return Rig.from_yaml(self.rig_file)
+
+    def _without_rig(self) -> SettingsError:
+        """The error of a rig that is not described, with the one that was probably meant."""
+        rig, known = self.rig_file.stem, sorted(path.stem for path in self.rig_file.parent.glob("*.yaml"))
+        close = difflib.get_close_matches(rig, known, n=1)
+        meant = f"Did you mean '{close[0]}'? Else write" if close else "Write"
+        remedy = f"{meant} this file, or correct the rig of well '{self.name}' in the wells sheet"
+        return SettingsError(str(self.rig_file), f"rig '{rig}' has no description", remedy)
 
     def absolute(self) -> "Listing":
         """The same with absolute paths, which hold in any working folder; URLs stay as they are."""

@@ -85,12 +85,13 @@ def test_a_rig_that_does_not_validate_is_found_only_when_its_well_is_worked_on(t
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ("W3\ttoys\t\n", "toys.yaml: rig 'toys' has no description. Write this file, or correct the rig of well 'W3'"),
+        ("W3\ttoys\t\n", "toys.yaml: rig 'toys' has no description. Did you mean 'toy'? Else write this file, or "),
+        ("W3\tR7\t\n", "R7.yaml: rig 'R7' has no description. Write this file, or correct the rig of well 'W3'"),
         ("W3\ttoy\t\n", "logs sheet: well 'W3' has no logs. List its log files there"),
     ],
 )
 def test_a_well_without_rig_or_logs_is_found_only_when_it_is_worked_on(tmp_path: Path, row: str, message: str) -> None:
-    logs = LOGS + ("W3\td.csv\n" if "toys" in row else "")
+    logs = LOGS + ("W3\td.csv\n" if "rig" in message else "")
     found = read_sheets(settings_for(tmp_path, WELLS + row, logs))
     assert found["W1"].load().name == "W1"
     with pytest.raises(SettingsError) as error:
