@@ -1,31 +1,25 @@
 """The two sheets a user fills in: wells with their rigs, and the log files of each well."""
 
 import difflib
-import io
+import hashlib
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-import pandas as pd
 from pydantic import Field, field_validator
 
-from drillid.config.files import read_text
 from drillid.config.folders import SAFE, Roots, as_seen, folder_of, without_links
 from drillid.config.rig import Rig
+from drillid.config.sheet_rows import SheetRow, sheet_rows
 from drillid.config.validation import KeyFault, Strict
 from drillid.errors import SettingsError
 from drillid.formats.remote import url_of
 
 if TYPE_CHECKING:
     from drillid.config.settings import Settings
-
-Faults = Callable[[SettingsError], None]
-"""What takes the faults of rows."""
-_OPTIONAL = {"section", "tool", "folder", "fitted"}
-"""Columns that a sheet need not have, beside the description."""
-_SEPARATORS = {",": "commas", ";": "semicolons"}
 
 
 def _checked_name(name: str) -> str:
@@ -93,7 +87,6 @@ class StartUpRow(Strict):
         return _checked_name(name)
 
 
-Row = TypeVar("Row", WellRow, LogRow, StartUpRow)
 Named = TypeVar("Named", WellRow, StartUpRow)
 
 
@@ -111,8 +104,10 @@ class Listing:
     """One well as listed in the sheets; its rig description is not read yet, and may be missing.
 
     name : as people write it
+    rig_file : description of its rig; the sheet itself where the well's row there cannot be used
     folder : of its results, and its name wherever the workflow needs one; by default made from the name
     section, tool : what it may have in common with other wells; empty where it has nothing
+    faults : of its rows in the sheets, for which it fails
     """
 
     name: str
@@ -122,14 +117,15 @@ class Listing:
     folder: str = ""
     section: str = ""
     tool: str = ""
+    faults: tuple[SettingsError, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "folder", self.folder or folder_of(self.name))
 
     @property
     def stated(self) -> dict[str, Any]:
-        """What its row of the sheet says that its results depend on."""
-        return {}
+        """What its rows of the sheets say that its results depend on, beside rig and logs."""
+        return {"faults": list(map(str, self.faults))} if self.faults else {}
 
     def load(self) -> Any:
         """The well with its rig description.
@@ -194,7 +190,7 @@ class StartUpListing(Listing):
     @property
     def stated(self) -> dict[str, Any]:
         """Depth and what is fitted."""
-        return {"depth_m": self.depth, "fitted": list(self.fitted)}
+        return super().stated | {"depth_m": self.depth, "fitted": list(self.fitted)}
 
     def load(self) -> StartUp:
         """The start with its files, none of which is read yet."""
@@ -202,104 +198,161 @@ class StartUpListing(Listing):
         return StartUp(self.name, self.rig_file, survey, log, self.depth, self.fitted)
 
 
-def read_sheets(settings: "Settings", faults: Faults | None = None) -> dict[str, Listing]:
+@dataclass
+class _Entry(Generic[Named]):
+    """A well or a start of rotation as rows of the sheets make it; without `row` it is not listed as it should be."""
+
+    folder: str
+    row: Named | None = None
+    logs: list[Path] = field(default_factory=list)
+    faults: list[SettingsError] = field(default_factory=list)
+
+
+def read_sheets(settings: "Settings") -> dict[str, Listing]:
     """All wells of the sheets by their folders, in the order of the wells sheet.
 
-    Parameters
-    ----------
-    settings : where the sheets are, and where logs may lie
-    faults : what takes the faults of rows, which are left out; without it the first fault is raised
+    A row that cannot be used is a fault of its well: one that does not validate, another row of a well, a well that
+    would share the folder of another, a log that is listed twice or lies outside of the folders for logs. The well of a
+    log that the wells sheet lacks comes last, and is a well with that fault, as is a row that names no well.
 
     Raises
     ------
     SettingsError
-        With sheet and row, for a sheet that cannot be read, a row that does not validate, a well
-        listed twice, wells that would share a folder, a log of an unknown well, listed twice, or
-        outside of the folders that logs may lie in.
+        For a sheet that cannot be used as a whole.
     """
-    faults = _raise if faults is None else faults
-    rows = _apart(_rows(Path(settings.wells), WellRow, faults), "well", faults)
-    logs = _logs_of_wells(settings, rows.keys(), faults)
-    listings = (
-        Listing(
-            name,
-            Path(settings.rigs) / f"{row.rig}.yaml",
-            tuple(logs[name]),
-            row.description,
-            row.folder,
-            row.section,
-            row.tool,
-        )
-        for name, row in rows.items()
-    )
-    return {listing.folder: listing for listing in listings}
+    sheet = Path(settings.wells)
+    entries = _entries(sheet_rows(sheet, WellRow), "well")
+    _add_logs(settings, entries)
+    return {entry.folder: _listing(name, entry, settings) for name, entry in entries.items()}
 
 
-def _raise(fault: SettingsError) -> None:
-    raise fault
+def _listing(name: str, entry: _Entry[WellRow], settings: "Settings") -> Listing:
+    row, logs, faults = entry.row, tuple(entry.logs), tuple(entry.faults)
+    if row is None:
+        return Listing(name, Path(settings.wells), logs, folder=entry.folder, faults=faults)
+    rig_file = Path(settings.rigs) / f"{row.rig}.yaml"
+    return Listing(name, rig_file, logs, row.description, entry.folder, row.section, row.tool, faults)
 
 
-def read_start_ups(settings: "Settings", faults: Faults | None = None) -> dict[str, StartUpListing]:
+def read_start_ups(settings: "Settings") -> dict[str, StartUpListing]:
     """All measured starts of rotation by their folders, in the order of their sheet; none without a sheet.
 
-    Parameters, errors : as of `read_sheets`
+    Faults, errors : as of `read_sheets`
     """
     if settings.start_up_sheet is None:
         return {}
-    faults, sheet = _raise if faults is None else faults, Path(settings.start_up_sheet)
+    sheet = Path(settings.start_up_sheet)
     roots = Roots.of([".", sheet.parent, settings.results, *settings.log_roots])
-    listings = []
-    for name, row in _apart(_rows(sheet, StartUpRow, faults), "start_up", faults).items():
-        outside = [path for path in (row.description, row.survey, row.log) if not roots.hold(path)]
-        if outside:
-            faults(_outside(f"{sheet}, '{name}'", outside[0], roots))
-            continue
-        files = Path(row.log), Path(row.survey)
-        fitted = tuple(part.strip() for part in row.fitted.split(",") if part.strip())
-        listings.append(StartUpListing(name, Path(row.description), files, "", row.folder, "", "", row.depth_m, fitted))
-    return {listing.folder: listing for listing in listings}
+    entries = _entries(sheet_rows(sheet, StartUpRow), "start_up")
+    return {entry.folder: _start_up_listing(name, entry, sheet, roots) for name, entry in entries.items()}
 
 
-def _apart(rows: Iterable[tuple[str, Named]], kind: str, faults: Faults) -> dict[str, Named]:
-    """Rows by the names of their wells or starts, each with a folder of its own on every file system."""
-    found: dict[str, Named] = {}
+def _start_up_listing(name: str, entry: _Entry[StartUpRow], sheet: Path, roots: Roots) -> StartUpListing:
+    row, faults = entry.row, tuple(entry.faults)
+    if row is None:
+        return StartUpListing(name, sheet, (), folder=entry.folder, faults=faults)
+    outside = [path for path in (row.description, row.survey, row.log) if not roots.hold(path)]
+    if outside:
+        faults = (*faults, _outside(f"{sheet}, '{name}'", outside[0], roots))
+        return StartUpListing(name, sheet, (), folder=entry.folder, faults=faults)
+    files = Path(row.log), Path(row.survey)
+    fitted = tuple(part.strip() for part in row.fitted.split(",") if part.strip())
+    return StartUpListing(
+        name,
+        Path(row.description),
+        files,
+        folder=entry.folder,
+        faults=faults,
+        depth=row.depth_m,
+        fitted=fitted,
+    )
+
+
+def _entries(rows: Iterable[SheetRow[Named]], kind: str) -> dict[str, _Entry[Named]]:
+    """Entries by the names of their wells or starts, each with a folder of its own on every file system."""
+    found: dict[str, _Entry[Named]] = {}
     owners: dict[str, str] = {}
     called = kind.replace("_", "-")
-    for where, row in rows:
-        name: str = getattr(row, kind)
+    for row in rows:
+        name = _name_in(row, kind)
         if name in found:
-            faults(SettingsError(where, f"{called} '{name}' is listed twice", "Remove or rename one of the rows"))
+            twice = SettingsError(row.where, f"{called} '{name}' is listed twice", "Remove or rename one of the rows")
+            found[name].faults.append(row.fault or twice)
             continue
-        folder = row.folder or folder_of(name)
+        folder = _folder_in(row, name)
         other = owners.setdefault(as_seen(folder), name)
-        if other != name:
+        if other == name:
+            entry = _Entry(folder, row.content)
+        else:
             what = f"{called}s '{other}' and '{name}' would share the folder '{folder}' where case does not count"
             remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
-            faults(SettingsError(where, what, remedy))
-            continue
-        found[name] = row
+            entry = _Entry(_folder_apart(name), faults=[SettingsError(row.where, what, remedy)])
+        entry.faults += [row.fault] if row.fault else []
+        found[name] = entry
     return found
 
 
-def _logs_of_wells(settings: "Settings", names: Collection[str], faults: Faults) -> dict[str, list[Path]]:
-    logs: dict[str, list[Path]] = {name: [] for name in names}
-    seen: dict[str, tuple[str, str]] = {}
-    roots = Roots.of([".", Path(settings.logs).parent, settings.results, *settings.log_roots])
-    for where, row in _rows(Path(settings.logs), LogRow, faults):
-        path = without_links(row.log)
-        if row.well not in logs:
-            faults(_unknown(where, row.well, names, settings.wells))
-        elif path in seen:
-            other, log = seen[path]
-            name = "" if os.path.normpath(log) == os.path.normpath(row.log) else f" as '{log}', which is the same file"
-            what = f"log '{row.log}' is listed already at {other}{name}"
-            faults(SettingsError(where, what, "Remove one of the rows"))
-        elif not roots.hold(row.log):
-            faults(_outside(where, row.log, roots))
+def _name_in(row: SheetRow[Any], kind: str) -> str:
+    """The name in a row of a well or start of rotation; the row's place where it holds none."""
+    name = row.cells.get(kind, "")
+    try:
+        return _checked_name(name) or Path(row.where).name
+    except KeyFault:
+        return Path(row.where).name
+
+
+def _folder_in(row: SheetRow[Any], name: str) -> str:
+    stated = row.cells.get("folder", "")
+    return stated if re.match(SAFE, stated) else folder_of(name)
+
+
+def _folder_apart(name: str) -> str:
+    """A folder of a well that may not have the one of its name, as that is another's."""
+    return f"{folder_of(name)}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
+def _add_logs(settings: "Settings", entries: dict[str, _Entry[WellRow]]) -> None:
+    """Add the logs to their wells, and the wells that the wells sheet lacks."""
+    listed, sheet = list(entries), Path(settings.logs)
+    taken = {as_seen(entry.folder) for entry in entries.values()}
+    logs = _Logs(Roots.of([".", sheet.parent, settings.results, *settings.log_roots]))
+    for row in sheet_rows(sheet, LogRow):
+        name = _name_in(row, "well")
+        if name not in entries:
+            folder = folder_of(name)
+            entries[name] = _Entry(_folder_apart(name) if as_seen(folder) in taken else folder)
+        entry = entries[name]
+        if row.content is None:
+            entry.faults += [row.fault] if row.fault else []
+        elif name not in listed:
+            entry.faults.append(_unknown(row.where, name, listed, settings.wells))
         else:
-            seen[path] = where, row.log
-            logs[row.well].append(Path(row.log))
-    return logs
+            logs.add(row.where, row.content.log, entry)
+
+
+class _Logs:
+    """The logs of all wells, each of which may be listed once and only in folders for logs."""
+
+    def __init__(self, roots: Roots) -> None:
+        self._roots = roots
+        self._seen: dict[str, tuple[str, str]] = {}
+
+    def add(self, where: str, log: str, entry: _Entry[WellRow]) -> None:
+        """Add the log of a row to its well, or its fault."""
+        path = without_links(log)
+        if path in self._seen:
+            entry.faults.append(_listed_twice(where, log, *self._seen[path]))
+        elif not self._roots.hold(log):
+            entry.faults.append(_outside(where, log, self._roots))
+        else:
+            self._seen[path] = where, log
+            entry.logs.append(Path(log))
+
+
+def _listed_twice(where: str, log: str, before: str, other: str) -> SettingsError:
+    """The error of a log that an earlier row lists, maybe by another name."""
+    name = "" if os.path.normpath(log) == os.path.normpath(other) else f" as '{other}', which is the same file"
+    return SettingsError(where, f"log '{log}' is listed already at {before}{name}", "Remove one of the rows")
 
 
 def _unknown(where: str, well: str, names: Collection[str], sheet: str) -> SettingsError:
@@ -312,48 +365,3 @@ def _outside(where: str, log: str, roots: Roots) -> SettingsError:
     folder = os.path.dirname(log if "://" in log else os.path.realpath(log))
     what = f"log '{log}' lies in {folder}, outside of the folders for logs: {', '.join(roots.folders)}"
     return SettingsError(where, what, f"If it may be read, add to the configuration: log_roots: [{folder}]")
-
-
-def _rows(path: Path, model: type[Row], faults: Faults) -> Iterator[tuple[str, Row]]:
-    """The sheet's rows, each with its place for messages; blank lines and lines that begin with '#' are skipped."""
-    lines = read_text(path).splitlines()
-    used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    header = "\t".join(name for name in model.model_fields if name not in _OPTIONAL)
-    if used and "\t" not in lines[used[0] - 1]:
-        _check_separator(path, lines[used[0] - 1])
-    if not used:
-        raise SettingsError(str(path), "has no header", f"Begin the sheet with the line '{header}', separated by tabs")
-    text = "\n".join(lines[number - 1] for number in used)
-    try:
-        table = pd.read_csv(io.StringIO(text), sep="\t", dtype=str, keep_default_na=False, index_col=False, quoting=3)
-    except pd.errors.ParserError as error:
-        raise SettingsError(
-            str(path), f"is not a table ({error})", "Separate the columns by tabs, one row per line"
-        ) from error
-    for number, record in zip(used[1:], _records(table), strict=True):
-        where = f"{path}, row {number}"
-        try:
-            row = model.checked(record, where)
-        except SettingsError as fault:
-            faults(fault)
-        else:
-            yield where, row
-
-
-def _check_separator(path: Path, header: str) -> None:
-    for separator, plural in _SEPARATORS.items():
-        if separator in header:
-            remedy = "Save the sheet as text with tabs between its columns"
-            raise SettingsError(str(path), f"has {plural} between its columns '{header}'", remedy)
-
-
-def _plain(cell: str) -> str:
-    """A cell without spaces around it, and without the quotes in which Excel saves one with a comma or a quote."""
-    text = cell.strip()
-    is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
-    return text[1:-1].replace('""', '"').strip() if is_quoted else text
-
-
-def _records(table: pd.DataFrame) -> list[dict[str, str]]:
-    stripped = table.fillna("").map(_plain)
-    return [{str(name).strip(): value for name, value in record.items()} for record in stripped.to_dict("records")]

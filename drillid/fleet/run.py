@@ -218,6 +218,8 @@ class _End:
 
 
 def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
+    if task.listing.faults:
+        return _End("failed", tuple(Problem(fault.where, fault.what, fault.remedy) for fault in task.listing.faults))
     process = importlib.import_module(stage.module).process
     try:
         problems = tuple(process(task.listing.load(), folders, task.settings))

@@ -69,20 +69,20 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     except SettingsError as error:
         yield Finding.of(error)
         return
-    faults: list[SettingsError] = []
     try:
-        listings = read_sheets(settings, faults.append)
+        listings = read_sheets(settings)
     except SettingsError as error:
-        faults.append(error)
-        listings = {}
-    yield from map(Finding.of, faults)
-    if not listings and not faults:
+        yield Finding.of(error)
+        return
+    if not listings:
         yield Finding(settings.wells, "lists no wells", "Add a row for each well", fails=False)
-    rigs: dict[Path, Rig | None] = {}
+    # a well whose row is refused has the sheet in the place of its rig description
+    rigs: dict[Path, Rig | None] = {Path(settings.wells): None}
     for listing in listings.values():
         checked.wells += 1
+        yield from map(Finding.of, listing.faults)
         yield from _well(listing, settings, rigs, checked, logs)
-    checked.rigs = len(rigs)
+        checked.rigs = len(rigs) - 1
 
 
 def _settings(configuration: Path) -> Settings:
@@ -114,7 +114,7 @@ def _well(
             rigs[listing.rig_file] = listing.load_rig()
         except SettingsError as error:
             yield Finding.of(error)
-    if not listing.logs:
+    if not listing.logs and not listing.faults:
         yield Finding(settings.logs, f"well '{listing.name}' has no logs", "List its log files there")
     rig = rigs[listing.rig_file]
     if rig is None or not logs or settings.simulate is not None:

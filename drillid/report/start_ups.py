@@ -25,9 +25,10 @@ def start_up_rows(results: Path, listings: Mapping[str, Listing], problems: pd.D
     for folder, listing in listings.items():
         folders = WellFolders(results, folder)
         own = problems[(problems["well"] == listing.name) & (problems["stage"] == "start_ups")]
+        depth = float(listing.stated["depth_m"])
         row = {
             "name": listing.name,
-            "depth": QUANTITIES["depth"].text(float(listing.stated["depth_m"])),
+            "depth": QUANTITIES["depth"].text(depth) if depth else MISSING,
             "problems": len(own),
             "figure": "",
         }

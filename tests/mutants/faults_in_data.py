@@ -133,7 +133,7 @@ IN_DATA = (
     ),
     Fault(
         "config",
-        "drillid/config/sheets.py",
+        "drillid/config/sheet_rows.py",
         "for number, line in enumerate(lines, 1)",
         "for number, line in enumerate(lines, 0)",
         ("tests/unit/config/test_sheets.py",),

@@ -131,15 +131,33 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
     assert "nobody foresaw this" in log
 
 
-def test_a_mistake_in_a_sheet_or_setting_is_one_sentence_with_its_row(checkout: Checkout) -> None:
+def test_a_mistake_in_a_sheet_or_setting_is_one_sentence(checkout: Checkout) -> None:
     checkout.sheets({"Well_1": ["a.csv"]})
     output = checkout.run("--config", "fits={start: 3}", expect=1)
     assert "unknown key 'fits.start'. Did you mean 'starts'?" in output
-    with (checkout.root / "config/logs.tsv").open("a") as sheet:
-        sheet.write("Well_2\traw/a2.csv\n")
+    sheet = checkout.root / "config/logs.tsv"
+    sheet.write_text(sheet.read_text().replace("log\n", "logs\n", 1))
     output = checkout.run(expect=1)
-    assert "config/logs.tsv, row 3: log of the unknown well 'Well_2'. Did you mean 'Well_1'?" in output
+    assert "config/logs.tsv: has an unknown column 'logs'. Did you mean 'log'?" in output
     assert "Traceback" not in output
+
+
+def test_a_mistake_in_a_row_of_a_sheet_fails_its_well_until_it_is_mended(checkout: Checkout) -> None:
+    sheet = checkout.root / "config/logs.tsv"
+    checkout.sheets({"Well_1": ["a.csv"], "Well_2": ["b.csv"]})
+    sound = sheet.read_text()
+    sheet.write_text(sound + "Well_2\traw/a.csv\nWell_3\traw/c.csv\n")
+    output = checkout.run()
+    assert {line.split()[1] for line in checkout.journal()} == {"Well_1"}
+    problems = pd.read_csv(checkout.root / "results/main/problems.csv", index_col="well")
+    assert problems.loc["Well_2", "what"] == "log 'raw/a.csv' is listed already at config/logs.tsv, row 2"
+    assert problems.loc["Well_2", "remedy"] == "Remove one of the rows"
+    assert problems.loc["Well_3", "where"] == "config/logs.tsv, row 5"
+    assert "2 of 3 wells failed: Well_2 (records: config/logs.tsv, row 4: " in output
+    sheet.write_text(sound)
+    output = checkout.run()
+    assert {line.split()[1] for line in checkout.journal()} == {"Well_2"}
+    assert "2 of 2 wells done." in output
 
 
 def test_the_workflow_lints_clean(finished: Checkout) -> None:

@@ -22,6 +22,12 @@ def settings_for(folder: Path, wells: str = WELLS, logs: str = LOGS) -> Settings
     return Settings(wells=str(folder / "wells.tsv"), logs=str(folder / "logs.tsv"), rigs=str(folder))
 
 
+def faults_in(settings: Settings) -> dict[str, list[str]]:
+    """Faults of rows by the names of the wells that fail for them."""
+    found = {listing.name: list(map(str, listing.faults)) for listing in read_sheets(settings).values()}
+    return {name: faults for name, faults in found.items() if faults}
+
+
 def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> None:
     found = read_sheets(settings_for(tmp_path))
     assert list(found) == ["W1", "W2"]
@@ -31,40 +37,79 @@ def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
+    ("well", "wells", "logs", "message"),
+    [
+        ("W1", "W1\ttoy\tagain\n", "", "wells.tsv, row 6: well 'W1' is listed twice"),
+        ("wells.tsv, row 6", "../W3\ttoy\t\n", "", "wells.tsv, row 6: 'well': '../W3' is a path and no name"),
+        ("wells.tsv, row 6", "W\u200b3\ttoy\t\n", "", "wells.tsv, row 6: 'well': "),
+        ("wells.tsv, row 6", "\ttoy\t\n", "", "wells.tsv, row 6: 'well': "),
+        ("w1", "w1\ttoy\t\n", "", "wells.tsv, row 6: wells 'W1' and 'w1' would share the folder 'w1'"),
+        ("W3", "W3\t../toy\t\n", "", "wells.tsv, row 6: 'rig': "),
+        ("W3", "W3\ttoy\tx\ty\n", "", "wells.tsv, row 6: has 4 cells below 3 columns. Take needless tabs out"),
+        ("W2", "", "W2\t./a.csv\n", "logs.tsv, row 5: log './a.csv' is listed already at "),
+        ("W2", "", "W2\t../../a.csv\n", "logs.tsv, row 5: log '../../a.csv' lies in "),
+        ("W2", "", "W2\t/etc/hostname\n", "logs.tsv, row 5: log '/etc/hostname' lies in /etc, outside of the folders"),
+        ("W2", "", "W2\tfile:///etc/hostname\n", "logs.tsv, row 5: log 'file:///etc/hostname' lies "),
+        ("W2", "", "W2\tsimplecache::file:///a.csv\n", "logs.tsv, row 5: log 'simplecache::file:///a.csv' lies "),
+        ("Well7", "", "Well7\td.csv\n", "logs.tsv, row 5: log of the unknown well 'Well7'. Add the well"),
+        ("w1", "", "w1\td.csv\n", "logs.tsv, row 5: log of the unknown well 'w1'. Add the well"),
+        ("W2", "", "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is listed already at "),
+        ("W2", "", "W2\t\n", "logs.tsv, row 5: 'log': "),
+        ("logs.tsv, row 5", "", "\td.csv\n", "logs.tsv, row 5: 'well': "),
+    ],
+)
+def test_a_mistake_in_a_row_names_row_and_remedy_and_is_of_its_well_alone(
+    well: str, wells: str, logs: str, message: str, tmp_path: Path
+) -> None:
+    settings = settings_for(tmp_path, WELLS + wells, LOGS + logs)
+    [(name, [fault])] = faults_in(settings).items()
+    assert (name, message in fault) == (well, True), (name, fault)
+    found = read_sheets(settings)
+    assert list(found)[:2] == ["W1", "W2"]
+    assert found["W1"].logs == (Path("a.csv"), Path("c.csv"))
+    assert found["W2"].logs == (Path("b.csv"),)
+    assert len({folder.casefold() for folder in found}) == len(found)
+    assert all(re.fullmatch(SAFE, folder) for folder in found)
+
+
+def test_of_a_well_whose_row_is_refused_nothing_else_is_said(tmp_path: Path) -> None:
+    settings = settings_for(tmp_path, WELLS + "W3\t../toy\t\n", LOGS + "W3\td.csv\nW3\te.csv\n")
+    assert [len(faults) for faults in faults_in(settings).values()] == [1]
+    assert read_sheets(settings)["W3"].logs == (Path("d.csv"), Path("e.csv"))
+
+
+def test_a_mended_row_is_another_input_of_its_well(tmp_path: Path) -> None:
+    assert read_sheets(settings_for(tmp_path))["W2"].stated == {}
+    assert "listed already" in str(read_sheets(settings_for(tmp_path, logs=LOGS + "W2\ta.csv\n"))["W2"].stated)
+
+
+@pytest.mark.parametrize(
     ("wells", "logs", "message"),
     [
-        (WELLS + "W1\ttoy\tagain\n", LOGS, "wells.tsv, row 6: well 'W1' is listed twice"),
-        (WELLS + "../W3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': '../W3' is a path and no name"),
-        (WELLS + "W\u200b3\ttoy\t\n", LOGS, "wells.tsv, row 6: 'well': "),
-        (WELLS + "w1\ttoy\t\n", LOGS, "wells.tsv, row 6: wells 'W1' and 'w1' would share the folder 'w1'"),
-        (WELLS + "W3\t../toy\t\n", LOGS, "wells.tsv, row 6: 'rig': "),
         (
             WELLS.replace("\t", ","),
             LOGS,
             "wells.tsv: has commas between its columns 'well,rig,description'. Save the sheet",
         ),
         (WELLS, LOGS.replace("\t", ";"), "logs.tsv: has semicolons between its columns"),
-        (WELLS, LOGS + "W2\t./a.csv\n", "logs.tsv, row 5: log './a.csv' is listed already at "),
-        (WELLS, LOGS + "W2\t../../a.csv\n", "logs.tsv, row 5: log '../../a.csv' lies in "),
-        (
-            WELLS,
-            LOGS + "W2\t/etc/hostname\n",
-            "logs.tsv, row 5: log '/etc/hostname' lies in /etc, outside of the folders",
-        ),
-        (WELLS, LOGS + "W2\tfile:///etc/hostname\n", "logs.tsv, row 5: log 'file:///etc/hostname' lies "),
-        (WELLS, LOGS + "W2\tsimplecache::file:///a.csv\n", "logs.tsv, row 5: log 'simplecache::file:///a.csv' lies "),
-        (WELLS, LOGS + "Well7\td.csv\n", "logs.tsv, row 5: log of the unknown well 'Well7'. Add the well"),
-        (WELLS, LOGS + "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is listed already at "),
-        (WELLS, LOGS + "W2\t\n", "logs.tsv, row 5: 'log': "),
-        (WELLS.replace("rig\t", "rigg\t"), LOGS, "unknown key 'rigg'"),
-        (WELLS + "W3\ttoy\tx\ty\n", LOGS, "wells.tsv: is not a table"),
+        (WELLS.replace("rig\t", "rigg\t"), LOGS, "wells.tsv: has an unknown column 'rigg'. Did you mean 'rig'?"),
+        (WELLS, LOGS.replace("\tlog", "\tlog\tlog"), "logs.tsv: has the column 'log' twice"),
+        (WELLS, LOGS.replace("\tlog", ""), "logs.tsv: has no column 'log'. Add it"),
         ("", LOGS, "wells.tsv: has no header. Begin the sheet with the line 'well\trig\tdescription'"),
     ],
 )
-def test_a_mistake_names_its_sheet_row_and_remedy(tmp_path: Path, wells: str, logs: str, message: str) -> None:
+def test_a_mistake_in_a_sheet_as_a_whole_is_raised(tmp_path: Path, wells: str, logs: str, message: str) -> None:
     with pytest.raises(SettingsError) as error:
         read_sheets(settings_for(tmp_path, wells, logs))
     assert message in str(error.value)
+
+
+def test_empty_cells_at_the_ends_of_lines_are_none(tmp_path: Path) -> None:
+    wells = "".join(f"{line}\t\t\n" for line in WELLS.splitlines())
+    assert [listing.description for listing in read_sheets(settings_for(tmp_path, wells)).values()] == [
+        "the first, on rig #4",
+        "",
+    ]
 
 
 def test_a_sheet_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -126,10 +171,11 @@ def test_a_well_is_called_what_people_call_it_and_has_a_folder_of_its_own(tmp_pa
 @pytest.mark.parametrize("other", ["34-10-A-12-H", "34/10 A/12 H", "34-10-a-12-h"])
 def test_wells_whose_names_make_one_folder_are_refused_with_both(tmp_path: Path, other: str) -> None:
     wells = f"well\trig\tdescription\n34/10-A-12 H\ttoy\t\n{other}\ttoy\t\n"
-    with pytest.raises(SettingsError, match="would share the folder") as error:
-        read_sheets(settings_for(tmp_path, wells, "well\tlog\n"))
-    assert f"wells '34/10-A-12 H' and '{other}'" in error.value.what
-    assert "a column 'folder'" in error.value.remedy
+    found = read_sheets(settings_for(tmp_path, wells, "well\tlog\n"))
+    assert [(listing.name, len(listing.faults)) for listing in found.values()] == [("34/10-A-12 H", 0), (other, 1)]
+    (fault,) = list(found.values())[1].faults
+    assert f"wells '34/10-A-12 H' and '{other}' would share the folder" in fault.what
+    assert "a column 'folder'" in fault.remedy
 
 
 @pytest.mark.parametrize(
@@ -160,8 +206,8 @@ def test_logs_may_lie_in_the_working_folder_beside_the_sheet_in_the_results_and_
     settings = settings_for(sheets, logs="well\tlog\n" + text).model_copy(update={"results": f"{share}/results"})
     assert read_sheets(settings)["W1"].logs == tuple(map(Path, logs))
     (sheets / "logs.tsv").write_text(f"well\tlog\nW1\t{share}/g.csv\n")
-    with pytest.raises(SettingsError, match=r"log_roots: \[.*/share\]"):
-        read_sheets(settings)
+    [[fault]] = faults_in(settings).values()
+    assert re.search(r"log_roots: \[.*/share\]", fault)
     allowed = settings.model_copy(update={"log_roots": (str(share),)})
     assert read_sheets(allowed)["W1"].logs == (share / "g.csv",)
 
@@ -175,8 +221,8 @@ def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
     (sheets / "logs").symlink_to(secret)
     for log in ("log.csv", "logs/a.csv", "logs/../a.csv"):
         settings = settings_for(sheets, logs=f"well\tlog\nW1\t{sheets}/{log}\n")
-        with pytest.raises(SettingsError, match="outside of the folders for logs"):
-            read_sheets(settings)
+        [[fault]] = faults_in(settings).values()
+        assert "outside of the folders for logs" in fault
 
 
 @pytest.mark.parametrize("link", ["logs/linked.csv", "linked/a.csv"])
@@ -187,8 +233,8 @@ def test_a_file_that_is_listed_again_through_a_link_is_found(link: str, tmp_path
     (tmp_path / "logs/linked.csv").symlink_to("a.csv")
     (tmp_path / "linked").symlink_to("logs")
     settings = settings_for(tmp_path, logs=f"well\tlog\nW1\t{log}\nW2\t{tmp_path / link}\n")
-    with pytest.raises(SettingsError, match=rf"{link}' is listed already at .*, row 2 as '{log}', which is the same"):
-        read_sheets(settings)
+    [fault] = faults_in(settings)["W2"]
+    assert re.search(rf"{link}' is listed already at .*, row 2 as '{log}', which is the same file", fault)
 
 
 def test_a_cell_is_read_without_the_quotes_in_which_excel_saves_it(tmp_path: Path) -> None:

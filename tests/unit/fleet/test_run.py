@@ -56,6 +56,18 @@ def raising(error: Exception) -> Process:
     return process
 
 
+def test_a_well_with_faults_in_the_sheets_fails_with_all_of_them_until_they_are_mended(
+    task: Task, stage: Callable[[Process], None]
+) -> None:
+    stage(good)
+    faults = tuple(SettingsError(f"logs.tsv, row {row}", "is wrong", "Mend it") for row in (2, 5))
+    refused = dataclasses.replace(task, listing=dataclasses.replace(task.listing, faults=faults))
+    assert [process_well(refused).status for _ in range(2)] == ["failed", "kept"]
+    rows = collect_problems(task.results, ["W1"])
+    assert rows["where"].tolist() == ["logs.tsv, row 2", "logs.tsv, row 5"]
+    assert process_well(task).status == "done"
+
+
 def with_settings(task: Task, **sections: Any) -> Task:
     return dataclasses.replace(task, settings=task.settings.model_copy(update=sections))
 

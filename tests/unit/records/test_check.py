@@ -60,10 +60,7 @@ def test_faults_of_all_kinds_are_named_at_once(folder: Path) -> None:
         sheet.write("A\t/etc/hostname\nZ\tz.csv\n")
     found = [f"{each.where}: {each.what}" for each in findings(folder) if each.fails]
     expected = [
-        "wells 'A' and 'a' would share the folder",
-        "log of the unknown well 'a'",
         "log '/etc/hostname' lies in /etc",
-        "log of the unknown well 'Z'",
         "outer 108.6 mm is smaller than inner 127 mm",
         "rig 'missing' has no description",
         "has no column 'ROTARY'",
@@ -71,10 +68,18 @@ def test_faults_of_all_kinds_are_named_at_once(folder: Path) -> None:
         "does not exist",
         "half past",
         "well 'H' has no logs",
+        "wells 'A' and 'a' would share the folder",
+        "log of the unknown well 'Z'",
     ]
     assert len(found) == len(expected), found
     for what, finding in zip(expected, found, strict=True):
         assert what in finding
+
+
+def test_a_well_whose_only_log_is_refused_is_not_said_to_have_none(folder: Path) -> None:
+    sheets(folder, [("A", "toy", "good.csv"), ("B", "toy", "good.csv")])
+    (told,) = (each for each in findings(folder) if each.fails)
+    assert "is listed already at" in told.what
 
 
 @pytest.mark.parametrize(

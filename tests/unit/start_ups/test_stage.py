@@ -13,7 +13,6 @@ from drillid.config.described_well import DescribedWell
 from drillid.config.settings import Settings
 from drillid.config.sheets import StartUp, StartUpListing, read_start_ups
 from drillid.datasets.store import WellFolders
-from drillid.errors import DrillidError
 from drillid.report.start_ups import start_up_rows
 from drillid.simulation.start_up import rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey, write_start_up
@@ -74,7 +73,7 @@ def test_what_is_fitted_is_kept_where_it_predicts_better(results: Path) -> None:
 def test_the_report_has_a_row_for_it_and_for_one_that_failed(results: Path, files: Path) -> None:
     paths = (files / "log.csv", files / "survey.csv")
     listings = {
-        folder: StartUpListing(name, files / "well.yaml", paths, "", folder, "", "", DEPTH)
+        folder: StartUpListing(name, files / "well.yaml", paths, folder=folder, depth=DEPTH)
         for name, folder in (("B/1", "B-1"), ("lost", "lost"))
     }
     problems = pd.DataFrame([["lost", "start_ups", "lost.csv", "is missing", "Give it"]])
@@ -98,9 +97,11 @@ def test_its_sheet_rejects_rows_that_cannot_be_used(tmp_path: Path, monkeypatch:
     rows = ["A\tw.yaml\ts.csv\tl.csv\t900\tsliding, kappa", "A\tw.yaml\ts.csv\tl.csv\t1\t"]
     rows += ["B\t/etc/w.yaml\ts.csv\tl.csv\t900\t", "C\tw.yaml\ts.csv\tl.csv\tdeep\t"]
     Path("starts.tsv").write_text("\n".join([head, *rows]))
-    faults: list[DrillidError] = []
-    found = read_start_ups(Settings(start_up_sheet="starts.tsv"), faults.append)
-    assert list(found) == ["A"]
+    found = read_start_ups(Settings(start_up_sheet="starts.tsv"))
     assert found["A"].fitted == ("sliding", "kappa")
-    assert sorted(fault.where for fault in faults) == ["starts.tsv, 'B'", "starts.tsv, row 3", "starts.tsv, row 5"]
+    assert {name: [fault.where for fault in listing.faults] for name, listing in found.items()} == {
+        "A": ["starts.tsv, row 3"],
+        "B": ["starts.tsv, 'B'"],
+        "C": ["starts.tsv, row 5"],
+    }
     assert read_start_ups(Settings()) == {}

@@ -1,0 +1,99 @@
+"""Rows of a sheet as people write it: text with tabs, comments and the quotes of Excel."""
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from drillid.config.files import read_text
+from drillid.config.validation import Strict
+from drillid.errors import SettingsError
+
+Content = TypeVar("Content", bound=Strict)
+_OPTIONAL = {"section", "tool", "folder", "fitted"}
+"""Columns that a sheet need not have, beside the description."""
+_SEPARATORS = {",": "commas", ";": "semicolons"}
+
+
+@dataclass(frozen=True)
+class SheetRow(Generic[Content]):
+    """One row of a sheet, of which either `content` or `fault` is there.
+
+    where : sheet and row, for messages
+    cells : by column, as they are written
+    content : the row where it validates
+    fault : why it does not
+    """
+
+    where: str
+    cells: Mapping[str, str]
+    content: Content | None = None
+    fault: SettingsError | None = None
+
+
+def sheet_rows(path: Path, model: type[Content]) -> Iterator[SheetRow[Content]]:
+    """The sheet's rows; blank lines and lines that begin with '#' are skipped.
+
+    Raises
+    ------
+    SettingsError
+        If the sheet as a whole cannot be used: it cannot be read, has no header, other columns or other separators.
+    """
+    lines = read_text(path).splitlines()
+    used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    if not used:
+        header = "\t".join(name for name in model.model_fields if name not in _OPTIONAL)
+        raise SettingsError(str(path), "has no header", f"Begin the sheet with the line '{header}', separated by tabs")
+    _check_separator(path, lines[used[0] - 1])
+    columns = _cells(lines[used[0] - 1])
+    _check_columns(path, columns, model)
+    for number in used[1:]:
+        yield _row(f"{path}, row {number}", columns, _cells(lines[number - 1]), model)
+
+
+def _row(where: str, columns: Sequence[str], cells: Sequence[str], model: type[Content]) -> SheetRow[Content]:
+    named = dict.fromkeys(columns, "") | dict(zip(columns, cells, strict=False))
+    if len(cells) > len(columns):
+        what = f"has {len(cells)} cells below {len(columns)} columns"
+        return SheetRow(where, named, fault=SettingsError(where, what, "Take needless tabs out of the row"))
+    try:
+        return SheetRow(where, named, content=model.checked(named, where))
+    except SettingsError as fault:
+        return SheetRow(where, named, fault=fault)
+
+
+def _check_separator(path: Path, header: str) -> None:
+    for separator, plural in _SEPARATORS.items():
+        if separator in header and "\t" not in header:
+            remedy = "Save the sheet as text with tabs between its columns"
+            raise SettingsError(str(path), f"has {plural} between its columns '{header}'", remedy)
+
+
+def _check_columns(path: Path, columns: Sequence[str], model: type[Strict]) -> None:
+    known = list(model.model_fields)
+    for name in columns:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1)
+            remedy = f"Did you mean '{close[0]}'?" if close else f"Known columns are {', '.join(known)}"
+            raise SettingsError(str(path), f"has an unknown column '{name}'", remedy)
+        if columns.count(name) > 1:
+            raise SettingsError(str(path), f"has the column '{name}' twice", "Take one of them out")
+    for name, field in model.model_fields.items():
+        if field.is_required() and name not in columns:
+            raise SettingsError(str(path), f"has no column '{name}'", "Add it to the header and to every row")
+
+
+def _cells(line: str) -> list[str]:
+    """The cells of a line without those that are empty at its end, as Excel saves them."""
+    cells = list(map(_plain, line.split("\t")))
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _plain(cell: str) -> str:
+    """A cell without spaces around it, and without the quotes in which Excel saves one with a comma or a quote."""
+    text = cell.strip()
+    is_quoted = len(text) > 1 and text[0] == text[-1] == '"'
+    return text[1:-1].replace('""', '"').strip() if is_quoted else text
