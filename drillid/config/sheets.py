@@ -218,10 +218,12 @@ def read_sheets(settings: "Settings") -> dict[str, Listing]:
     Raises
     ------
     SettingsError
-        For a sheet that cannot be used as a whole.
+        For a sheet that cannot be used as a whole, or has no rows; without wells there may be starts of rotation.
     """
     sheet = Path(settings.wells)
     entries = _entries(sheet_rows(sheet, WellRow), "well")
+    if not entries and settings.start_up_sheet is None:
+        raise SettingsError(str(sheet), "lists no wells", "Add a row for each well")
     _add_logs(settings, entries)
     return {entry.folder: _listing(name, entry, settings) for name, entry in entries.items()}
 
@@ -244,6 +246,9 @@ def read_start_ups(settings: "Settings") -> dict[str, StartUpListing]:
     sheet = Path(settings.start_up_sheet)
     roots = Roots.of([".", sheet.parent, settings.results, *settings.log_roots])
     entries = _entries(sheet_rows(sheet, StartUpRow), "start_up")
+    if not entries:
+        remedy = "Add a row for each, or take start_up_sheet out of the configuration"
+        raise SettingsError(str(sheet), "lists no starts of rotation", remedy)
     return {entry.folder: _start_up_listing(name, entry, sheet, roots) for name, entry in entries.items()}
 
 
@@ -314,9 +319,12 @@ def _folder_apart(name: str) -> str:
 def _add_logs(settings: "Settings", entries: dict[str, _Entry[WellRow]]) -> None:
     """Add the logs to their wells, and the wells that the wells sheet lacks."""
     listed, sheet = list(entries), Path(settings.logs)
+    rows = list(sheet_rows(sheet, LogRow))
+    if listed and not rows:
+        raise SettingsError(str(sheet), "lists no logs", "Add a row for each log file")
     taken = {as_seen(entry.folder) for entry in entries.values()}
     logs = _Logs(Roots.of([".", sheet.parent, settings.results, *settings.log_roots]))
-    for row in sheet_rows(sheet, LogRow):
+    for row in rows:
         name = _name_in(row, "well")
         if name not in entries:
             folder = folder_of(name)

@@ -74,8 +74,6 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     except SettingsError as error:
         yield Finding.of(error)
         return
-    if not listings:
-        yield Finding(settings.wells, "lists no wells", "Add a row for each well", fails=False)
     # a well whose row is refused has the sheet in the place of its rig description
     rigs: dict[Path, Rig | None] = {Path(settings.wells): None}
     for listing in listings.values():

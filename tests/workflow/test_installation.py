@@ -88,5 +88,5 @@ def test_a_configuration_is_laid_out_and_the_workflow_runs_from_there(installed:
     dry = run(
         installed / "bin/drillid", "run", "--dry-run", folder=tmp_path, PATH=f"{installed}/bin:{os.environ['PATH']}"
     )
-    assert dry.returncode == 0, dry.stdout + dry.stderr
-    assert "lists no wells" in dry.stdout + dry.stderr
+    assert dry.returncode == 1, dry.stdout + dry.stderr
+    assert "config/wells.tsv: lists no wells. Add a row for each well" in dry.stdout + dry.stderr

@@ -31,10 +31,18 @@ def jobs(stages: Iterable[str], wells: Iterable[str]) -> set[str]:
     return {f"{stage} {well}" for stage in stages for well in wells} | shown | {"fleet", "report", "all"}
 
 
-def test_without_wells_there_is_nothing_to_do_and_it_says_so(checkout: Checkout) -> None:
-    output = checkout.run()
-    assert "lists no wells: nothing to do" in output
-    assert checkout.journal() == []
+@pytest.mark.parametrize(
+    ("sheet", "what"),
+    [("wells", "lists no wells. Add a row for each well"), ("logs", "lists no logs. Add a row for each")],
+)
+def test_an_emptied_sheet_stops_the_run_and_leaves_the_results(sheet: str, what: str, finished: Checkout) -> None:
+    finished.journal()
+    path = finished.root / f"config/{sheet}.tsv"
+    path.write_text(path.read_text().partition("\n")[0] + "\n")
+    output = finished.run(expect=1)
+    assert f"config/{sheet}.tsv: {what}" in output
+    assert finished.journal() == []
+    assert (finished.root / "results/main/records/W1/key.json").exists()
 
 
 def test_every_stage_runs_once(finished: Checkout) -> None:

@@ -47,10 +47,6 @@ BATCHES = PLAN.batches
 RELEASES = contextlib.ExitStack()
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
-if not PLAN.wells and not PLAN.start_ups:
-    logger.warning(
-        f"{PLAN.settings.wells} lists no wells: nothing to do. Add a row for each well, as config/README.md says."
-    )
 if workflow.is_main_process:
     name_run()
     PLAN.drop_untrue_manifests()
@@ -118,8 +114,6 @@ def manifest_of_well(stage="{stage}"):
 
 def everything():
     """Tables and report, the figures that Snakemake's report shows, and all manifests, of which none may be missing."""
-    if not PLAN.wells and not PLAN.start_ups:
-        return []
     # a file that is missing between others is remade only where it is a target
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [

@@ -95,6 +95,8 @@ def test_a_mended_row_is_another_input_of_its_well(tmp_path: Path) -> None:
         (WELLS.replace("rig\t", "rigg\t"), LOGS, "wells.tsv: has an unknown column 'rigg'. Did you mean 'rig'?"),
         (WELLS, LOGS.replace("\tlog", "\tlog\tlog"), "logs.tsv: has the column 'log' twice"),
         (WELLS, LOGS.replace("\tlog", ""), "logs.tsv: has no column 'log'. Add it"),
+        (WELLS.splitlines()[0], LOGS, "wells.tsv: lists no wells. Add a row for each well"),
+        (WELLS, "well\tlog\n", "logs.tsv: lists no logs. Add a row for each log file"),
         ("", LOGS, "wells.tsv: has no header. Begin the sheet with the line 'well\trig\tdescription'"),
     ],
 )
@@ -171,7 +173,7 @@ def test_a_well_is_called_what_people_call_it_and_has_a_folder_of_its_own(tmp_pa
 @pytest.mark.parametrize("other", ["34-10-A-12-H", "34/10 A/12 H", "34-10-a-12-h"])
 def test_wells_whose_names_make_one_folder_are_refused_with_both(tmp_path: Path, other: str) -> None:
     wells = f"well\trig\tdescription\n34/10-A-12 H\ttoy\t\n{other}\ttoy\t\n"
-    found = read_sheets(settings_for(tmp_path, wells, "well\tlog\n"))
+    found = read_sheets(settings_for(tmp_path, wells, "well\tlog\n34/10-A-12 H\ta.csv\n"))
     assert [(listing.name, len(listing.faults)) for listing in found.values()] == [("34/10-A-12 H", 0), (other, 1)]
     (fault,) = list(found.values())[1].faults
     assert f"wells '34/10-A-12 H' and '{other}' would share the folder" in fault.what

@@ -13,6 +13,7 @@ from drillid.config.described_well import DescribedWell
 from drillid.config.settings import Settings
 from drillid.config.sheets import StartUp, StartUpListing, read_start_ups
 from drillid.datasets.store import WellFolders
+from drillid.errors import SettingsError
 from drillid.report.start_ups import start_up_rows
 from drillid.simulation.start_up import rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey, write_start_up
@@ -105,3 +106,6 @@ def test_its_sheet_rejects_rows_that_cannot_be_used(tmp_path: Path, monkeypatch:
         "C": ["starts.tsv, row 5"],
     }
     assert read_start_ups(Settings()) == {}
+    Path("starts.tsv").write_text(head)
+    with pytest.raises(SettingsError, match=r"starts\.tsv: lists no starts of rotation\. Add a row for each, or take"):
+        read_start_ups(Settings(start_up_sheet="starts.tsv"))
