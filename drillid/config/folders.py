@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import glob
 import hashlib
 import os
 import re
@@ -73,6 +74,16 @@ def without_links(path: str) -> str:
     folder, name = os.path.split(os.path.abspath(path))
     resolved = os.path.join(_resolved(folder), name)
     return os.path.realpath(path) if ".." in Path(path).parts or os.path.islink(resolved) else resolved
+
+
+def files_of(path: str) -> list[str]:
+    """The files that a pattern such as raw/*.csv stands for, sorted; the path itself where it is none or matches none.
+
+    A file of that very name comes before the pattern, and addresses are no patterns.
+    """
+    if not glob.has_magic(path) or _OTHER_ADDRESS.match(path) or os.path.lexists(path):
+        return [path]
+    return sorted(glob.glob(path, recursive=True)) or [path]
 
 
 @functools.lru_cache(maxsize=4096)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import Field, field_validator
 
-from drillid.config.folders import SAFE, Roots, as_seen, folder_of, without_links
+from drillid.config.folders import SAFE, Roots, as_seen, files_of, folder_of, without_links
 from drillid.config.rig import Rig
 from drillid.config.sheet_rows import SheetRow, sheet_rows
 from drillid.config.validation import KeyFault, Strict
@@ -58,8 +58,8 @@ class LogRow(Strict):
     well: str = Field(min_length=1)
     """Name of a well of the wells sheet."""
     log: str = Field(min_length=1)
-    """Path of one raw log file, absolute or relative to the folder that snakemake is started in; it lies in that
-    folder, beside the sheet, or in a folder of the setting `log_roots`."""
+    """Path of one raw log file, absolute or relative to the folder that snakemake is started in, or a pattern of paths
+    such as raw/W1/*.csv; files lie in that folder, beside the sheet, or in a folder of the setting `log_roots`."""
 
 
 class StartUpRow(Strict):
@@ -346,15 +346,25 @@ class _Logs:
         self._seen: dict[str, tuple[str, str]] = {}
 
     def add(self, where: str, log: str, entry: _Entry[WellRow]) -> None:
-        """Add the log of a row to its well, or its fault."""
-        path = without_links(log)
-        if path in self._seen:
-            entry.faults.append(_listed_twice(where, log, *self._seen[path]))
-        elif not self._roots.hold(log):
-            entry.faults.append(_outside(where, log, self._roots))
-        else:
-            self._seen[path] = where, log
-            entry.logs.append(Path(log))
+        """Add the logs of a row to its well, up to the first that may not be added, which is a fault."""
+        for each in files_of(log) if self._roots.hold(log) else [log]:
+            fault = self._fault(where, each)
+            if fault is not None:
+                entry.faults.append(fault)
+                return
+            self._seen[without_links(each)] = where, each
+            entry.logs.append(Path(each))
+
+    def _fault(self, where: str, log: str) -> SettingsError | None:
+        before = self._seen.get(without_links(log))
+        if before is not None:
+            return _listed_twice(where, log, *before)
+        if not self._roots.hold(log):
+            return _outside(where, log, self._roots)
+        if "*" in log and url_of(Path(log)):
+            what = f"log '{log}' is a pattern, and files elsewhere are not looked for"
+            return SettingsError(where, what, "List each of them, or mount their folder")
+        return None
 
 
 def _listed_twice(where: str, log: str, before: str, other: str) -> SettingsError:

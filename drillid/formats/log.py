@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import glob
 import os
 import traceback
 from collections import OrderedDict
@@ -189,7 +190,8 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
     except Unusable as error:
         raise LogError(where, error.what, error.remedy) from error
     except FileNotFoundError as error:
-        raise LogError(where, "does not exist", "Correct its path") from error
+        what = "matches no file" if glob.has_magic(where) and url_of(path) is None else "does not exist"
+        raise LogError(where, what, "Correct its path") from error
     except IsADirectoryError as error:
         raise LogError(where, "is a folder, not a log file", "Name the files in it") from error
     except PermissionError as error:

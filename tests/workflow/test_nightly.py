@@ -26,6 +26,16 @@ def test_a_night_works_on_the_wells_with_new_logs(checkout: Checkout) -> None:
     assert checkout.journal() == ["records W1"]
 
 
+def test_a_night_works_on_the_wells_whose_pattern_matches_new_logs(checkout: Checkout) -> None:
+    checkout.sheets({"W1": ["w1_a.csv"], "W2": ["w2_a.csv"]})
+    (checkout.root / "config/logs.tsv").write_text("well\tlog\nW1\traw/w1_*.csv\nW2\traw/w2_*.csv\n")
+    checkout.run("--workflow-profile", PROFILE, "--until", "records")
+    checkout.journal()
+    (checkout.root / "raw/w2_b.csv").write_text("samples")
+    checkout.run("--workflow-profile", PROFILE, "--until", "records")
+    assert checkout.journal() == ["records W2"]
+
+
 def test_a_well_that_grows_ends_in_every_stage_as_if_all_logs_had_come_at_once(tmp_path: Path) -> None:
     rig, logs = (
         ROOT / "config/demo/rigs/charlie.yaml",

@@ -227,6 +227,43 @@ def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
         assert "outside of the folders for logs" in fault
 
 
+def test_a_pattern_stands_for_the_files_that_it_matches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("W1/b.csv", "W1/a.csv", "W1/.c.csv", "W1/a.csv.part", "W2/log[1].csv", "W2/log1.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    logs = "well\tlog\nW1\tW1/*.csv\nW1\tlate/*.csv\nW2\tW2/log[1].csv\n"
+    found = read_sheets(settings_for(tmp_path, logs=logs))
+    assert found["W1"].logs == tuple(map(Path, ("W1/a.csv", "W1/b.csv", "late/*.csv")))
+    assert found["W2"].logs == (Path("W2/log[1].csv"),)
+
+
+@pytest.mark.parametrize(
+    ("log", "fault"),
+    [
+        ("W1/?.csv", "log 'W1/a.csv' is listed already at"),
+        ("linked/*.csv", "log 'linked/*.csv' lies in "),
+        ("W3/*.csv", "log 'W3/s.csv' lies in "),
+        ("/etc/host*", "log '/etc/host*' lies in /etc, outside"),
+        ("s3://bucket/*.csv", "log 's3://bucket/*.csv' is a pattern, and files elsewhere are not looked for"),
+    ],
+)
+def test_a_pattern_gives_no_more_than_its_files_listed_one_by_one(
+    log: str, fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("here/W1/a.csv", "here/W1/b.csv", "secret/s.csv"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "here/linked").symlink_to(tmp_path / "secret")
+    (tmp_path / "here/W3").mkdir()
+    (tmp_path / "here/W3/s.csv").symlink_to(tmp_path / "secret/s.csv")
+    monkeypatch.chdir(tmp_path / "here")
+    settings = settings_for(tmp_path / "here", logs=f"well\tlog\nW1\tW1/*.csv\nW2\t{log}\n")
+    [found] = faults_in(settings)["W2"]
+    assert fault in found
+    assert len(read_sheets(settings)["W1"].logs) == 2
+
+
 @pytest.mark.parametrize("link", ["logs/linked.csv", "linked/a.csv"])
 def test_a_file_that_is_listed_again_through_a_link_is_found(link: str, tmp_path: Path) -> None:
     log = tmp_path / "logs/a.csv"

@@ -151,6 +151,11 @@ def test_missing_file(suffix: str, tmp_path: Path) -> None:
         read_log(tmp_path / f"nowhere{suffix}", "Time", ["RPM"])
 
 
+def test_a_pattern_without_a_file_is_told_as_such(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"W1/\*\.csv: matches no file\. Correct its path"):
+        read_log(tmp_path / "W1/*.csv", "Time", ["RPM"])
+
+
 @every_format
 def test_an_empty_file_is_told_to_be_empty(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"log{suffix}"
