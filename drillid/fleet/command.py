@@ -36,8 +36,8 @@ class RunOutcome:
     """How a run ended.
 
     code : exit code of the workflow, or FAILED_WELLS
-    wells : number of `wells`, reason of each `failed` one, those `unfinished`, all as a `line`, and the path of the
-        `report` where there is one; empty where the run did not come so far
+    wells : number of `wells`, reason of each `failed` one, those `unfinished`, `missing_logs`, all as a `line`, and the
+        path of the `report` where there is one; empty where the run did not come so far
     """
 
     code: int

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from drillid.datasets.store import WellFolders
+from drillid.errors import SettingsError
 from drillid.fleet.manifest import PROBLEMS, stored
 from drillid.fleet.stages import STAGES, START_UPS
+from drillid.formats.remote import states, url_of
 
 _NAMED = 5
-"""Failed wells that the closing line names."""
+"""Failed wells, or missing logs, that the closing line names."""
 
 
 def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
@@ -35,6 +38,22 @@ def unfinished_start_ups(results: Path, start_ups: Sequence[str]) -> list[str]:
 def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
     """Wells that have not gone through all stages, be it that they failed or that a run went only so far."""
     return [well for well in wells if not all(map(stored, _folders(WellFolders(results, well)).values()))]
+
+
+def missing_logs(logs: Sequence[Path]) -> list[str]:
+    """Listed logs, files or addresses, that are not there; none of a store that does not answer."""
+    elsewhere = dict.fromkeys(filter(url_of, logs), "unknown")
+    with contextlib.suppress(SettingsError):
+        elsewhere = states(logs)
+    return [url_of(log) or str(log) for log in logs if not (elsewhere[log] if log in elsewhere else log.exists())]
+
+
+def missing_logs_line(missing: Sequence[str]) -> str:
+    """The sentence on listed logs that are not there; empty where all are."""
+    if not missing:
+        return ""
+    more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+    return f"Listed logs that are not there: {len(missing)} ({', '.join(missing[:_NAMED])}{more})."
 
 
 def closing_line(

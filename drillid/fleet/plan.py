@@ -20,6 +20,8 @@ from drillid.fleet.outcome import (
     closing_line,
     failed_start_ups,
     failed_wells,
+    missing_logs,
+    missing_logs_line,
     unfinished_start_ups,
     unfinished_wells,
 )
@@ -124,7 +126,9 @@ class Plan:
             os.utime(report, (0, 0))
 
     def outcome(self) -> dict[str, Any]:
-        """How many wells there are, why some failed, which were not finished, and the closing line of the run."""
+        """How many wells there are, why some failed, which were not finished, which logs are not there, and the closing
+        line of the run.
+        """
         results, wells, starts = Path(self.settings.results), tuple(self.wells), tuple(self.start_ups)
         failed, failed_starts = failed_wells(results, wells), failed_start_ups(results, starts)
         unfinished = unfinished_wells(results, wells)
@@ -133,12 +137,16 @@ class Plan:
             lines.append(
                 closing_line(starts, failed_starts, unfinished_start_ups(results, starts), "starts of rotation")
             )
+        logs = [log for listing in self.wells.values() for log in listing.logs]
+        missing = missing_logs(logs) if self.settings.simulate is None else []
+        lines += [missing_logs_line(missing)] if missing else []
         report = results.absolute() / "report.html"
         told = {"report": str(report)} if report.exists() else {}
         return {
             "wells": len(wells),
             "failed": failed | failed_starts,
             "unfinished": list(unfinished),
+            "missing_logs": missing,
             "line": " ".join(lines),
             **told,
         }

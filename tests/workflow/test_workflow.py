@@ -122,7 +122,8 @@ def test_bad_wells_end_as_rows_and_the_others_go_on(checkout: Checkout) -> None:
     for name in ("bad", "crash", "die"):
         (checkout.root / f"raw/{name}.csv").write_text(name)
     (checkout.root / "raw/f.csv").unlink()
-    checkout.run(*ONE_BATCH)
+    output = checkout.run(*ONE_BATCH)
+    assert "Listed logs that are not there: 1 (raw/f.csv)." in output
     assert [line for line in checkout.journal() if line.startswith("depth")] == ["depth Good"]
     problems = pd.read_csv(checkout.root / "results/main/problems.csv", index_col="well")
     bad = problems.loc["Bad", ["stage", "where", "what", "remedy"]].to_list()

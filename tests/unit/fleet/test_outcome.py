@@ -9,6 +9,8 @@ from drillid.fleet.outcome import (
     closing_line,
     failed_start_ups,
     failed_wells,
+    missing_logs,
+    missing_logs_line,
     unfinished_start_ups,
     unfinished_wells,
 )
@@ -67,3 +69,16 @@ def test_starts_of_rotation_have_the_same_line(results: Path) -> None:
     assert told("First") == "1 of 1 starts of rotation done."
     assert told("First", "New") == "1 of 2 starts of rotation have gone through all stages, none failed."
     assert told("First", "Bad").startswith("1 of 2 starts of rotation failed: Bad (start_ups: a.csv: is bad).")
+
+
+def test_listed_logs_that_are_not_there_are_counted_and_named(tmp_path: Path) -> None:
+    there = tmp_path / "a.csv"
+    there.touch()
+    assert missing_logs([there]) == []
+    assert missing_logs_line([]) == ""
+    logs = [there, *(tmp_path / f"{number}.csv" for number in range(6)), Path("memory:/no/b.csv")]
+    missing = missing_logs(logs)
+    assert missing == [*(f"{tmp_path}/{number}.csv" for number in range(6)), "memory://no/b.csv"]
+    line = missing_logs_line(missing)
+    assert line.startswith(f"Listed logs that are not there: 7 ({tmp_path}/0.csv, ")
+    assert line.endswith(f"{tmp_path}/4.csv and 2 more).")
