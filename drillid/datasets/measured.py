@@ -50,7 +50,7 @@ LOGS = DatasetSchema(
     "Logs in a well's records, in order of time",
     {
         "log": Variable(("log",), "int16", "", "number of the log file, in order of time"),
-        "file": Variable(("log",), "str", "", "name of the log file"),
+        "file": Variable(("log",), "str", "", "name of the log file, with its folder where another has that name"),
         "first_sample": Variable(("log",), "int64", "", "index of its first sample in the records"),
         "samples": Variable(("log",), "int64", "", "number of its samples in the records"),
         "key": row_key("log"),

@@ -14,6 +14,7 @@ from drillid.config.sheets import Listing, read_sheets
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
+from drillid.records.placed_logs import distinct_names
 
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 """What every run reads first; another configuration contains only what differs."""
@@ -136,14 +137,17 @@ def _well(
 
 def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
     """Logs that others leave nothing of, or not all; first and last stamp (ns) and file of each."""
+    names = distinct_names(path for _, _, path in times)
     end, before = -1, Path()
     for first, last, path in sorted(times):
         if last <= end:
-            what = f"lies wholly within the time of the logs up to '{before.name}' and is not used"
+            what = f"lies wholly within the time of the logs up to '{names[before]}' and is not used"
             yield Finding(str(path), what, LIST_ONCE)
             continue
         if first <= end:
-            what = f"begins {(end - first) / 1e9:.4g} s before the end of '{before.name}'; that part of it is not used"
+            what = (
+                f"begins {(end - first) / 1e9:.4g} s before the end of '{names[before]}'; that part of it is not used"
+            )
             yield Finding(str(path), what, LIST_APART, fails=False)
         end, before = last, path
 

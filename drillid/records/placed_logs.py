@@ -7,7 +7,8 @@ a key of these two, and a log that comes late between others has only those read
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -53,6 +54,18 @@ def file_states(paths: Sequence[Path]) -> dict[Path, str]:
     return {path: _local_state(path) if url_of(path) is None else "" for path in paths} | {
         path: f"{path} {state}" if state else "" for path, state in states(paths).items()
     }
+
+
+def distinct_names(paths: Iterable[Path]) -> dict[Path, str]:
+    """Names of logs; of those that have one name, with as many of their folders as tell them apart."""
+    paths = list(paths)
+    ends = Counter(end for path in paths for end in _ends(path))
+    return {path: next((end for end in _ends(path) if ends[end] == 1), str(path)) for path in paths}
+
+
+def _ends(path: Path) -> list[str]:
+    """The name, the name with its folder, and so on."""
+    return ["/".join(path.parts[-count:]) for count in range(1, len(path.parts) + 1)]
 
 
 def _local_state(path: Path) -> str:

@@ -22,7 +22,7 @@ from drillid.records.clock import FEWEST_ROWS, Ticks, place_rows, rate_tolerance
 from drillid.records.consistency import Samples
 from drillid.records.grid import CHECK_RECORDER, End, Grid, Note, clock_notes, following
 from drillid.records.joining import LIST_APART, LIST_ONCE, Known, SlowLogs, Source, joined, sources
-from drillid.records.placed_logs import EarlierLogs, PlacedLog, file_states, samples_key
+from drillid.records.placed_logs import EarlierLogs, PlacedLog, distinct_names, file_states, samples_key
 from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
 
@@ -83,14 +83,19 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
                 memo.found[earlier.key(path, end)] = asdict(log)
             end = log.end
             placed.append(log)
-    used = [(path.name, log) for path, log in zip(logs, placed, strict=True) if log.samples]
+    names = distinct_names(logs)
+    used = [(names[path], log) for path, log in zip(logs, placed, strict=True) if log.samples]
     if used:
         folders.write("records", "logs", _logs_dataset(used))
     times = [
         (starts[path], max(starts[path], log.end.time if log.end else 0))
         for path, log in zip(logs, placed, strict=True)
     ]
-    problems += [problem for log in placed for problem in log.problems]
+    problems += [
+        replace(problem, where=names[path]) if problem.where == path.name else problem
+        for path, log in zip(logs, placed, strict=True)
+        for problem in log.problems
+    ]
     problems += [Problem(error.where, error.what, error.remedy) for error in slow.problems(times)]
     memo.save()
     return problems

@@ -42,6 +42,22 @@ def test_logs_of_any_format_in_any_order_make_one_series(tmp_path: Path) -> None
     np.testing.assert_allclose(records["speed"][:1500], drilling(30)["RPM"] * np.pi / 30, rtol=1e-6)
 
 
+def test_logs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    hour = pd.Timedelta(hours=1)
+    logs = [tmp_path / name for name in ("a/x/run.csv", "b/x/run.csv", "b/once.csv")]
+    for number, path in enumerate(logs):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        table = drilling(30, start=START + number * hour)
+        table.loc[700, "RPM"] = 1e4
+        save(table, path)
+    _, problems = run(tmp_path, *logs)
+    assert list(dict.fromkeys(problem.where for problem in problems)) == ["a/x/run.csv", "b/x/run.csv", "once.csv"]
+    names = WellFolders(tmp_path / "results", "W1").read("records", "logs")["file"]
+    assert names.values.tolist() == ["a/x/run.csv", "b/x/run.csv", "once.csv"]
+    _, alone = run(tmp_path, *logs[1:])
+    assert list(dict.fromkeys(problem.where for problem in alone)) == ["run.csv", "once.csv"]
+
+
 def test_a_bad_log_is_a_row_and_the_others_go_on(tmp_path: Path) -> None:
     good = save(drilling(30), tmp_path / "good.csv")
     lacking = save(drilling(30, start=START + pd.Timedelta(hours=1)).drop(columns="RPM"), tmp_path / "lacking.csv")
