@@ -11,15 +11,17 @@ PROBLEM_COLUMNS = ("well", "stage", "where", "what", "remedy")
 CHANGE_COLUMNS = {
     "well": "name of the well",
     "change": "kind of the change, see below",
-    "from_m": "depth at which windows or verdict begin, m",
+    "from_m": "depth at which windows, verdict or the change of the joint fit begin, m",
     "to_m": "depth at which they end, m",
     "from_time": "start of the first of the windows, UTC",
     "to_time": "end of the last of the windows, UTC",
     "count": "number of windows, or of problems of one kind",
-    "stage": "stage of the problem",
+    "stage": "stage of the problem or of the fit",
     "where": "place of the first of the problems",
-    "before": "how it was: the verdict with its probability, the reason of a failure",
-    "now": "how it is: the verdict, the reason of a failure, the first of the problems",
+    "before": "how it was: the verdict with its probability, the parameter with its 95 % band, the reason of a failure",
+    "now": "how it is: the verdict, the parameter, the reason of a failure, the first of the problems",
+    "reason": "what is other than before in what windows, fit or verdict come from, as far as the stages' keys tell: "
+    "logs, settings, rig description, code, versions",
     "since": "end of the newest window of the well that the last report knew, UTC",
 }
 """Columns of changes.csv: what is new since the last report; a column that does not apply is empty."""
@@ -32,6 +34,8 @@ CHANGES = {
     "new_windows": "windows of new or late logs",
     "changed_windows": "windows whose samples have changed, as those of a corrected log",
     "removed_windows": "windows that are there no more",
+    "changed_joint_fit": "a parameter of the joint fit lies outside of its earlier 95 % band; its values are of the "
+    "depth where it does so most",
     "new_verdict": "a verdict on depths that had none",
     "changed_verdict": "another verdict than before; or its probability has changed by 0.1 or more, or its size lies "
     "outside of its earlier interval",

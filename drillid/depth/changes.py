@@ -1,4 +1,4 @@
-"""What is new since the last report: windows, verdicts, wells that failed or recovered, problems.
+"""What is new since the last report: windows, joint fits, verdicts, wells that failed or recovered, problems.
 
 The last report is remembered in `<results>/reported.json`, which holds what the wells were like when it was written and
 what they are like now. A run that ends before its report leaves what was reported as it is, so that the next report
@@ -19,6 +19,8 @@ import pandas as pd
 from drillid.datasets.registry import CHANGE_COLUMNS
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import read_table, write_table
+from drillid.depth.joint_levels import joint_levels, moved_levels
+from drillid.depth.origin import origin, reason
 from drillid.discrepancy.sets import read_verdicts
 from drillid.fleet.manifest import stored, write_whole
 
@@ -26,11 +28,13 @@ _STATE = "reported.json"
 _MUCH = 0.1
 """Change of a verdict's probability that is told."""
 _WITH_SIZE = ("size", "size_low", "size_high")
+_KEPT: dict[str, Any] = {"windows": {}, "verdicts": [], "joint": {}, "origin": {}}
+"""What a well that fails keeps: windows by their starts, verdicts, the joint fit in brief, and what they come from."""
 _VERDICT = ("verdict", "cause", "from_m", "to_m", "probability", *_WITH_SIZE, "unit")
 
 Row = dict[str, Any]
 State = Mapping[str, Any]
-"""One well: its name, why it failed, its windows by their starts, its verdicts and problems."""
+"""One well: its name, why it failed, its problems, and of `_KEPT` what it has."""
 
 
 def write_changes(results: Path, wells: Sequence[str], problems: pd.DataFrame, failed: Mapping[str, str]) -> None:
@@ -68,7 +72,7 @@ def has_earlier_report(results: Path) -> bool:
 
 def read_changes(results: Path) -> pd.DataFrame:
     """The table as it was written; texts are empty where they do not apply, times are UTC."""
-    texts = ("well", "change", "stage", "where", "before", "now")
+    texts = ("well", "change", "stage", "where", "before", "now", "reason")
     times, numbers = ["from_time", "to_time", "since"], ("from_m", "to_m", "count")
     table = read_table(
         Path(results) / "changes.csv",
@@ -76,7 +80,9 @@ def read_changes(results: Path) -> pd.DataFrame:
         keep_default_na=False,
         na_values={name: [""] for name in (*numbers, *times)},
     )
-    return table.assign(**{name: pd.to_datetime(table[name]) for name in times})
+    # a table of an earlier version lacks columns
+    lacking = {name: "" for name in texts if name not in table}
+    return table.assign(**{name: pd.to_datetime(table[name]) for name in times}, **lacking)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -94,19 +100,26 @@ def _through_json(content: Any) -> Any:
 def _state(
     results: Path, well: str, problems: pd.DataFrame, failed: Mapping[str, str], earlier: State | None
 ) -> dict[str, Any]:
-    """A well as it is now; one that failed keeps the windows and verdicts that it had."""
+    """A well as it is now; one that failed keeps the results that it had."""
     folders = WellFolders(results, well)
     name = str(stored(folders.stage("records")).get("name", well))
     own = problems[problems["well"].isin([name, well])]
     rows = own[["stage", "where", "what"]].astype(str).values.tolist()
-    kept = earlier if well in failed and earlier else {"windows": {}, "verdicts": []}
-    if well not in failed:
-        kept = {"windows": _windows(folders), "verdicts": _verdicts(folders)}
-    return {
+    return _kept(folders, well in failed, earlier or {}) | {
         "name": name,
         "failed": failed.get(well, ""),
         "problems": rows,
-        **{key: kept[key] for key in ("windows", "verdicts")},
+    }
+
+
+def _kept(folders: WellFolders, has_failed: bool, earlier: State) -> dict[str, Any]:
+    if has_failed:
+        return {key: earlier.get(key, nothing) for key, nothing in _KEPT.items()}
+    return {
+        "windows": _windows(folders),
+        "verdicts": _verdicts(folders),
+        "joint": joint_levels(folders),
+        "origin": origin(folders),
     }
 
 
@@ -147,13 +160,20 @@ def _changes_of_well(old: State | None, new: State | None) -> Iterator[Row]:
         return
     if old is None:
         yield {"change": "new_well"}
-        old = {"failed": "", "windows": {}, "verdicts": [], "problems": []}
+        old = {"failed": "", "problems": []}
+    # the state of an earlier version lacks what was not kept then
+    old = _KEPT | dict(old)
     if new["failed"] and new["failed"] != old["failed"]:
         yield {"change": "failed", "before": old["failed"], "now": new["failed"]}
     if old["failed"] and not new["failed"]:
         yield {"change": "recovered", "before": old["failed"]}
-    yield from _changed_windows(old["windows"], new["windows"])
-    yield from _changed_verdicts(old["verdicts"], new["verdicts"])
+    for stage, rows in (
+        ("windows", _changed_windows(old["windows"], new["windows"])),
+        ("fits", moved_levels(old["joint"], new["joint"])),
+        ("discrepancy", _changed_verdicts(old["verdicts"], new["verdicts"])),
+    ):
+        why = reason(old["origin"], new["origin"], stage)
+        yield from (row | {"reason": why} for row in rows)
     yield from _new_problems(old["problems"], new["problems"])
 
 

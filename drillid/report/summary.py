@@ -123,5 +123,6 @@ def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
         "depths": str(depths),
         "text": " → ".join(texts),
         "where": str(row["where"]),
+        "reason": str(row["reason"]),
         "since": "" if pd.isna(row["since"]) else f"{row['since']:%Y-%m-%d %H:%M} UTC",
     }

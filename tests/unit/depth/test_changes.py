@@ -1,5 +1,6 @@
 """What is new since the last report, over runs that end with a report or before it."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,14 @@ from drillid.datasets.tables import write_table
 from drillid.depth.changes import mark_reported, read_changes, write_changes
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import Verdict
+from drillid.fits.joint.coordinates import GAINS, SHARED, WALKING
+from drillid.fits.joint.dataset import STATE, _nothing
+from drillid.fleet.stages import STAGES
+from drillid.physics.parameters import PARAMETERS
 from tests.synthetic_well import windows_of
 
+KEY = {"source": "1", "settings": {"windows": {"length_s": 600.0}}, "rig": "1", "versions": {"numpy": "2.1"}}
+INPUTS = {"/rigs/r.yaml": "r", "/raw/a.csv": "a", "/raw/b.csv": "b"}
 PROBLEM = ("W1", "windows", "sample 3", "is 7.5 too many", "Mend it")
 
 
@@ -30,6 +37,36 @@ def make(results: Path, well: str = "W1", windows: int = 3, verdicts: tuple[Verd
     table = verdict_table(well, verdicts)
     folders.stage("discrepancy").mkdir(parents=True, exist_ok=True)
     write_table(table, folders.stage("discrepancy") / "verdicts.csv")
+
+
+def make_keys(results: Path, inputs: dict[str, str] = INPUTS, **other: dict[str, Any]) -> None:
+    """Keys of all stages; `other` has what differs in some."""
+    for stage in STAGES:
+        folder = WellFolders(results, "W1").stage(stage)
+        folder.mkdir(parents=True, exist_ok=True)
+        content = {"key": "k", **KEY, **({} if STAGES[stage].reads else {"inputs": inputs}), **other.get(stage, {})}
+        (folder / "key.json").write_text(json.dumps(content))
+
+
+def make_joint(results: Path, first: int = 0, **shift: float) -> None:
+    """A joint fit over 300 m with bands of 10 % on either side, and parameters shifted by a share from 100 m down.
+
+    Its windows begin with the one of number `first`.
+    """
+    joint = _nothing(31)
+    level = np.array([150.0, 2.5e8, 0.0, 1e-5, 0.04, 1100.0, 20.0, 60.0]) * np.ones((31, 1))
+    level[:, 2] = 950.0 + 10 * np.arange(31)
+    for name, share in shift.items():
+        level[10:, list(PARAMETERS).index(name)] *= 1 + share
+    for name, half in (("value", 0.0), ("lower", -0.1), ("upper", 0.1)):
+        band = np.where(np.arange(8) == 2, 10.0, level)
+        joint[name] = (("window", "parameter"), level + half * band)
+    start = np.datetime64("2025-05-01", "ns") + np.arange(31) * np.timedelta64(600, "s")
+    rows = {"window": np.arange(31), "hole_depth": 1000.0 + 10 * np.arange(31), "start": start, "end": start}
+    names = {"parameter": list(PARAMETERS), "shared": [*SHARED, *GAINS], "random_walk": STATE[: len(WALKING)]}
+    coordinates: dict[str, Any] = {name: ("window", values) for name, values in rows.items()}
+    joint = joint.assign_coords(**coordinates, **names, state=STATE, state_=STATE)
+    WellFolders(results, "W1").write("fits", "joint", joint.isel(window=slice(first, None)))
 
 
 def changes(
@@ -200,3 +237,80 @@ def test_windows_without_depth_do_no_harm(tmp_path: Path) -> None:
     rows = changes(tmp_path)
     assert kinds(rows) == ["new_windows", "changed_windows"]
     assert changes(tmp_path) == rows
+
+
+def test_a_joint_fit_that_moves_is_told_with_depths_values_and_reason(tmp_path: Path) -> None:
+    make(tmp_path)
+    make_keys(tmp_path)
+    make_joint(tmp_path)
+    changes(tmp_path)
+    make_joint(tmp_path, inertia_td=0.05, kappa=0.2)
+    make_keys(tmp_path, fits={"rig": "2"}, records={"source": "2"})
+    assert changes(tmp_path) == [
+        {
+            "well": "W1",
+            "change": "changed_joint_fit",
+            "stage": "fits",
+            "from_m": 1100.0,
+            "to_m": 1300.0,
+            "before": "external viscous damping of mud and wall 150 N s m-4 (135 to 165)",
+            "now": "180 N s m-4 (162 to 198)",
+            "reason": "rig description changed (parts read by fits); code of records changed",
+            "since": pd.Timestamp("2025-05-01T06:30"),
+        }
+    ]
+
+
+def test_a_joint_fit_over_other_windows_of_the_same_depths_has_not_moved(tmp_path: Path) -> None:
+    make(tmp_path)
+    make_joint(tmp_path)
+    changes(tmp_path)
+    make_joint(tmp_path, first=3, length=0.0)
+    assert changes(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("inputs", "other", "why"),
+    [
+        (INPUTS, {}, ""),
+        (INPUTS | {"/rigs/r.yaml": "other comments"}, {}, ""),
+        (INPUTS | {"/raw/b.csv": "c"}, {}, "corrected log b.csv"),
+        (INPUTS | {"/raw/c.csv": "c", "/raw/d.csv": "d"}, {}, "new logs c.csv, d.csv"),
+        ({"/raw/a.csv": "a"}, {}, "removed log b.csv"),
+        ({"/mnt/a.csv": "a", "/mnt/b.csv": "b"}, {}, ""),
+        (
+            INPUTS,
+            {"windows": {"settings": {"windows": {"length_s": 300.0}}}},
+            "setting windows.length_s changed from 600.0 to 300.0",
+        ),
+        (INPUTS, {"figures": {"rig": "2"}}, ""),
+        (INPUTS, {"discrepancy": {"versions": {"numpy": "2.2"}}}, 'numpy changed from "2.1" to "2.2"'),
+    ],
+)
+def test_a_verdict_that_moves_has_the_reason_that_the_keys_tell(
+    inputs: dict[str, str], other: dict[str, Any], why: str, tmp_path: Path
+) -> None:
+    make(tmp_path)
+    make_keys(tmp_path)
+    changes(tmp_path)
+    make(tmp_path, verdicts=(verdict(probability=0.6),))
+    make_keys(tmp_path, inputs, **other)
+    [row] = changes(tmp_path)
+    assert (row["change"], row.get("reason", "")) == ("changed_verdict", why)
+    assert changes(tmp_path, failed={"W1": "records: b.csv: is bad"})[0]["change"] == "failed"
+
+
+def test_the_state_and_table_of_an_earlier_version_are_read(tmp_path: Path) -> None:
+    make(tmp_path)
+    make_keys(tmp_path)
+    make_joint(tmp_path)
+    changes(tmp_path)
+    remembered = json.loads((tmp_path / "reported.json").read_text())
+    for part in ("joint", "origin"):
+        del remembered["now"]["W1"][part]
+    (tmp_path / "reported.json").write_text(json.dumps(remembered))
+    make(tmp_path, windows=4)
+    assert [(row["change"], row.get("reason")) for row in changes(tmp_path)] == [("new_windows", None)]
+    table = pd.read_csv(tmp_path / "changes.csv").drop(columns="reason")
+    table.to_csv(tmp_path / "changes.csv", index=False)
+    assert read_changes(tmp_path)["reason"].tolist() == [""]

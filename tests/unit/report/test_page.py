@@ -204,11 +204,18 @@ def test_the_page_of_a_well_that_is_listed_no_more_goes(tmp_path: Path) -> None:
 
 def test_what_is_new_since_the_last_report_is_first(tmp_path: Path) -> None:
     fleet = small_fleet(tmp_path, ["A"])
-    row = {"well": "A", "change": "new_windows", "from_m": 1000.0, "to_m": 1030.0, "count": 3}
+    row = {
+        "well": "A",
+        "change": "new_windows",
+        "from_m": 1000.0,
+        "to_m": 1030.0,
+        "count": 3,
+        "reason": "new log c.csv",
+    }
     changes = pd.DataFrame([row], columns=list(CHANGE_COLUMNS))
     write_table(changes, fleet.results / "changes.csv")
     fleet.write()
-    assert "New since the last report A : 3 new windows at 1000–1030 m" in text(fleet.page())
+    assert "New since the last report A : 3 new windows at 1000–1030 m reason: new log c.csv" in text(fleet.page())
 
 
 def test_a_first_report_says_so_and_a_later_one_that_nothing_has_changed(tmp_path: Path) -> None:
