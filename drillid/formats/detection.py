@@ -27,6 +27,8 @@ _MAGIC: tuple[tuple[bytes, tuple[str, ...]], ...] = (
     (_HDF5, (".h5", ".nc", ".mat")),
     (b"MATLAB 5.0 MAT-file", (".mat",)),
     (b"MATLAB 7.3 MAT-file", (".mat",)),
+    (b"LabVIEW Measurement", (".lvm",)),
+    (b"\xef\xbb\xbfLabVIEW Measurement", (".lvm",)),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", (".xls",)),
 )
 """First bytes of formats, and endings of the readers that take them, the usual one first."""

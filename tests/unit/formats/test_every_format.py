@@ -33,8 +33,10 @@ def depth(suffix: str) -> str:
 
 def test_every_format_is_in_this_suite() -> None:
     first = {reader.SUFFIXES[0] for reader in formats().values()}
-    # WITS has codes for names and no zones: its suite is test_wits.py
-    assert first - {".wits"} == set(WRITERS), "give the new format a writer, so that the whole suite runs over it"
+    # WITS and LabVIEW Measurement state no zones: their suites are test_wits.py and test_lvm.py
+    assert first - {".wits", ".lvm"} == set(WRITERS), (
+        "give the new format a writer, so that the whole suite runs over it"
+    )
 
 
 @every_format
