@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from drillid.formats.description import Dialect, Note
-from drillid.formats.mnemonics import is_no_unit, is_unit, split_unit
+from drillid.formats.mnemonics import is_no_unit, is_unit, split_unit, units_at_ends
 
 Cells = Sequence[str]
 
@@ -31,6 +31,7 @@ class HeaderRows:
     first : index of the first row of data
     names_row, units_row : indices of the rows that they are taken from
     upper_row : index of the row that holds the first part of the names, where two rows hold them
+    units_at_ends : names whose units are their last words
     """
 
     names: tuple[str, ...]
@@ -39,6 +40,7 @@ class HeaderRows:
     names_row: int | None = None
     units_row: int | None = None
     upper_row: int | None = None
+    units_at_ends: tuple[str, ...] = ()
 
 
 def is_number(cell: str) -> bool:
@@ -115,6 +117,10 @@ def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: 
     if found:
         remedy = "State file.header_line and file.units_line in the rig description where that is wrong"
         yield f"the {' and the '.join(found)}", remedy
+    if header.units_at_ends:
+        example = header.units_at_ends[-1]
+        what = f"the last words of names such as '{example}' are read as units, '{header.units[example]}' of this one"
+        yield what, "State the units with the channels in the rig description where that is wrong"
 
 
 def unique(names: Sequence[str]) -> tuple[str, ...]:
@@ -144,12 +150,13 @@ def _header(
         names = [f"{upper.strip()} {lower.strip()}".strip() for upper, lower in parts]
     padded = [*names, *[""] * (width - len(names))]
     called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
-    stated = {name: unit for name in called if (unit := split_unit(name)[1])}
+    at_ends = units_at_ends(called)
+    stated = at_ends | {name: unit for name in called if (unit := split_unit(name)[1])}
     if units_row is not None:
         cells = zip(called, rows[units_row], strict=False)
         below = {name: unit.strip().strip("[](){}").strip() for name, unit in cells}
         stated |= {name: unit for name, unit in below.items() if unit and not is_no_unit(unit)}
-    return HeaderRows(called, stated, first, names_row, units_row, upper_row)
+    return HeaderRows(called, stated, first, names_row, units_row, upper_row, tuple(at_ends))
 
 
 def _fits(row: Cells, width: int) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from drillid.formats.zones import zone_in
 from drillid.units.names import known_units
@@ -18,6 +18,7 @@ MNEMONICS = {
     "speed": (
         *("RPMA", "RPM", "SURFRPM", "SURFACERPM", "ROTRPM", "TDRPM", "ROTARYSPEED", "ROTARYRPM", "TDSPEED", "SRPM"),
         *("TOPDRIVERPM", "TOPDRIVESPEED", "RPMSURFACE", "RPMAVG", "ROTATION", "SPEED", "DREHZAHL", "TURTALL"),
+        "TOPDRIVEROTARY",
     ),
     "speed_set": (
         *("RPMSP", "RPMSET", "SETRPM", "TDRPMSP", "RPMSETPOINT", "SPEEDSETPOINT", "SPEEDSET", "ROTARYSET", "RPMREF"),
@@ -28,7 +29,7 @@ MNEMONICS = {
         *("HOLE", "DEPTH", "TEUFE", "BOHRTEUFE", "HULLDYBDE", "DYBDE"),
     ),
     "bit_depth": (
-        *("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "BPOS", "DEPTHBIT", "DBIT", "BITPOSITION", "BITMD", "BIT"),
+        *("DBTM", "DEPTBITM", "BITDEPTH", "BDEP", "DEPTHBIT", "DBIT", "BITPOSITION", "BITMD", "BIT"),
         *("BITDYBDE", "MEISSELTEUFE", "MEIßELTEUFE"),
     ),
     "weight_on_bit": ("WOBA", "WOBX", "WOB", "SWOB", "WEIGHTONBIT", "SURFACEWOB", "WOBAVG"),
@@ -78,8 +79,11 @@ _TIMES = (
 _DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "ddmmyyyy", "mmddyyyy", "day")
 _MILLISECONDS = ("millisecond", "milliseconds", "millis", "millisec", "msec", "ms", "millisekunde", "millisekunden")
 _OFFSETS = ("utcoffset", "offsetutc", "gmtoffset", "timezone", "tz", "tzoffset", "timezoneoffset", "zeitzone", "utcoff")
+_AVERAGE = re.compile("^AVERAGED?")
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>.*)\)|\{(?P<curly>[^{}]*)\})$")
 _AFTER_COMMA = re.compile(r"^(?P<name>.*?\S)\s*,\s*(?P<unit>[^,]+)$")
+_LAST_WORD = re.compile(r".*\S (\S+)")
+_FEWEST_WITH_UNITS = 3
 _NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}
 _OF_OTHER_LOGS = frozenset(
     ("api", "gapi", "degc", "degf", "ppm", "ohmm", "ohm", "euc", "mv", "v", "a", "ma", "us", "gal")
@@ -103,12 +107,21 @@ def split_unit(name: str) -> tuple[str, str]:
     return stripped, ""
 
 
+def units_at_ends(names: Sequence[str]) -> dict[str, str]:
+    """Units behind a space at the ends of names such as 'Bit Depth m', where at least half of the names end so."""
+    ends = {name: _LAST_WORD.fullmatch(name.strip()) for name in names if split_unit(name) == (name.strip(), "")}
+    found = {name: match[1] for name, match in ends.items() if match is not None and is_unit(match[1])}
+    if len(found) < _FEWEST_WITH_UNITS or 2 * len(found) < len(names):
+        return {}
+    return {name: unit for name, unit in found.items() if not is_no_unit(unit)}
+
+
 def is_unit(text: str) -> bool:
     """Whether the text is the name of a unit, or says that there is none."""
     plain = text.strip()
     if plain.lower() in (*_NO_UNIT, *_OTHER_UNITS) or _looks_like_date_format(plain) or zone_in(plain) is not None:
         return True
-    words = re.findall(r"[^\W\d_]+|[%°\"'#]", plain)
+    words = [word for word in re.findall(r"[^\W\d_]+|[%°\"'#]", plain) if word.lower() != "per"]
     return bool(words) and all(word.casefold() in _unit_names() for word in words) and len(plain) < _LONGEST_UNIT
 
 
@@ -134,9 +147,12 @@ def key_of(name: str) -> str:
 
 def channel_column(channel: str, columns: Iterable[str]) -> str | None:
     """The column that is named like the channel, the likeliest of several."""
-    by_key: dict[str, str] = {}
+    by_key, averages = dict[str, str](), dict[str, str]()
     for column in columns:
-        by_key.setdefault(key_of(column), column)
+        key = key_of(column)
+        by_key.setdefault(key, column)
+        averages.setdefault(_AVERAGE.sub("", key), column)
+    by_key = averages | by_key
     return next((by_key[name] for name in MNEMONICS.get(channel, ()) if name in by_key), None)
 
 

@@ -200,7 +200,7 @@ def _column(name: str, values: Floats, units: Mapping[str, str], seconds: float)
 def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
     """Columns that are named like a channel and may be it by their unit, the sweep by its signal."""
     found = dict[Channel, ChannelGuess]()
-    bare = {column: _without_unit(column) for column in read.numbers}
+    bare = {column: _without_unit(column, read.units.get(column, "")) for column in read.numbers}
     units = {column: unit for column, (_, unit) in bare.items() if unit} | read.units
     if sweep is not None:
         guess = _guess("torque_sweep", sweep.column, units.get(sweep.column, ""), sweep.rms)
@@ -251,8 +251,13 @@ def _is_oilfield(unit: str, name: Channel) -> bool:
     return any(to_si_factor(unit, si) == to_si_factor(each, si) for each in _OILFIELD.get(si, ()))
 
 
-def _without_unit(name: str) -> tuple[str, str]:
-    """A name such as 'TQ_CMD_kNm' without the unit at its end, and that; the name itself where none is there."""
+def _without_unit(name: str, stated: str) -> tuple[str, str]:
+    """A name such as 'TQ_CMD_kNm' or 'Bit Depth m' without the unit at its end, and that.
+
+    The name itself where none is there, or the file states the unit elsewhere.
+    """
+    if stated:
+        return name.removesuffix(f" {stated}"), stated
     own, _, unit = name.rpartition("_")
     return (own, unit) if own and is_unit(unit) and not is_no_unit(unit) else (name, "")
 
