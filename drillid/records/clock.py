@@ -17,6 +17,7 @@ from scipy.ndimage import median_filter
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.errors import LogError
 from drillid.records.order import in_order, sorted_if_shuffled, without_repeats
+from drillid.records.shared_stamps import evenly
 
 _DAY_NS = 86_400_000_000_000
 FEWEST_ROWS = 10
@@ -76,6 +77,7 @@ class Ticks:
     repeated : indices in `rows` of the rows that omitted rows repeat, shape (repeat,)
     steps : steps of the clock; `row` is an index in `rows`
     reordered : number of rows that were out of order
+    shared : usual number of rows that share a stamp and are spaced evenly; 0 where stamps are fine enough
     """
 
     rate: float
@@ -89,6 +91,7 @@ class Ticks:
     repeated: Integers
     steps: tuple[ClockStep, ...]
     reordered: int
+    shared: int = 0
 
     def times(self, ticks: Integers) -> NDArray[np.datetime64]:
         """UTC times of ticks, ns."""
@@ -123,6 +126,9 @@ def place_rows(
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(where, stamps.size)
     rows, repeats = without_repeats(stamps, sweep, speed)
+    stamps, shared = evenly(stamps, sweep, speed, repeats)
+    if shared:
+        rows, repeats = np.arange(stamps.size), np.arange(0)
     rows, shuffled = sorted_if_shuffled(stamps, rows, where)
     interval = _interval(stamps[rows], where)
     rows, reordered = in_order(stamps, rows, interval)
@@ -149,7 +155,7 @@ def place_rows(
     repeated = by_time[np.searchsorted(kept[by_time], stamps[repeats])]
     end += round(tick[-1] * 1e9 / actual)
     jitter -= np.median(jitter)
-    return Ticks(nominal, actual, origin, begin, end, rows, tick, jitter, repeated, steps, reordered)
+    return Ticks(nominal, actual, origin, begin, end, rows, tick, jitter, repeated, steps, reordered, shared)
 
 
 def too_few_rows(where: str, rows: int) -> LogError:
@@ -164,7 +170,7 @@ def _interval(stamps: Integers, where: str) -> float:
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
             where,
-            "its time stamps are coarser than its samples: most rows share a stamp",
+            "its time stamps are coarser than its samples: most rows share a stamp, and not always as many",
             "Export stamps with fractions of a second",
         )
     usual = float(np.median(forward))

@@ -140,6 +140,9 @@ def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
     if abs(away) > _FAR_OFF_S:
         what = f"its last sample is placed {away:+.1f} s off its stamp, so that no time is lost between samples"
         notes.append((what, "Compare the times with the driller's report; check the recorder's clock"))
+    if ticks.shared:
+        what = f"{ticks.shared} rows share each stamp, and are spaced evenly up to the next one"
+        notes.append((what, "Export stamps with fractions of a second where the recorder has them"))
     if ticks.reordered:
         what = f"{ticks.reordered} rows were out of order and were sorted by time"
         notes.append((what, "Check the recorder if this recurs"))

@@ -202,9 +202,19 @@ def test_the_stated_rate_is_checked(tmp_path: Path) -> None:
     assert samples.sizes["time"] == len(LOG)
 
 
-def test_stamps_of_whole_seconds_are_refused(tmp_path: Path) -> None:
+def test_rows_of_whole_seconds_are_spaced_evenly(tmp_path: Path) -> None:
+    samples, notes = record(LOG.assign(Time=LOG["Time"].dt.floor("s")), tmp_path)
+    assert [note.partition(",")[0] for note in notes] == ["50 rows share each stamp"]
+    assert not samples["flags"].any()
+    np.testing.assert_allclose(samples["speed"], SPEED, rtol=1e-6)
+    off = samples["time"].values - LOG["Time"].dt.tz_localize(None).to_numpy()
+    assert np.abs(off).max() <= np.timedelta64(20, "ms")
+
+
+def test_whole_seconds_with_any_number_of_rows_are_refused(tmp_path: Path) -> None:
+    kept = np.random.default_rng(2).random(len(LOG)) < 0.4
     with pytest.raises(LogError, match="coarser than its samples"):
-        record(LOG.assign(Time=LOG["Time"].dt.floor("s")), tmp_path)
+        record(LOG.assign(Time=LOG["Time"].dt.floor("s"))[kept], tmp_path)
 
 
 def test_millisecond_stamps_of_sixty_hertz_are_regular(tmp_path: Path) -> None:

@@ -1,0 +1,88 @@
+"""Rows that share a stamp, as recorders write them whose stamps are coarser than their samples."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drillid.arrays import Booleans, Floats, Integers
+
+_SHARED = 0.45
+"""Share of rows with the stamp of the row before, from which stamps are coarser than the samples."""
+_FEWEST_STAMPS = 10
+"""Different stamps that show a regular number of rows each."""
+_LONGEST_NS = 60_000_000_000
+"""Longest time from a stamp to the next, within which rows are taken to be even."""
+_REGULAR, _OFF = 0.9, 0.02
+"""Share of the stamps that must have the usual number of rows, to within one row or this part of it."""
+_WHOLE = 0.5
+"""Least share of rows that hold both signals, and largest of rows that repeat a row of the same stamp."""
+
+
+def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) -> tuple[Integers, int]:
+    """Stamps in which rows of one stamp are spaced evenly up to the next stamp, and the usual number of rows of a stamp.
+
+    Stamps as they are, and 0, where they are fine enough, no number of rows is usual, or rows of one stamp are one
+    sample: copies, or its channels one by one.
+
+    Parameters
+    ----------
+    stamps : ns, shape (row,), in the file's order
+    sweep, speed : NaN where a row has none, shape (row,)
+    repeats : rows that repeat a row of the same stamp
+    """
+    steps = np.diff(stamps)
+    if steps.size == 0 or np.any(steps < 0) or np.mean(steps == 0) <= _SHARED:
+        return stamps, 0
+    begins = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    counts = np.diff(np.append(begins, stamps.size))
+    if counts.size < _FEWEST_STAMPS or not _are_samples(sweep, speed, repeats):
+        return stamps, 0
+    unit, usual = int(np.median(np.diff(stamps[begins]))), int(np.median(counts[1:-1]))
+    alike = np.abs(counts - usual) <= max(1.0, _OFF * usual)
+    on_units = np.all(np.diff(stamps[begins]) % unit == 0)
+    if usual < 2 or unit > _LONGEST_NS or not on_units or np.mean(alike[1:-1]) < _REGULAR:
+        return stamps, 0
+    whole = alike.copy()
+    whole[[0, -1]] = False
+    alike[[0, -1]] = counts[[0, -1]] > usual
+    slots = np.where(alike, counts, np.maximum(counts, usual))
+    before = np.zeros_like(counts)
+    before[0] = slots[0] - counts[0]
+    place = np.arange(stamps.size) - np.repeat(begins - before, counts)
+    since = place * (unit / np.repeat(slots, counts))
+    _draw_lines(since, stamps, begins, counts, whole, unit / usual)
+    return stamps + np.rint(since).astype(np.int64), usual
+
+
+def _draw_lines(
+    since: Floats, stamps: Integers, begins: Integers, counts: Integers, whole: Booleans, interval: float
+) -> None:
+    """Give rows of successive stamps with a usual number of rows each the times of a regular clock, where these fit.
+
+    That keeps a clock regular whose rate is no whole number of rows a stamp.
+
+    Parameters
+    ----------
+    since : times after the stamps, ns, which are changed, shape (row,)
+    begins, counts, whole : first row of each stamp, number of its rows, and whether that is usual, shape (stamp,)
+    interval : usual time between rows, ns
+    """
+    unit = np.median(np.diff(stamps[begins]))
+    goes_on = (np.diff(stamps[begins]) == unit) & whole[1:] & whole[:-1]
+    bounds = np.flatnonzero(np.concatenate([[True], ~goes_on, [True]]))
+    for first, end in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+        if end - first < _FEWEST_STAMPS:
+            continue
+        begin, stop = int(begins[first]), int(begins[end - 1] + counts[end - 1])
+        zero = stamps[begin]
+        centre = begins[first:end] + (counts[first:end] - 1) / 2
+        slope, offset = np.polyfit(centre, stamps[begins[first:end]] - zero + (unit - interval) / 2, 1)
+        line = slope * np.arange(begin, stop) + offset - (stamps[begin:stop] - zero)
+        if np.all((line > -interval) & (line < unit + interval)):
+            since[begin:stop] = line
+
+
+def _are_samples(sweep: Floats, speed: Floats, repeats: Integers) -> bool:
+    """Whether the rows of one stamp are samples of their own."""
+    whole = float(np.mean(np.isfinite(sweep) & np.isfinite(speed)))
+    return whole >= _WHOLE and repeats.size <= _WHOLE * sweep.size
