@@ -8,7 +8,7 @@ from drillid.errors import LogError
 from drillid.formats.column_names import column_named, listed
 from drillid.formats.description import Header, LogFormat, Note, TimeColumn
 from drillid.formats.kinds_of_times import counts_stamps, holds_stamps, is_time_of_day
-from drillid.formats.mnemonics import date_among, key_of, milliseconds_among, times_among
+from drillid.formats.mnemonics import date_among, key_of, milliseconds_among, parts_among, times_among
 from drillid.formats.places import Places
 from drillid.formats.stated_times import StatedTimes
 
@@ -28,6 +28,10 @@ def choose_times(
         If a stated column is not there, or none can be told.
     """
     header, notes = places.header, list[Note]()
+    parts = () if described.column is not None or described.date is not None else _parts(header)
+    if parts:
+        beside = milliseconds_among(name for name in header.columns if name not in parts)
+        return StatedTimes(parts[-1], None, described, places, beside, parts), [_of_parts(parts)]
     if described.column is not None:
         column = column_named(described.column, header, places.path)
     else:
@@ -42,6 +46,18 @@ def choose_times(
             notes.append(_taken("dates", date, "date"))
     beside = milliseconds_among(name for name in header.columns if name not in (column, date))
     return StatedTimes(column, date, described, places, beside), notes
+
+
+def _parts(header: Header) -> tuple[str, ...]:
+    """Columns of the parts of times, where no other column is named like a time."""
+    parts = parts_among(header.columns)
+    others = [name for name in times_among(header.columns) if name not in parts]
+    return () if others or (header.time is not None and header.time not in parts) else parts
+
+
+def _of_parts(parts: tuple[str, ...]) -> Note:
+    what = f"the times are put together from the columns {listed(parts)}"
+    return what, "State time.column in the rig description where that is wrong"
 
 
 def _time_column(reader: LogFormat, file: Path, places: Places) -> str:

@@ -78,6 +78,15 @@ _TIMES = (
 )
 _DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "ddmmyyyy", "mmddyyyy", "day")
 _MILLISECONDS = ("millisecond", "milliseconds", "millis", "millisec", "msec", "ms", "millisekunde", "millisekunden")
+_PARTS = (
+    ("year", "yyyy", "yr", "yy", "jahr"),
+    ("month", "mm", "mon", "mo", "monat"),
+    ("day", "dd", "dy", "dayofmonth", "tag"),
+    ("hour", "hours", "hh", "hr", "hrs", "stunde"),
+    ("minute", "minutes", "min", "mins", "mi", "mn", "mm2"),
+    ("second", "seconds", "sec", "secs", "ss", "sekunde"),
+)
+"""Names of the parts of a time; 'mm2' is the second of two columns 'MM'."""
 _OFFSETS = ("utcoffset", "offsetutc", "gmtoffset", "timezone", "tz", "tzoffset", "timezoneoffset", "zeitzone", "utcoff")
 _AVERAGE = re.compile("^AVERAGED?")
 _IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>.*)\)|\{(?P<curly>[^{}]*)\})$")
@@ -184,6 +193,13 @@ def date_among(columns: Iterable[str]) -> str | None:
 def milliseconds_among(columns: Iterable[str]) -> str | None:
     """The column that is named like the milliseconds of a time."""
     return next(iter(_named(_MILLISECONDS, columns)), None)
+
+
+def parts_among(columns: Sequence[str]) -> tuple[str, ...]:
+    """Columns of year, month, day, hour, minute and second; empty where one is not there."""
+    found = [next(iter(_named(names, columns)), None) for names in _PARTS]
+    whole = tuple(name for name in found if name is not None)
+    return whole if len(whole) == len(_PARTS) else ()
 
 
 def offset_among(columns: Iterable[str]) -> str | None:

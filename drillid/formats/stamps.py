@@ -13,6 +13,7 @@ from drillid.errors import LogError
 from drillid.formats.column_times import formatted, of_numbers, of_text, parsed
 from drillid.formats.counted_times import from_numbers
 from drillid.formats.description import Note
+from drillid.formats.parts_of_times import of_parts
 from drillid.formats.places import first_line, shortened
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
@@ -33,21 +34,26 @@ def utc_stamps(of: StatedTimes, table: Any, ambiguous: bool | None = None) -> tu
     LogError
         With the place of a cell that is no time, or a question that the rig description must answer.
     """
+    if of.parts:
+        naive = of_parts(of, [table.column(name) for name in of.parts])
+        stamps, noted = _placed(of, _with_milliseconds(of, naive, table), ambiguous)
+        return stamps, noted
     column, in_milliseconds = with_whole_milliseconds(table.column(of.column))
     notes = [_in_milliseconds(of)] if in_milliseconds else []
-    milliseconds = None if of.milliseconds is None else table.column(of.milliseconds)
     if of.date is not None:
         naive = _joined(of, table.column(of.date), column)
     else:
-        zoned = zoned_stamps(column) if of.described.format is None and milliseconds is None else None
+        zoned = zoned_stamps(column) if of.described.format is None and of.milliseconds is None else None
         if zoned is not None:
             return zoned, notes
         naive = _naive(of, column)
         _check_timed(of, naive.since, column)
-    if milliseconds is not None:
-        naive = with_milliseconds(of, naive, milliseconds)
-    stamps, noted = _placed(of, naive, ambiguous)
+    stamps, noted = _placed(of, _with_milliseconds(of, naive, table), ambiguous)
     return stamps, [*notes, *noted]
+
+
+def _with_milliseconds(of: StatedTimes, naive: Naive, table: Any) -> Naive:
+    return naive if of.milliseconds is None else with_milliseconds(of, naive, table.column(of.milliseconds))
 
 
 def _placed(of: StatedTimes, naive: Naive, ambiguous: bool | None) -> tuple[Stamps, list[Note]]:

@@ -40,6 +40,8 @@ class StatedTimes:
 
     column, date : their names; `date` is None where one column holds both
     milliseconds : name of the column of what whole seconds lack, None without one
+    parts : columns of year, month, day, hour, minute and second, the last of which is `column`; empty where there are
+        none
     described : what the user states about them
     places : names of places for messages
     """
@@ -49,11 +51,13 @@ class StatedTimes:
     described: TimeColumn
     places: Places
     milliseconds: str | None = None
+    parts: tuple[str, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
         """The columns that are read for the times."""
-        return tuple(name for name in (self.column, self.date, self.milliseconds) if name is not None)
+        whole = (self.column, self.date, self.milliseconds, *self.parts[:-1])
+        return tuple(name for name in whole if name is not None)
 
     def start(self) -> tuple[int, bool] | None:
         """The time that the column counts from, stated by the user or else by the file."""

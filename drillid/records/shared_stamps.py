@@ -19,7 +19,7 @@ _WHOLE = 0.5
 
 
 def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) -> tuple[Integers, int]:
-    """Stamps in which rows of one stamp are spaced evenly up to the next stamp, and the usual number of rows of a stamp.
+    """Stamps with the rows of each spaced evenly up to the next one, and the usual number of rows of one.
 
     Stamps as they are, and 0, where they are fine enough, no number of rows is usual, or rows of one stamp are one
     sample: copies, or its channels one by one.
