@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import itertools
 import re
@@ -13,10 +14,12 @@ from typing import IO, Any
 from drillid.formats.description import Unusable
 from drillid.formats.mnemonics import time_among
 from drillid.formats.packing import opened
+from drillid.formats.text_layout import decoded
 
 _BLOCK = 2**18
 _LINES = 20_000
 _OF_VERSION_2 = ("ChannelSet", "ChannelIndex")
+_DECLARED = re.compile(rb"^(?:\xef\xbb\xbf)?\s*<\?xml[^>]*?encoding=[\"'](?P<encoding>[\w-]+)[\"'][^>]*\?>")
 _DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
 _OF_CURVE = {"mnemonic": "mnemonic", "mnemAlias": "alias", "unit": "unit", "nullValue": "null", "typeLogData": "kind"}
@@ -128,7 +131,7 @@ def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[
     from xml.sax import SAXException, SAXParseException
 
     try:
-        while block := content.read(_BLOCK):
+        for block in _blocks(content):
             parser.feed(block)
             yield from handler.taken()
         parser.close()
@@ -137,6 +140,32 @@ def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[
     except (SAXException, AssertionError) as error:
         raise ValueError(str(error)) from error
     yield from handler.taken()
+
+
+def _blocks(content: IO[bytes]) -> Iterator[bytes]:
+    """Pieces of a document, in UTF-8 where it declares another Unicode than it is written in, or none that fits."""
+    first = content.read(_BLOCK)
+    actual = _undeclared(first)
+    if actual is None:
+        yield from itertools.chain([first] if first else [], iter(lambda: content.read(_BLOCK), b""))
+        return
+    decoder = codecs.getincrementaldecoder(actual)(errors="replace")
+    yield decoder.decode(_DECLARED.sub(b"", first, count=1)).encode()
+    while block := content.read(_BLOCK):
+        yield decoder.decode(block).encode()
+    yield decoder.decode(b"", final=True).encode()
+
+
+def _undeclared(start: bytes) -> str | None:
+    """Encoding of a document with a wrong declaration, such as that of text in memory, UTF-16, in a file in UTF-8."""
+    if b"\x00" in start[:4] or start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return None
+    declared = _DECLARED.match(start)
+    name = b"utf-8" if declared is None else declared["encoding"].lower()
+    if name not in (b"utf-8", b"utf8", b"utf-16", b"unicode"):
+        return None
+    actual = decoded(start)[1].removesuffix("-sig")
+    return None if actual == "utf-8" and name in (b"utf-8", b"utf8") else actual
 
 
 def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:

@@ -88,7 +88,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         if log.over_time:
             logs.setdefault(log.place[0], []).append((log, _columns(log)))
         else:
-            depths.append(log.index_curve or log.name)
+            depths.append(log.index_curve or next((curve.mnemonic for curve in log.ordered()), log.called))
     if not logs and depths:
         raise Unusable(f"holds logs over depth only, with the index '{depths[0]}'", "Export the logs over time")
     if not logs:
