@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,6 +37,11 @@ _CLOCK = re.compile(r"(?<![\d:.])\d{1,2}:\d{2}:\d{2}(?!\d)|(?<=:)[^\S\r\n]*\d{1,
 _CLOCK_UNIT = re.compile(r"H.*M.*S", re.IGNORECASE)
 """Units of times of day that are written as numbers, which count nothing."""
 _OF_DAY = re.compile(r"of (the )?day|midnight", re.IGNORECASE)
+_ELAPSED = re.compile(r"^ET\b|^ETIME?\b|elapsed|since|cumul|from start", re.IGNORECASE)
+"""Names and descriptions of a curve of times that counts from the log's start."""
+_DAY_S = 86_400.0
+_FAR_FROM_START_S = 600.0
+"""First value from which a count can be none from the log's start."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +68,9 @@ class LasHeader:
     delimiter : COMMA, TAB or SPACE where the file says so, else empty
     time : the curve of times, where there is no doubt
     moment : the time that the file states for its first row, and whether STRT itself is that
-    day : midnight of the date that the file states, where it says that the curve counts from there
-    first : STRT, the first value of the index, where it is a number
+    day : midnight of the date that the file states
+    counts_from_day : whether the file says that the curve counts from there; None where it says nothing
+    first, last : STRT and STOP, the first and the last value of the index, where they are numbers
     nulls : numbers for missing values
     """
 
@@ -75,7 +82,9 @@ class LasHeader:
     moment: Moment | None
     moment_is_first: bool
     day: Moment | None
+    counts_from_day: bool | None
     first: float | None
+    last: float | None
     nulls: tuple[float, ...]
 
     def start(self, index: Sequence[float]) -> Moment | None:
@@ -93,9 +102,10 @@ class LasHeader:
             return self.moment
         if _CLOCK_UNIT.search(unit):
             return None
-        if self.moment is None:
-            return self.day
         step = 1.001 * abs(index[1] - index[0]) if len(index) > 1 else 0.0
+        if self.moment is None:
+            of_day = self.counts_from_day
+            return self.day if (self._may_be_of_day(index[0], step) if of_day is None else of_day) else None
         if abs(index[0]) <= step:
             return self.moment
         first = index[0] if self.moment_is_first else self.first
@@ -103,6 +113,13 @@ class LasHeader:
             return None
         size, _ = COUNTED[unit_named(unit) or "s"]
         return replace(self.moment, since=self.moment.since - round(first * size))
+
+    def _may_be_of_day(self, begin: float, step: float) -> bool:
+        """Whether the curve may count the seconds of a day, as it begins far from zero and ends within it."""
+        last = begin if self.last is None else self.last
+        at_first = self.first is not None and abs(begin - self.first) <= step
+        in_seconds = unit_named(self.units.get(self.time or "", "")) == "s"
+        return in_seconds and at_first and begin >= _FAR_FROM_START_S and max(begin, last) < _DAY_S
 
 
 def read_header(text: str, data_title: str) -> LasHeader:
@@ -120,6 +137,8 @@ def read_header(text: str, data_title: str) -> LasHeader:
     """
     import lasio
 
+    # what it makes of lines that are none of a header shows in the curves
+    logging.getLogger("lasio").setLevel(logging.CRITICAL)
     text = _NUMBERED.sub(rf"\1{_COLON}\2", text)
     text = _CLOCK.sub(lambda match: match[0].replace(":", _COLON), text)
     text = _SECTION_OF_3.sub(lambda match: _AS_IN_2[match[1].upper()], text)
@@ -147,7 +166,8 @@ def read_header(text: str, data_title: str) -> LasHeader:
     units = {name: unit for name, (_, unit) in zip(names, curves, strict=True) if not is_no_unit(unit)}
     time = _time(names, units)
     stated = {name: value for name, value in items.items() if name not in of_the_file} if time is not None else {}
-    of_day = time is not None and any(map(_OF_DAY.search, descriptions[names.index(time) :][:1]))
+    described = "" if time is None else f"{time} {' '.join(descriptions[names.index(time) :][:1])}"
+    of_day = True if _OF_DAY.search(described) else (False if _ELAPSED.search(described) else None)
     null = _number(items.get("NULL", ""))
     return LasHeader(
         names,
@@ -157,8 +177,10 @@ def read_header(text: str, data_title: str) -> LasHeader:
         time,
         _stated(stated),
         moment_in(stated.get("STRT", "")) is not None,
-        _date(stated) if of_day else None,
+        _date(stated),
+        of_day,
         _number(stated.get("STRT", "")),
+        _number(stated.get("STOP", "")),
         () if null is None else (null,),
     )
 

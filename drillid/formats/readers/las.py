@@ -31,6 +31,8 @@ _SAMPLE = 2**16
 _ENDS = re.compile(rb"\r\n|\n|\r")
 _DELIMITERS = {"COMMA": ",", "TAB": "\t", "SPACE": " "}
 _COMMENT = ("#",)
+_WIDTHS = re.compile(r"Expected (?P<curves>\d+) columns, got (?P<found>\d+)")
+"""What Arrow says of a row of another length."""
 _SAME: dict[str, Callable[[Header], Any]] = {
     "the curves": lambda header: header.columns,
     "the units": lambda header: header.units,
@@ -156,7 +158,13 @@ def read_columns(
     left_out, notes = _without_data(path, header, text, rows)
     try:
         return with_notes(_read(path, header, types, rows, left_out), notes)
-    except pa.ArrowInvalid:
+    except pa.ArrowInvalid as error:
+        width = _WIDTHS.search(str(error))
+        if width is not None:
+            raise Unusable(
+                f"has a row of {width['found']} cells, and its section ~C names {width['curves']} curves",
+                "Write a line for each curve in ~C, such as 'TQA.kN.m : torque', and as many cells in each row",
+            ) from error
         if not numeric:
             raise
     table = _read(path, header, dict.fromkeys(columns, pa.string()), rows, left_out)
@@ -232,7 +240,7 @@ def _encoding(content: mmap.mmap, dialect: Dialect) -> str:
         raise ValueError("its content is not text")
     encoding = decoded(start, dialect.encoding)[1]
     if encoding.startswith("utf-16"):
-        raise ValueError("it is in UTF-16; LAS files are plain text")
+        raise Unusable("is in UTF-16, and LAS files are plain text", "Save it in UTF-8")
     return encoding
 
 
