@@ -76,7 +76,22 @@ _TIMES = (
     "timeofday",
     *("hhmmss", "seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
 )
-_DATES = ("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата", "yyyymmdd", "ddmmyyyy", "mmddyyyy", "day")
+_DATES = (
+    "date",
+    "dateutc",
+    "localdate",
+    "datum",
+    "dato",
+    "fecha",
+    "дата",
+    "yyyymmdd",
+    "ddmmyyyy",
+    "mmddyyyy",
+    "yymmdd",
+    "ddmmyy",
+    "mmddyy",
+    "day",
+)
 _MILLISECONDS = ("millisecond", "milliseconds", "millis", "millisec", "msec", "ms", "millisekunde", "millisekunden")
 _PARTS = (
     ("year", "yyyy", "yr", "yy", "jahr"),

@@ -15,10 +15,11 @@ from drillid.formats.counted_times import from_numbers
 from drillid.formats.description import Note
 from drillid.formats.parts_of_times import of_parts
 from drillid.formats.places import first_line, shortened
+from drillid.formats.short_years import of_short_years, with_long_years
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
 from drillid.formats.times_of_day import from_midnight, of_times, time_of_day, with_milliseconds
-from drillid.formats.written_times import DAY_NS, ORDERS, format_in, has_short_year, with_whole_milliseconds
+from drillid.formats.written_times import DAY_NS, ORDERS, has_short_year, with_whole_milliseconds
 
 
 def utc_stamps(of: StatedTimes, table: Any, ambiguous: bool | None = None) -> tuple[Stamps, list[Note]]:
@@ -92,7 +93,9 @@ def _naive(of: StatedTimes, column: Any) -> Naive:
         return of_numbers(of, column)
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         raise of.wrong(0, column[0].as_py())
-    return of_text(of, column.cast(pa.string()))
+    text, were_short = with_long_years(column.cast(pa.string()))
+    found = of_text(of, text)
+    return replace(found, notes=(*found.notes, of_short_years(of.column))) if were_short else found
 
 
 def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
@@ -115,7 +118,7 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    form = format_in(of.places.header.units.get(of.column, ""))
+    form = of.written_form()
     if form is not None and "%y" in form and (is_number(dates.type) or pa.types.is_string(dates.type)):
         of.check_complete(dates)
         whole = dates.cast(pa.int64()) if is_number(dates.type) else dates
@@ -130,6 +133,10 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
         else:
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
     if pa.types.is_string(dates.type):
+        long, were_short = with_long_years(dates)
+        if were_short:
+            found = of_text(of, long)
+            return replace(found, notes=(*found.notes, of_short_years(of.column)))
         first = next((cell.as_py().strip() for cell in dates if cell.is_valid), "")
         if has_short_year(first) or re.fullmatch(r"\d{6}", first):
             raise LogError(

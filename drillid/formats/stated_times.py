@@ -11,7 +11,7 @@ import numpy as np
 from drillid.arrays import Integers
 from drillid.errors import LogError
 from drillid.formats.description import Note, TimeColumn
-from drillid.formats.mnemonics import offset_among
+from drillid.formats.mnemonics import offset_among, split_unit
 from drillid.formats.places import Places, shortened
 from drillid.formats.written_times import DAY_NS, format_in, order_in
 from drillid.formats.zones import abbreviation_of_zone, zone_of_column
@@ -116,10 +116,14 @@ class StatedTimes:
         """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
         if self.described.format is not None:
             return self.described.format
-        form = format_in(self.places.header.units.get(self.column, ""))
+        form = self.written_form()
         if form is None or "%y" in form:
             return form
         return order_in(form)
+
+    def written_form(self) -> str | None:
+        """Format of dates by the unit of their column, else by its name, such as 'YYMMDD'."""
+        return format_in(self.places.header.units.get(self.column, "")) or format_in(split_unit(self.column)[0])
 
     def by_rows(self, decided: str) -> Note:
         """That the rows showed how dates are written."""

@@ -18,6 +18,8 @@ DAY_NS = 86_400_000_000_000
 
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _OTHER_MONTHS = {"mai": 5, "okt": 10, "dez": 12, "des": 12, "mär": 3, "mrz": 3, "ene": 1, "abr": 4, "ago": 8, "dic": 12}
+MONTHS = (*_MONTHS, *_OTHER_MONTHS)
+"""How names of months begin, in the languages that are known."""
 _WEEKDAY = r"(?:[A-Za-z]{3,9},? +)?"
 _YEAR_FIRST = r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"
 _NUMBERS = r"(?P<first>\d{1,2})(?P<sign>[-/. ])(?P<second>\d{1,2})[-/. ](?P<year>\d{4})"
@@ -30,7 +32,7 @@ _CLOCK = (
 )
 _COMPACT_CLOCK = r"(?P<hour>\d{2})(?P<minute>\d{2})(?P<sec>\d{2})(?:[.,](?P<fraction>\d{1,9})\d*)?(?P<half>)"
 _ZONE = r" ?(?P<zone>[zZ]|UTC|GMT|[+-]\d{2}(?::?\d{2})?)?"
-_BETWEEN = r"[T_, ]+(?:- )?"
+_BETWEEN = r"(?:[T_, ]+(?:- )?|/)"
 _DATES = (_YEAR_FIRST, _NUMBERS, _DAY_NAME, _NAME_DAY, _COMPACT)
 _PATTERNS = (
     *(f"^{_WEEKDAY}{date}{_BETWEEN}{_CLOCK}{_ZONE}$" for date in _DATES),
