@@ -52,6 +52,11 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
                 items.setdefault(code[:2], {})[code] = None
     if not items:
         raise Unusable("holds no whole record between && and !!", "Save the stream again; it may have been cut short")
+    if not any(kind + _TIME in codes for kind, codes in items.items()):
+        raise Unusable(
+            "holds records without times, which are their items 05 and 06",
+            "Have the sender send these items, or save the stream as a table with times",
+        )
     found = [_header(kind, sorted(codes)) for kind, codes in sorted(items.items())]
     return found if len(found) > 1 else [Header(**{**vars(found[0]), "table": ""})]
 
@@ -84,15 +89,14 @@ def read_columns(
     import pyarrow as pa
 
     codes = [header.layout[name] for name in columns]
-    kind = next(iter(header.layout.values()))[:2]
     cells: list[list[str | None]] = [[] for _ in columns]
     with _mapped(path) as content:
-        for count, record in enumerate(_of_kind(content, kind)):
+        for count, record in enumerate(_timed(content, header)):
             if count == rows:
                 break
             for column, code in zip(cells, codes, strict=True):
                 column.append(record[1].get(code) or None)
-        notes = [] if rows is not None else _cut_short(content)
+        notes = [] if rows is not None else [*_cut_short(content), *_without_times(content, header)]
     arrays = [
         _column(column, name in text, header.layout[name].endswith(_TIME))
         for column, name in zip(cells, columns, strict=True)
@@ -115,12 +119,30 @@ def _column(cells: list[str | None], as_text: bool, is_clock: bool) -> Any:
 
 def line_of(path: Path, header: Header, row: int) -> int:
     """Number of the line, counted from 1, in which the record of a row begins."""
-    kind = next(iter(header.layout.values()))[:2]
     with _mapped(path) as content:
-        for count, (begin, _) in enumerate(_of_kind(content, kind)):
+        for count, (begin, _) in enumerate(_timed(content, header)):
             if count == row:
                 return content[:begin].count(b"\n") + 1
     return 0
+
+
+def _timed(content: mmap.mmap, header: Header) -> Iterator[tuple[int, dict[str, str]]]:
+    """Records of a table that hold its items of times."""
+    needed = {header.layout[name] for name in (header.time, header.date) if name is not None}
+    return (found for found in _of_kind(content, _kind(header)) if all(found[1].get(code) for code in needed))
+
+
+def _kind(header: Header) -> str:
+    return str(next(iter(header.layout.values())))[:2]
+
+
+def _without_times(content: mmap.mmap, header: Header) -> list[Note]:
+    """How many records of a table are left out as their times are not known."""
+    whole, timed = (sum(1 for _ in found) for found in (_of_kind(content, _kind(header)), _timed(content, header)))
+    if whole == timed:
+        return []
+    what = f"{whole - timed} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
+    return [(what, "Have the sender send the items 05 and 06 in each record where these are missed")]
 
 
 def _of_kind(content: mmap.mmap, kind: str) -> Iterator[tuple[int, dict[str, str]]]:

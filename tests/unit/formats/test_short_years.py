@@ -46,7 +46,7 @@ def test_short_years_are_noted_and_may_be_of_the_last_century(tmp_path: Path) ->
 
 @pytest.mark.parametrize("cells", ["25-Mar-{s:02d},06:00:00", "04-03-25,06:00:{s:02d}", "04 abc 25,06:00:{s:02d}"])
 def test_dates_that_leave_doubt_are_refused(tmp_path: Path, cells: str) -> None:
-    with pytest.raises(LogError, match="two digits|not a time"):
+    with pytest.raises(LogError, match=r"two digits|not a time"):
         read_log(saved(tmp_path, "DATE,TIME", cells), None, ["TQ"])
 
 

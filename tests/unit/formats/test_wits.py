@@ -139,3 +139,21 @@ def test_inspect_maps_the_items_and_asks_for_their_units(tmp_path: Path) -> None
     assert told.exit_code == 0, told.output
     for words in ("speed: {column: RPMA", "hole_depth: {column: DMEA", "torque_command: {column: TQA"):
         assert words in told.output
+
+
+def test_records_without_times_are_left_out_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "log.wits"
+    timed = "&&\n0105250303\n01060600{:02d}\n0118{}\n!!\n"
+    path.write_text("".join(timed.format(at, at) + "&&\n01109545.0\n!!\n&&\n0824109.5\n!!\n" for at in range(12)))
+    log = read_log(path, None, ["TQA"])
+    assert log.pop("TQA").tolist() == list(range(12))
+    assert [what for what, _ in log.notes if "left out" in what] == [
+        "12 of 24 records of type 1 hold no date and time and are left out"
+    ]
+
+
+def test_a_stream_without_times_tells_what_it_lacks(tmp_path: Path) -> None:
+    path = tmp_path / "log.wits"
+    path.write_text("&&\n01083650.40\n01133.5\n01142850.7\n!!\n" * 12)
+    with pytest.raises(LogError, match=r"items 05 and 06\. Have the sender send these"):
+        read_log(path, None, ["HKLA"])
