@@ -140,10 +140,14 @@ def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[
     except (SAXException, AssertionError) as error:
         raise ValueError(str(error)) from error
     yield from handler.taken()
+    if not handler.number:
+        raise Unusable(
+            f"holds no log object of WITSML, but '{handler.root}'", "Export the log object with the channels"
+        )
 
 
 def _blocks(content: IO[bytes]) -> Iterator[bytes]:
-    """Pieces of a document, in UTF-8 where it declares another Unicode than it is written in, or none that fits."""
+    """Pieces of a document, turned into UTF-8 where its declaration is wrong."""
     first = content.read(_BLOCK)
     actual = _undeclared(first)
     if actual is None:
@@ -183,7 +187,7 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
             self.rows: list[str] = []
             self.ready: list[tuple[LogObject, list[str]]] = []
             self.seen = False
-            self.number = 0
+            self.number, self.root = 0, ""
 
         def taken(self) -> list[tuple[LogObject, list[str]]]:
             """What is complete since the last time."""
@@ -200,6 +204,7 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
         def startElement(self, name: str, attrs: Any) -> None:
             """Begin of an element."""
             local = name.rpartition(":")[2]
+            self.root = self.root or local
             if local in _OF_VERSION_2:
                 raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
             if local == "log":
@@ -220,7 +225,7 @@ def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
             """End of an element."""
             local = name.rpartition(":")[2]
             text, self.text = "".join(self.text or ()), None
-            if local == "XMLout":
+            if local.lower() == "xmlout" and text.strip():
                 # the answer of a WITSML server holds the document as text
                 inner = new_parser(self)
                 inner.feed(_DECLARATION.sub("", text, count=1).encode())

@@ -88,11 +88,12 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         if log.over_time:
             logs.setdefault(log.place[0], []).append((log, _columns(log)))
         else:
-            depths.append(log.index_curve or next((curve.mnemonic for curve in log.ordered()), log.called))
-    if not logs and depths:
-        raise Unusable(f"holds logs over depth only, with the index '{depths[0]}'", "Export the logs over time")
+            depths.append(log.index_curve or next((curve.mnemonic for curve in log.ordered()), ""))
+    if not logs and any(depths):
+        index = next(filter(None, depths))
+        raise Unusable(f"holds logs over depth only, with the index '{index}'", "Export the logs over time")
     if not logs:
-        raise ValueError("it is no WITSML document with a log")
+        raise Unusable("holds log objects without curves, such as a query to a server", "Save the server's answer")
     tables, notes = _tables(list(logs.values()))
     names = unique([table.name for table in tables]) if len(tables) > 1 else [""]
     named = zip(names, tables, strict=True)

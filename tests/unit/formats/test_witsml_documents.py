@@ -1,4 +1,4 @@
-"""WITSML documents that declare another encoding than they are written in."""
+"""WITSML documents that declare another encoding than they are written in, and those without a log."""
 
 from pathlib import Path
 
@@ -39,4 +39,23 @@ def test_a_log_over_depth_without_curves_is_named_by_its_index(tmp_path: Path) -
     path = tmp_path / "log.xml"
     path.write_text(LOG.format(index="measured depth", time="DEPT"), encoding="utf-8")
     with pytest.raises(LogError, match="over depth only, with the index 'DEPT'"):
+        read_log(path, None, ["TQA"])
+
+
+WITHOUT_LOGS = {
+    "another object": ("<trajectorys><trajectory uid='1'/></trajectorys>", "holds no log object.*'trajectorys'"),
+    "a query": (
+        "<logs><log uid='%uid%'><name/><indexType/><logCurveInfo uid=''><mnemonic/></logCurveInfo>"
+        "<logData><data/></logData></log></logs>",
+        "such as a query.*Save the server's answer",
+    ),
+    "an answer without an object": ("<Envelope><Result>1</Result><XMLout></XMLout></Envelope>", "'Envelope'"),
+}
+
+
+@pytest.mark.parametrize(("text", "what"), WITHOUT_LOGS.values(), ids=WITHOUT_LOGS)
+def test_documents_without_logs_tell_what_they_hold(tmp_path: Path, text: str, what: str) -> None:
+    path = tmp_path / "log.xml"
+    path.write_text(text)
+    with pytest.raises(LogError, match=what):
         read_log(path, None, ["TQA"])
