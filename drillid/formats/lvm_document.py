@@ -20,8 +20,8 @@ _OF_FILE, _OF_SEGMENT = "LabVIEW Measurement", "Channels"
 """First cells of a header of the file, which an appended recording repeats, and of a segment."""
 _DATE = re.compile(r"(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})")
 _CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d*))?")
-_UNSET = 1904
-"""Year of a start that nobody set."""
+_UNSET, _LAST = 1904, 2200
+"""Year of a start that nobody set, and the last one of any log."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,13 @@ class Segment:
 
     def times_of(self, channel: int) -> int | None:
         """Place of the column with the times of a channel; None where its samples are equally spaced."""
-        if self.of_file.get("X_Columns", ["", ""])[1].lower() == "no":
+        if self.setting("X_Columns") == "no":
             return None
         return max((at for at, name in enumerate(self.names[:channel]) if name == X), default=None)
+
+    def setting(self, key: str) -> str:
+        """What the header of the file states, in lower case; empty where it does not."""
+        return next(iter(self.of_file.get(key, ())[1:2]), "").lower()
 
     def of(self, key: str, channel: int) -> str:
         """What its header, else that of the file, states of a channel; empty where neither does."""
@@ -77,7 +81,7 @@ class Segment:
     def start(self, channel: int) -> int | None:
         """Date and time of a channel's start on the rig's clock, ns since 1970; None where they are not set."""
         date, clock = (_DATE.match(self.of("Date", channel)), _CLOCK.match(self.of("Time", channel)))
-        if date is None or clock is None or int(date[1]) <= _UNSET:
+        if date is None or clock is None or not _UNSET < int(date[1]) < _LAST:
             return None
         return _nanoseconds(date, clock)
 

@@ -108,6 +108,9 @@ _IN_BRACKETS = re.compile(r"^(?P<name>.*?\S)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P
 _AFTER_COMMA = re.compile(r"^(?P<name>.*?\S)\s*,\s*(?P<unit>[^,]+)$")
 _LAST_WORD = re.compile(r".*\S (\S+)")
 _FEWEST_WITH_UNITS = 3
+_LONGEST_UNCLEAR = 2
+_WORDS = frozenset(("in", "at", "a", "c", "d", "k", "r", "u", "v"))
+"""Units that are words or letters of names as well."""
 _NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}
 _OF_OTHER_LOGS = frozenset(
     ("api", "gapi", "degc", "degf", "ppm", "ohmm", "ohm", "euc", "mv", "v", "a", "ma", "us", "gal")
@@ -134,10 +137,16 @@ def split_unit(name: str) -> tuple[str, str]:
 def units_at_ends(names: Sequence[str]) -> dict[str, str]:
     """Units behind a space at the ends of names such as 'Bit Depth m', where at least half of the names end so."""
     ends = {name: _LAST_WORD.fullmatch(name.strip()) for name in names if split_unit(name) == (name.strip(), "")}
-    found = {name: match[1] for name, match in ends.items() if match is not None and is_unit(match[1])}
+    found = {name: match[1] for name, match in ends.items() if match is not None and _is_unit_at_end(match[1])}
     if len(found) < _FEWEST_WITH_UNITS or 2 * len(found) < len(names):
         return {}
     return {name: unit for name, unit in found.items() if not is_no_unit(unit)}
+
+
+def _is_unit_at_end(word: str) -> bool:
+    """Whether a last word is a unit and nothing else, unlike those of 'Flow In' and 'Drive A'."""
+    exact = word in known_units() or len(word) > _LONGEST_UNCLEAR
+    return is_unit(word) and exact and word.lower() not in _WORDS
 
 
 def is_unit(text: str) -> bool:

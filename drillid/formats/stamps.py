@@ -93,9 +93,19 @@ def _naive(of: StatedTimes, column: Any) -> Naive:
         return of_numbers(of, column)
     if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
         raise of.wrong(0, column[0].as_py())
-    text, were_short = with_long_years(column.cast(pa.string()))
-    found = of_text(of, text)
-    return replace(found, notes=(*found.notes, of_short_years(of.column))) if were_short else found
+    text = column.cast(pa.string())
+    return _of_short_years(of, text) or of_text(of, text)
+
+
+def _of_short_years(of: StatedTimes, text: Any) -> Naive | None:
+    """Times with named months and years of two digits, where nobody states another format; None of any others."""
+    if of.form() is not None and of.form() not in ORDERS:
+        return None
+    long, were_short = with_long_years(text)
+    if not were_short:
+        return None
+    found = of_text(of, long)
+    return replace(found, notes=(*found.notes, of_short_years(of.column)))
 
 
 def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
@@ -133,10 +143,9 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
         else:
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
     if pa.types.is_string(dates.type):
-        long, were_short = with_long_years(dates)
-        if were_short:
-            found = of_text(of, long)
-            return replace(found, notes=(*found.notes, of_short_years(of.column)))
+        named = _of_short_years(of, dates)
+        if named is not None:
+            return named
         first = next((cell.as_py().strip() for cell in dates if cell.is_valid), "")
         if has_short_year(first) or re.fullmatch(r"\d{6}", first):
             raise LogError(

@@ -86,8 +86,7 @@ def _header(
 def _notes(segments: Sequence[Segment]) -> Iterator[Note]:
     """That nobody can tell whether recordings were appended, where one header and no times stand over all rows."""
     first = segments[0]
-    one_header = first.of_file.get("Multi_Headings", ["", ""])[1].lower() == "no"
-    if one_header and first.times_of(first.channels[0]) is None:
+    if first.setting("Multi_Headings") == "no" and first.times_of(first.channels[0]) is None:
         what = "one header and no times stand over all rows, which are read as one recording without gaps"
         yield what, "Write a header for each segment, or a column of times, where recordings are appended to the file"
 
@@ -240,6 +239,6 @@ def _written(segment: Segment, table: Any, at: int) -> Floats:
     import pyarrow as pa
 
     column = with_numbers(table.select([f"\x1f{at}"]), [f"\x1f{at}"], ".", None, "\t").column(0)
-    if not pa.types.is_floating(column.type) or column.null_count:
+    if not pa.types.is_floating(column.type) or column.null_count or not np.all(np.isfinite(column.to_numpy())):
         raise Unusable(f"has rows without a time in a column '{X}' under line {segment.line}", _APART)
     return np.asarray(column.to_numpy())

@@ -37,6 +37,13 @@ def test_units_behind_names_are_read(tmp_path: Path) -> None:
 def test_a_word_that_is_a_unit_is_none_where_other_names_have_none() -> None:
     assert units_at_ends(["Time", "Top Drive RPM", "Torque Limit", "Bit Depth", "Hook Load"]) == {}
     assert units_at_ends(["Time", "Bit Depth m", "Torque kNm"]) == {}
+    assert units_at_ends(["Time", "Mud Flow In", "Mud Density In", "mud temp in", "Drive A", "Drive T"]) == {}
+    assert units_at_ends(["Time s", "Flow In", "Gas %", "Rate 1/min", "Bit Depth m"]) == {
+        "Time s": "s",
+        "Gas %": "%",
+        "Rate 1/min": "1/min",
+        "Bit Depth m": "m",
+    }
 
 
 def test_units_of_products_and_quotients_in_brackets_are_read(tmp_path: Path) -> None:

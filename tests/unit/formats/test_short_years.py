@@ -44,6 +44,12 @@ def test_short_years_are_noted_and_may_be_of_the_last_century(tmp_path: Path) ->
     assert any("day, month and year of two digits, from 1980 to 2079" in what for what, _ in log.notes)
 
 
+def test_a_stated_format_is_used_as_it_is(tmp_path: Path) -> None:
+    path = saved(tmp_path, "TIME", "25-Mar-04 06:00:{s:02d}")
+    log = read_log(path, TimeColumn("TIME", format="%y-%b-%d %H:%M:%S"), ["TQ"])
+    assert np.array_equal(log.stamps, EXPECTED)
+
+
 @pytest.mark.parametrize("cells", ["25-Mar-{s:02d},06:00:00", "04-03-25,06:00:{s:02d}", "04 abc 25,06:00:{s:02d}"])
 def test_dates_that_leave_doubt_are_refused(tmp_path: Path, cells: str) -> None:
     with pytest.raises(LogError, match=r"two digits|not a time"):
