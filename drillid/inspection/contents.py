@@ -17,7 +17,9 @@ from drillid.inspection.sweep import Sweep, find_sweep
 from drillid.records.channels import usable_rows
 from drillid.records.grid import Note
 from drillid.records.mapping import dialect_of, time_of
+from drillid.records.order import without_repeats
 from drillid.records.plausibility import fitting_units
+from drillid.records.shared_stamps import evenly, shared_note
 from drillid.units import to_si_factor
 
 _GAP = 5.0
@@ -135,6 +137,7 @@ def contents(path: Path, clock: Clock, file: LogFile) -> list[Contents]:
 
 def _contents(path: Path, header: Header, clock: Clock, dialect: Dialect, tables: Sequence[Header]) -> Contents:
     read = _read(path, header, clock, dialect)
+    _space(read)
     steps = np.diff(read.stamps) * 1e-9
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.inf
     wide = np.flatnonzero(steps > max(_GAP * usual, 1.0))
@@ -188,6 +191,17 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
             read.others.append(name)
     read.notes[:0] = log.notes
     return read
+
+
+def _space(read: _Read) -> None:
+    """Space rows that share a stamp as records do, by the two columns that change most often."""
+    often = sorted(read.numbers.values(), key=lambda values: -int(np.sum(np.diff(values) != 0)))[:2]
+    if not often:
+        return
+    _, repeats = without_repeats(read.stamps, often[0], often[-1])
+    read.stamps, shared = evenly(read.stamps, often[0], often[-1], repeats)
+    if shared:
+        read.notes.append(shared_note(shared))
 
 
 def _column(name: str, values: Floats, units: Mapping[str, str], seconds: float) -> ColumnContent:

@@ -12,6 +12,7 @@ from drillid.arrays import Booleans, Integers
 from drillid.datasets.codes import RecordFlag
 from drillid.errors import LogError
 from drillid.records.clock import Ticks
+from drillid.records.shared_stamps import shared_note
 
 Note = tuple[str, str]
 """What was repaired in a log, and the remedy."""
@@ -141,8 +142,7 @@ def clock_notes(ticks: Ticks, grid: Grid) -> list[Note]:
         what = f"its last sample is placed {away:+.1f} s off its stamp, so that no time is lost between samples"
         notes.append((what, "Compare the times with the driller's report; check the recorder's clock"))
     if ticks.shared:
-        what = f"{ticks.shared} rows share each stamp, and are spaced evenly up to the next one"
-        notes.append((what, "Export stamps with fractions of a second where the recorder has them"))
+        notes.append(shared_note(ticks.shared))
     if ticks.reordered:
         what = f"{ticks.reordered} rows were out of order and were sorted by time"
         notes.append((what, "Check the recorder if this recurs"))

@@ -54,6 +54,12 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
     return stamps + np.rint(since).astype(np.int64), usual
 
 
+def shared_note(usual: int) -> tuple[str, str]:
+    """That rows are spaced so, and the remedy."""
+    what = f"{usual} rows share each stamp, and are spaced evenly up to the next one"
+    return what, "Export stamps with fractions of a second where the recorder has them"
+
+
 def _draw_lines(
     since: Floats, stamps: Integers, begins: Integers, counts: Integers, whole: Booleans, interval: float
 ) -> None:

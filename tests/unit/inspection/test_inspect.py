@@ -119,6 +119,15 @@ def test_units_at_the_end_of_names_are_taken(tmp_path: Path) -> None:
     assert drafted["hole_depth"]["column"] == "DMEA_ft"
 
 
+def test_a_sweep_is_found_though_its_rows_share_stamps(tmp_path: Path) -> None:
+    log = whole_log().rename(columns=NAMES)
+    save(log.assign(Time=log["Time"].dt.floor("s")), tmp_path / "log.csv")
+    [found] = inspected(tmp_path / "log.csv").files
+    assert found.rate == pytest.approx(RATE, rel=1e-3)
+    assert found.channels["torque_sweep"].column == NAMES["SWEEP"]
+    assert any("50 rows share each stamp" in what for what, _ in found.notes)
+
+
 def test_slow_logs_are_drafted_as_logs_of_another_shape(tmp_path: Path) -> None:
     log = whole_log()
     fast = save(log.rename(columns=NAMES)[["Time", *list(NAMES.values())[:4]]], tmp_path / "stand 1.csv")
