@@ -146,6 +146,9 @@ def read_header(text: str, data_title: str) -> LasHeader:
         las: Any = lasio.read(io.StringIO(text), ignore_data=True, ignore_header_errors=True, mnemonic_case="preserve")
         version = {key_of(item.original_mnemonic): str(item.value).strip().upper() for item in las.version}
         items = {key_of(str(item.original_mnemonic)): _value(item) for item in (*las.params, *las.well)}
+        described_first = next(
+            (str(item.descr).strip().replace(_COLON, ":") for item in las.well if item.original_mnemonic == "STRT"), ""
+        )
         of_the_file = {
             key_of(str(item.original_mnemonic))
             for item in (*las.params, *las.well)
@@ -169,6 +172,8 @@ def read_header(text: str, data_title: str) -> LasHeader:
     described = "" if time is None else f"{time} {' '.join(descriptions[names.index(time) :][:1])}"
     of_day = True if _OF_DAY.search(described) else (False if _ELAPSED.search(described) else None)
     null = _number(items.get("NULL", ""))
+    if "STRT" in stated and moment_in(stated["STRT"]) is None and moment_in(described_first) is not None:
+        stated = {"STRT": described_first}
     return LasHeader(
         names,
         units,
@@ -179,8 +184,8 @@ def read_header(text: str, data_title: str) -> LasHeader:
         moment_in(stated.get("STRT", "")) is not None,
         _date(stated),
         of_day,
-        _number(stated.get("STRT", "")),
-        _number(stated.get("STOP", "")),
+        _number(items.get("STRT", "")),
+        _number(items.get("STOP", "")),
         () if null is None else (null,),
     )
 

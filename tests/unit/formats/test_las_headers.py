@@ -32,6 +32,13 @@ def test_seconds_of_the_day_count_from_the_header_s_date(tmp_path: Path, time: s
     assert any("count from 2025-03-04T00:00:00.000 by the file's header" in what for what, _ in log.notes)
 
 
+@pytest.mark.parametrize("first", [0, 3600])
+def test_a_start_may_stand_where_strt_is_described(tmp_path: Path, first: int) -> None:
+    well = WELL.format(first, first + 29).replace(f"STRT.S {first} :", f"STRT.S {first} : 2025-03-04 06:00:00")
+    stamps = read_log(saved(tmp_path, las(well, "ETIM.S : Time", first)), None, ["TQ"]).stamps
+    assert stamps[0] == np.datetime64("2025-03-04T06:00:00", "ns")
+
+
 def test_they_are_of_the_rigs_clock(tmp_path: Path) -> None:
     path = saved(tmp_path, las(WELL.format(21600, 21629), "TIME.S : Time", 21600))
     stamps = read_log(path, TimeColumn(zone="Europe/Oslo"), ["TQ"]).stamps
