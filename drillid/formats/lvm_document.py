@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -169,8 +170,6 @@ class _Parser:
 
 
 def _nanoseconds(date: re.Match[str], clock: re.Match[str]) -> int | None:
-    import datetime
-
     try:
         day = datetime.datetime(int(date[1]), int(date[2]), int(date[3]), tzinfo=datetime.UTC)
     except ValueError:
