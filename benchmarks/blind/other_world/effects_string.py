@@ -113,8 +113,8 @@ def _wave_speed(window: Window, size: float, context: Context) -> Window:
 
 def _distributed_bha(window: Window, size: float, context: Context) -> Window:
     pipe, collars = cut(window.string, _pipe_end(window, context))
-    top = collars[0]
-    return altered(window, string=(*shortened(pipe, size), altered(top, length=size, inertia_below=0.0), *collars))
+    further = altered(collars[0], length=size, inertia_below=0.0, damping_below=0.0)
+    return altered(window, string=(*shortened(pipe, size), further, *collars))
 
 
 def _motor_compliance(window: Window, size: float, context: Context) -> Window:

@@ -374,7 +374,7 @@ def lower_end(
     *above, last = string
     if compliance == 0:
         return (*above, altered(last, inertia_below=inertia, damping_below=damping))
-    housing = altered(last, inertia_below=share * inertia)
+    housing = altered(last, inertia_below=share * inertia, damping_below=0.0)
     return (
         *above,
         housing,

@@ -48,6 +48,18 @@ def test_an_effect_changes_its_window_more_the_larger_it_is(case: Case, name: st
         assert 0 <= small < large or not effect.in_catalogue
 
 
+@pytest.mark.parametrize("motor", [False, True])
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_is_lumped_at_the_lower_end_is_kept_by_all_that_acts_elsewhere(case: Case, name: str, motor: bool) -> None:
+    rig = replace(case.rig, motor=(3e-5, 0.5) if motor else (0.0, 0.0), collars=case.rig.collars[:1])
+    equipped = replace(case, rig=rig)
+    _, high = ideal_of(equipped).responses.size_range(Hidden(name, 0.0, 0.4))
+    plain, changed = equipped.window(1, ()), equipped.window(1, (Hidden(name, high, 0.4),))
+    for lump in ("inertia_below", "damping_below"):
+        before, after = (sum(getattr(piece, lump) for piece in window.string) for window in (plain, changed))
+        assert after == pytest.approx(before, rel=1e-9), lump
+
+
 def test_a_cause_that_one_wrong_document_explains_is_no_farther_than_the_odds_against_that(case: Case) -> None:
     ideal = ideal_of(case)
     believing = copy(ideal)
