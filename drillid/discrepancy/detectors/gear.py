@@ -82,7 +82,8 @@ class Gear:
         share : of the top drive's inertia that is above the gear
         """
         lines = (self._motion.drive_torque - share * self._motion.inertial_torque) * self._low_pass
-        torque = irfft(lines, self.residual.samples) + float(self.residual.command.mean())
+        # the ends of a window do not meet, and the torque computed there may swing through zero
+        torque = self.residual.taper * irfft(lines, self.residual.samples) + float(self.residual.command.mean())
         if torque.min() > 0 or torque.max() < 0:
             return np.zeros((len(plays), self.residual.samples))
         draws = np.random.default_rng(0).standard_normal((_DRAWS, torque.size))

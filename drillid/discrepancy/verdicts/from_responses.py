@@ -62,7 +62,7 @@ class Likeliest:
 def likeliest_cause(examination: Examination, causes: list[Cause]) -> Likeliest:
     """Search for one cause of the linear responses."""
     model, base, before = examination.model, examination.base, examination.before
-    time_varying = _time_varying_sizes(examination)
+    time_varying = _time_varying_sizes(examination.detections)
     fitted_causes = search(
         model,
         base,
@@ -116,11 +116,11 @@ def explain_responses(
     return _unknown(examination, before.unknown_evidence, verdicts)
 
 
-def _time_varying_sizes(examination: Examination) -> dict[str, float]:
+def _time_varying_sizes(detections: tuple[PooledDetection, ...]) -> dict[str, float]:
     """Detected sizes of causes that vary within a window, where there is evidence for them."""
     return {
         detection.cause: detection.size
-        for detection in examination.detections
+        for detection in detections
         if detection.cause in CATALOGUE and CATALOGUE[detection.cause].time_varying and detection.log_evidence > 0
     }
 
@@ -227,9 +227,12 @@ def _second_causes(
     examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
 ) -> list[FittedCause]:
     """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
-    sizes = _time_varying_sizes(examination)
+    # a change within a window has detections of several causes that look like each other
+    alike = given.cause.looks_like if given.cause.time_varying else ()
+    detections = tuple(each for each in examination.detections if each.cause not in alike)
+    sizes = _time_varying_sizes(detections)
     fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
-    return _with_own_detections(fitted_causes, examination.detections)
+    return _with_own_detections(fitted_causes, detections)
 
 
 def _posterior_given(

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drillid.discrepancy.detectors.gear import Gear as GearSeen
 from drillid.discrepancy.detectors.drive import ceiling_score
+from drillid.discrepancy.detectors.motion import Motion
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig
 from tests.simulated import RATE, SHALLOW
@@ -106,6 +109,13 @@ def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None
 def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
     plain = records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)
     assert max(detections_of(record)["gear_backlash"].score for record in plain) < 3
+
+
+def test_ends_of_a_window_that_do_not_meet_are_no_torque_that_changes_its_sign() -> None:
+    record = records(NonlinearRig(RIG.system), 66)[0]
+    slower = replace(record, speed=record.speed + np.linspace(0.5, -0.5, record.speed.size))
+    for each in (record, slower):
+        assert not GearSeen(Motion(ResidualRecord(each))).responses(0.9, [0.1]).any()
 
 
 def test_teeth_part_for_as_long_as_the_motor_takes_to_cross_the_play() -> None:
