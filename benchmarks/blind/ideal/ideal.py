@@ -97,7 +97,7 @@ class Ideal:
             if least > each.cost:
                 other = copy(self)
                 shared = self.priors.shared.copy()
-                shared[each.nuisance] = each.spread
+                shared[list(each.spreads)] = list(each.spreads.values())
                 other.priors = replace(self.priors, shared=shared, wrong=())
                 least = min(least, each.cost + other._distance_without(hidden, beside))
         return least

@@ -11,8 +11,8 @@ from benchmarks.blind.ideal.line import MOUNTED, PIECE
 from benchmarks.blind.ideal.responses import NUISANCES, RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
-from benchmarks.blind.other_world.rig import Drive, Recording, Window
-from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY, WRONG_SHEETS
+from benchmarks.blind.other_world.rig import DENSITY, Drive, Recording, Window
+from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY, WRONG_SHEETS, Rig
 from benchmarks.blind.other_world.theory import (
     command_mobility,
     control_response,
@@ -142,38 +142,67 @@ def _sensor_density(rig: Window) -> float:
 def _priors(case: Case) -> Priors:
     """From the documents' tolerances and the distribution that windows are drawn from."""
     sheet, first = case.sheet, case.segments[0]
-    collars = sum(piece.inertia for piece in case.rig.collars)
-    errors = {
+    # a value that is wrong outright is known no better than such values are drawn
+    errors = _errors(case) | ({sheet.wrong: WRONG_BY} if sheet.wrong else {})
+    own = {name: _deviation(case, name, error) for name, error in errors.items()}
+    shared = [1.5, np.log(3.0), sheet.length_relative, own["polar_moment"], own["delay"], own["inertia_td"], 2.0]
+    shared += [own["collar_polar_moment"], sheet.controller_relative, sheet.controller_relative]
+    shared += [1e3 * sheet.clock_error, _interval_error(case)]
+    units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
+    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3), _wrong(case), _starts(case))
+
+
+def _errors(case: Case) -> dict[str, float]:
+    """Relative tolerances of the documents' values that may be wrong outright."""
+    sheet = case.sheet
+    return {
         "polar_moment": sheet.polar_moment_error / sheet.polar_moment,
         "delay": sheet.delay_error / abs(sheet.delay),
         "inertia_td": sheet.inertia_td_error / sheet.inertia_td,
         "collar_polar_moment": sheet.collar_relative,
     }
 
-    def deviation(name: str, error: float) -> float:
-        """In the unit of the nuisance."""
-        units = {"delay": abs(sheet.delay) / 0.01, "collar_polar_moment": collars / 50.0}
-        return float(np.hypot(error * units.get(name, 1.0), name == "collar_polar_moment"))
 
+def _deviation(case: Case, name: str, error: float) -> float:
+    """Prior standard deviation for a relative error of a document's value, in the unit of the nuisance."""
+    collars = sum(piece.inertia for piece in case.rig.collars)
+    units = {"delay": abs(case.sheet.delay) / 0.01, "collar_polar_moment": collars / 50.0}
+    return float(np.hypot(error * units.get(name, 1.0), name == "collar_polar_moment"))
+
+
+def _wrong(case: Case) -> tuple[Wrong, ...]:
+    """Each value that may be wrong outright; where one is, that another is wrong in its place.
+
+    That costs what the wrong one is off by its tolerance, less the odds against it, which the truth pays as well.
+    """
+    sheet, errors = case.sheet, _errors(case)
     odds = (1 - WRONG_SHEETS) / (WRONG_SHEETS / len(errors))
-    nuisances = list(NUISANCES)
-    wrong = [
-        Wrong(
-            nuisances.index("inertia_bit" if name == "collar_polar_moment" else name),
-            deviation(name, WRONG_BY),
-            float(2 * np.log(odds * WRONG_BY / error)),
-        )
-        for name, error in errors.items()
-    ]
+    against = {name: 2 * np.log(odds * WRONG_BY / error) for name, error in errors.items()}
+    spreads: dict[int, float] = {}
     if sheet.wrong:
-        # it is no better known than such values are drawn, and there is no other
-        errors, wrong = errors | {sheet.wrong: WRONG_BY}, []
-    own = {name: deviation(name, error) for name, error in errors.items()}
-    shared = [1.5, np.log(3.0), sheet.length_relative, own["polar_moment"], own["delay"], own["inertia_td"], 2.0]
-    shared += [own["collar_polar_moment"], sheet.controller_relative, sheet.controller_relative]
-    shared += [1e3 * sheet.clock_error, _interval_error(case)]
-    units = np.array([first.wall_damping / 100.0, 1.0, first.bit_damping / 50.0])
-    return Priors(np.array(shared), np.maximum(LOCAL_SPREAD * units, 1e-3), tuple(wrong), _starts(case))
+        off, usual = np.log(getattr(sheet, sheet.wrong) / _right(case.rig, sheet.wrong)), errors[sheet.wrong]
+        more = (off / usual) ** 2 - (off / WRONG_BY) ** 2 - against.pop(sheet.wrong)
+        against = {name: cost + more for name, cost in against.items()}
+        spreads = {_place(sheet.wrong): _deviation(case, sheet.wrong, usual)}
+    return tuple(
+        Wrong({**spreads, _place(name): _deviation(case, name, WRONG_BY)}, max(float(cost), 0.0))
+        for name, cost in against.items()
+    )
+
+
+def _place(name: str) -> int:
+    """Index of the nuisance that a document's value states."""
+    return list(NUISANCES).index("inertia_bit" if name == "collar_polar_moment" else name)
+
+
+def _right(rig: Rig, name: str) -> float:
+    """What the documents would state of a rig if they were right."""
+    return {
+        "polar_moment": rig.pipe.moment,
+        "delay": rig.delay,
+        "inertia_td": rig.drive.inertia,
+        "collar_polar_moment": sum(piece.inertia for piece in rig.collars) / DENSITY / rig.collar_length,
+    }[name]
 
 
 def _starts(case: Case) -> tuple[tuple[int, float], ...]:

@@ -112,10 +112,8 @@ class Priors:
 class Wrong(NamedTuple):
     """A value that may be wrong outright."""
 
-    nuisance: int
-    """Its place among those of the set."""
-    spread: float
-    """Standard deviation if it is."""
+    spreads: Mapping[int, float]
+    """Standard deviations if it is, by place among the nuisances of the set, where they differ."""
     cost: float
     """Twice the log odds against it, and of densities at the most likely value."""
 

@@ -65,7 +65,7 @@ def test_a_cause_that_one_wrong_document_explains_is_no_farther_than_the_odds_ag
     believing = copy(ideal)
     believing.priors = replace(ideal.priors, wrong=())
     believing._noncentrality = believing._least_noncentrality
-    inertia = min(each.cost for each in ideal.priors.wrong if each.nuisance == list(NUISANCES).index("inertia_td"))
+    inertia = min(each.cost for each in ideal.priors.wrong if list(NUISANCES).index("inertia_td") in each.spreads)
     gain, zone = (Hidden("actuator_gain", 0.3, 0.5),), (Hidden("local_damping_zone", 200.0, 0.5),)
     assert inertia < ideal.noncentrality(gain) < 0.8 * believing.noncentrality(gain)
     assert ideal.noncentrality(zone) == pytest.approx(believing.noncentrality(zone), rel=0.02)
@@ -153,3 +153,17 @@ def test_cases_that_are_planned_large_are_large() -> None:
     assert all(len(case.hidden) == 1 and not case.removed for case in drawn)
     sizes = np.array([ideal_of(case).noncentrality(case.hidden) for case in drawn])
     assert np.sum(sizes > 80.0) >= 0.5 * np.count_nonzero(np.isfinite(sizes))
+
+
+def test_which_value_of_the_documents_is_wrong_is_not_known_to_the_ideal_test(case: Case) -> None:
+    gain = (Hidden("actuator_gain", -0.2, 0.5),)
+    right, inertia = ideal_of(case).noncentrality(gain), case.rig.drive.inertia
+    delays = (case.rig.delay * (1 + off) for off in (0.05, 0.5))
+    slightly, plainly = (
+        ideal_of(replace(case, sheet=replace(case.sheet, delay=delay, wrong="delay"))).noncentrality(gain)
+        for delay in delays
+    )
+    known = ideal_of(replace(case, sheet=replace(case.sheet, inertia_td=1.2 * inertia, wrong="inertia_td")))
+    # a delay that is hardly off may as well be right, and the inertia wrong
+    assert slightly < right < plainly
+    assert known.noncentrality(gain) < right

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drillid.discrepancy.detectors.gear import Gear as GearSeen
 from drillid.discrepancy.detectors.drive import ceiling_score
+from drillid.discrepancy.detectors.gear import Gear as GearSeen
 from drillid.discrepancy.detectors.motion import Motion
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.physics.limits import rate_limited, withheld_by_play
