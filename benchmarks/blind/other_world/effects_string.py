@@ -39,10 +39,14 @@ def _has_spring(window: Window) -> bool:
     return window.string[-1].length == coupling(1.0).length
 
 
+def section_moment(shape: float) -> float:
+    """Polar moment of an extra section per pipe's: heavy-weight pipe or collars of any size."""
+    return float(1.3 * (6.0 / 1.3) ** shape)
+
+
 def _extra_section(window: Window, size: float, context: Context) -> Window:
-    """Heavy-weight pipe or collars of any size above the collars."""
-    ratio, end = 1.3 * (6.0 / 1.3) ** context.shape, _pipe_end(window, context)
-    return _pipe_changed(window, end - size, end, moment=ratio)
+    end = _pipe_end(window, context)
+    return _pipe_changed(window, end - size, end, moment=section_moment(context.shape))
 
 
 def _tapered_string(window: Window, size: float, context: Context) -> Window:

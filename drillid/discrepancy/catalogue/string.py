@@ -14,6 +14,9 @@ _ZONE_SHARE, _ZONE_SPREAD = 0.055, 1.0
 lengths of 1 to 30 % that are log-uniform."""
 _LEAST_ABOVE = 1e-3
 """Least share of the pipe above a zone."""
+_HEAVIER, _HEAVIER_SPREAD = 2.8, 0.44
+"""Usual polar moment of a section relative to the pipe's, and standard deviation of its logarithm: those of moments of
+1.3 to 6 that are log-uniform, from heavy-weight pipe to collars."""
 
 
 def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
@@ -22,7 +25,7 @@ def _with_law(window_model: WindowModel, law: DampingLaw) -> WindowModel:
 
 
 class ExtraSection(Cause):
-    """A section of heavier pipe above the collars; the shape is its polar moment relative to the pipe's."""
+    """A section of heavier pipe above the collars, whose polar moment relative to the pipe's is fitted."""
 
     name, family, port = "extra_section", "string", "string"
     headline = "{size} of heavier pipe hang in the string that are not in the tally: compare the two"
@@ -31,14 +34,21 @@ class ExtraSection(Cause):
     separated_by = "the full tally, or windows over a longer interval of depth"
     action = "Correct the wrong one of string and tally, then run again."
     size = Size("length", "m", 100.0, 0.0, 1000.0)
-    shapes = (1.6, 2.5, 5.0)
+    shape_is_fitted = True
+
+    def __init__(self, heavier: Any = _HEAVIER) -> None:
+        self.heavier = heavier
+
+    def shaped(self, coordinate: Any) -> Cause:
+        """A section of another polar moment."""
+        return ExtraSection(_HEAVIER * np.exp(_HEAVIER_SPREAD * coordinate))
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
         """A length of the pipe above the collars replaced by heavier pipe."""
         pipe, *below = window_model.system.string
-        extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * shape)
+        extra = replace(pipe, length=size, polar_moment=pipe.polar_moment * self.heavier)
         return window_model.with_string(replace(pipe, length=pipe.length - size), extra, *below)
 
 
