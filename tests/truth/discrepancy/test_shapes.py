@@ -1,6 +1,4 @@
-"""What the shape of an effect leaves is no second cause, in the second world: a wide zone with smooth ends, and a section
-of any moment.
-"""
+"""What the shape of an effect leaves is no second cause, in the second world: a zone with smooth ends, any section."""
 
 from pathlib import Path
 
