@@ -17,9 +17,9 @@ import numpy as np
 import pandas as pd
 from matplotlib import pyplot as plt
 
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.control.margins import loop_transfer, margins
 from drillid.control.stick_slip import simulated_lowest_speed, stick_slip_map
 from drillid.control.tuning import controlled_by, first_sample, sampled_systems, tune

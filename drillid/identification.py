@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.memory import WellInMemory
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, problems_table

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import yaml
 
+from drillid.config.listing import Listing
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing
 from drillid.fleet.provenance import package_hash
 from drillid.fleet.run import Task, process_well
 from tests.raw_logs import RIG

@@ -12,9 +12,9 @@ import pandas as pd
 import xarray as xr
 
 from drillid.arrays import Floats
+from drillid.config.listing import Well
 from drillid.config.rig import CHANNEL_UNITS, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import Problem, WellFolders
 from drillid.discrepancy.sets import read_verdicts

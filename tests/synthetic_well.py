@@ -8,9 +8,9 @@ import pandas as pd
 import xarray as xr
 
 from drillid import discrepancy
+from drillid.config.listing import Well
 from drillid.config.rig import CHANNEL_UNITS, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.codes import RigState
 from drillid.datasets.store import WellFolders
 from drillid.depth import stage as depth

@@ -21,9 +21,9 @@ import typer
 import xarray as xr
 
 from benchmarks.identification.windows import FOLDER, SETTINGS, SWEEP, SimulatedWindow
+from drillid.config.listing import Well
 from drillid.config.rig import CHANNEL_UNITS, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import WellFolders
 from drillid.fits.window_fit import Prior, fit, measured_rows
 from drillid.fleet.provenance import digest, source_hash

@@ -39,8 +39,12 @@ _REMEDIES = (
 """What to do, by YAML's own words on a fault; the first that fits."""
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, largest_bytes: int = _LARGEST_BYTES) -> str:
     """Text of a file in UTF-8, or in UTF-16 with its mark.
+
+    Parameters
+    ----------
+    largest_bytes : beyond which it cannot be what was meant
 
     Raises
     ------
@@ -56,8 +60,8 @@ def read_text(path: str | Path) -> str:
         raise SettingsError(str(path), f"cannot be read ({reason})", "Write the file, or correct its path") from error
     if content.startswith(_WORKBOOKS):
         raise SettingsError(str(path), "is a workbook or an archive, not text", "Save it as text, a sheet with tabs")
-    if len(content) > _LARGEST_BYTES:
-        what = f"has {len(content)} bytes, more than {_LARGEST_BYTES}"
+    if len(content) > largest_bytes:
+        what = f"has {len(content)} bytes, more than {largest_bytes}"
         raise SettingsError(str(path), what, "Check that it is the file that was meant")
     encoding = _BYTE_ORDER_MARKS.get(content[:2], "utf-8-sig")
     try:

@@ -13,6 +13,8 @@ from drillid.errors import SettingsError
 Content = TypeVar("Content", bound=Strict)
 _OPTIONAL = {"section", "tool", "folder", "fitted"}
 """Columns that a sheet need not have, beside the description."""
+_LARGEST_BYTES = 100_000_000
+"""Of a sheet; one of 10,000 wells with a log a day for a year has as many, and more are no sheet."""
 _SEPARATORS = {",": "commas", ";": "semicolons"}
 
 
@@ -40,7 +42,7 @@ def sheet_rows(path: Path, model: type[Content]) -> Iterator[SheetRow[Content]]:
     SettingsError
         If the sheet as a whole cannot be used: it cannot be read, has no header, other columns or other separators.
     """
-    lines = read_text(path).splitlines()
+    lines = read_text(path, _LARGEST_BYTES).splitlines()
     used = [number for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if not used:
         header = "\t".join(name for name in model.model_fields if name not in _OPTIONAL)

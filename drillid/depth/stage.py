@@ -21,8 +21,8 @@ from drillid.physics.parameters import PARAMETERS
 from drillid.windows.channels import sample_rate
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Well
     from drillid.discrepancy.catalogue import WindowModel
 
 

@@ -28,8 +28,8 @@ from drillid.statistics import to_normal
 if TYPE_CHECKING:
     import pandas as pd
 
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Well
 
 
 _REMEDY = "The noise or the model is not as assumed there; treat its stated errors with caution"

@@ -21,9 +21,9 @@ from drillid.discrepancy.sets import read_verdicts
 from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.rig import Rig
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Well
 
 
 STAND_M = 30.0

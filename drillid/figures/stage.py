@@ -16,8 +16,8 @@ from drillid.figures.data import WellResults
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Well
 
 
 def drawings() -> dict[str, Callable[[WellResults], Figure]]:

@@ -27,9 +27,9 @@ from drillid.physics.parameters import PARAMETERS
 from drillid.physics.top_drive import with_gains
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.rig import Rig
     from drillid.config.settings import FitsSettings, Settings
-    from drillid.config.sheets import Well
 
 _REMEDY = "See its residuals; the other windows stand"
 

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import drillid
-from drillid.config.sheets import Listing, read_sheets
+from drillid.config.listing import Listing
+from drillid.config.sheets import read_sheets
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.explain import inputs_behind, inputs_of

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from drillid.config.files import read_yaml
+from drillid.config.listing import Listing
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, read_sheets, read_start_ups
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside

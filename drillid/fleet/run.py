@@ -20,8 +20,9 @@ from typing import Any
 
 import pandas as pd
 
+from drillid.config.listing import Listing
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, read_sheets, read_start_ups
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.datasets.checksums import check
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import Problem, WellFolders, problems_table

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 from drillid.fleet.provenance import file_manifest, source_hash, yaml_digest
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Listing
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Listing
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 
 from drillid.config.files import parse_yaml
+from drillid.config.listing import Well
 from drillid.config.rig import Clock, LogFile, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.memory import WellInMemory
 from drillid.errors import DrillidError, LogError, SettingsError
 from drillid.inspection.contents import Contents, contents

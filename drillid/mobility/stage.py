@@ -16,8 +16,8 @@ from drillid.mobility.responses import channel_offsets, closed_loop_responses
 from drillid.mobility.stacks import stack_windows
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings
-    from drillid.config.sheets import Well
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from drillid.config.files import read_yaml
+from drillid.config.listing import Listing
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, read_sheets
+from drillid.config.sheets import read_sheets
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources

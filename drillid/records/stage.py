@@ -27,8 +27,8 @@ from drillid.records.plausibility import judge
 from drillid.records.repair import Repair, spline
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.settings import RecordsSettings, Settings
-    from drillid.config.sheets import Well
 
 
 _PIECE = 1_200_000

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 import drillid
-from drillid.config.sheets import Listing, read_sheets, read_start_ups
+from drillid.config.listing import Listing
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.datasets.memory import WellReadOnce
 from drillid.datasets.reuse import digest
 from drillid.datasets.store import WellFolders

@@ -16,7 +16,7 @@ from drillid.start_ups.judging import DESCRIBED
 if TYPE_CHECKING:
     import pandas as pd
 
-    from drillid.config.sheets import Listing
+    from drillid.config.listing import Listing
 
 
 def start_up_rows(results: Path, listings: Mapping[str, Listing], problems: pd.DataFrame) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ from drillid.report.content import (
 from drillid.report.verdicts import SetText, VerdictText, read_verdict_texts
 
 if TYPE_CHECKING:
-    from drillid.config.sheets import Listing
+    from drillid.config.listing import Listing
     from drillid.datasets.store import WellFolders
 
 _MANY_REJECTED = 0.2

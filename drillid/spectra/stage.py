@@ -27,8 +27,8 @@ from drillid.spectra.periodic import line_spectra, sweep_period
 from drillid.windows.channels import sample_rate, window_channels
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings, SpectraSettings
-    from drillid.config.sheets import Well
 
 
 _LEAST_SEGMENTS = 5

@@ -17,8 +17,8 @@ from drillid.start_ups.judging import DESCRIBED, FITTED, Judged, judged
 from drillid.units import RPM
 
 if TYPE_CHECKING:
+    from drillid.config.listing import StartUp
     from drillid.config.settings import Settings
-    from drillid.config.sheets import StartUp
 
 _SPANS = ("seen", "held out")
 _AT_BOUND = 1e-3

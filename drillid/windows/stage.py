@@ -32,8 +32,8 @@ from drillid.windows.segments import (
 )
 
 if TYPE_CHECKING:
+    from drillid.config.listing import Well
     from drillid.config.settings import Settings, WindowsSettings
-    from drillid.config.sheets import Well
 
 
 _STATE_CHANNELS = (*NEEDED, "bit_depth", "weight_on_bit", "flow")

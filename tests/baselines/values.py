@@ -24,9 +24,9 @@ from benchmarks.field.log import FieldLog, read_field_log
 from benchmarks.field.start_up import LADDER, jittered_misfits
 from benchmarks.microstrip import CONNECTED, PLAIN, fit_line, read_ends
 from benchmarks.microstrip import DATA as LINE
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import WellFolders
 from drillid.fits.window_fit import Prior, fit
 from drillid.physics.parameters import PARAMETERS

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 from drillid import discrepancy
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import FitsSettings, Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import WellFolders
 from drillid.depth import stage as depth
 from drillid.fits import stage as fits

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drillid.arrays import Floats
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import WellFolders
 from tests.simulated import RIG, SHALLOW, Processed, write_records
 

@@ -36,6 +36,12 @@ def test_wells_keep_the_order_of_the_sheet_and_their_logs(tmp_path: Path) -> Non
     assert found["W2"].load().rig.name == "toy"
 
 
+def test_a_sheet_may_be_as_long_as_a_fleet_has_logs(tmp_path: Path) -> None:
+    logs = [f"W1\traw/a-log-with-a-name-that-is-rather-long-{number:05d}.parquet" for number in range(20_000)]
+    settings = settings_for(tmp_path, logs="\n".join(["well\tlog", *logs]))
+    assert len(read_sheets(settings)["W1"].logs) == len(logs)
+
+
 @pytest.mark.parametrize(
     ("well", "wells", "logs", "message"),
     [

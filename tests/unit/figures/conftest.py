@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drillid.config.sheets import Well
+from drillid.config.listing import Well
 from drillid.datasets.store import WellFolders
 from drillid.figures.data import WellResults
 from tests.synthetic_well import SETTINGS, make_well

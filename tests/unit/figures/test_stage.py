@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from drillid.arrays import Floats
+from drillid.config.listing import Well
 from drillid.config.settings import FiguresSettings, Settings
-from drillid.config.sheets import Well
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders

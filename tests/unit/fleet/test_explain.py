@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from drillid.commands import app
+from drillid.config.listing import Listing
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing
 from drillid.errors import SettingsError
 from drillid.fleet import explain as explain_module
 from drillid.fleet import run as fleet

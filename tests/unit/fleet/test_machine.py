@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from drillid.config.listing import Listing, Well
 from drillid.config.settings import Settings
-from drillid.config.sheets import Listing, Well
 from drillid.datasets.checksums import SUFFIX, write_checksums
 from drillid.datasets.store import Problem, WellFolders, write_store
 from drillid.fleet import run as fleet

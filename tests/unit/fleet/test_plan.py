@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from drillid.config.listing import Listing
 from drillid.config.settings import FleetSettings, Settings, SimulateSettings
-from drillid.config.sheets import Listing
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, write_manifest
 from drillid.fleet.plan import Plan

@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import drillid
+from drillid.config.listing import Listing, Well
 from drillid.config.settings import FitsSettings, Settings, WindowsSettings
-from drillid.config.sheets import Listing, Well
 from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError, SettingsError

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from drillid.config.files import parse_yaml
+from drillid.config.listing import Well
 from drillid.config.rig import Clock, LogFile, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.memory import WellInMemory
 from drillid.inspection.inspect import inspect
 from drillid.records.stage import process

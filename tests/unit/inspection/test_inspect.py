@@ -10,9 +10,9 @@ import yaml
 from typer.testing import CliRunner
 
 from drillid.commands import app
+from drillid.config.listing import Well
 from drillid.config.rig import Clock, LogFile, Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import WellFolders
 from drillid.inspection.inspect import Inspection, inspect
 from drillid.inspection.sweep import find_sweep

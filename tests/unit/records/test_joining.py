@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from drillid.config.listing import Well
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import Well
 from drillid.datasets.store import Problem, WellFolders
 from drillid.fleet.aside import forget_aside, set_aside
 from drillid.fleet.manifest import KEY

@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 
 from drillid.config.described_well import DescribedWell
+from drillid.config.listing import StartUp, StartUpListing
 from drillid.config.settings import Settings
-from drillid.config.sheets import StartUp, StartUpListing, read_start_ups
+from drillid.config.sheets import read_start_ups
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.report.start_ups import start_up_rows
