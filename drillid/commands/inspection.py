@@ -34,7 +34,7 @@ def inspect_logs(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Tell what log files hold, and draft the rig description that reads them.
+    """List the contents of log files, and draft the rig description that reads them.
 
     Channels with units, rates and gaps, how the times were read, the sweep by its signal, and the windows that a run
     would use. Exit code 1 where no file can be read.

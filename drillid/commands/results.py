@@ -60,9 +60,9 @@ def draw_figure(
 
 
 def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = False) -> None:
-    """Write the report again from results that are there, without the workflow.
+    """Write the report again from existing results, without the workflow.
 
-    Its pages are those that a run would write. What is new since the last report stays as the run left it.
+    What is new since the last report stays as the run left it.
 
     Example: drillid report --configfile config/demo/config.yaml
     """

@@ -36,9 +36,9 @@ def run_workflow(
     strict: Annotated[bool, typer.Option(help="End with code 3 where wells failed.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Run the workflow of this folder; all other words go to Snakemake: targets, --dry-run, --until fits …
+    """Run the workflow in this folder; all further arguments go to Snakemake: targets, --dry-run, --until fits …
 
-    Exit codes: 0 no well failed, 1 a fault of workflow, program or machine, 3 wells failed, 128 + n ended by signal n.
+    Exit codes: 0 no well failed, 1 the run itself failed, 3 wells failed, 128 + n ended by signal n.
 
     Example: drillid run --configfile config/config.yaml --jobs 4
     """
@@ -71,7 +71,7 @@ def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "", as_json: Json 
 def write_example(
     folder: Annotated[Path, typer.Argument(help="Folder to write the configuration into.")] = Path(),
 ) -> None:
-    """Write a configuration with empty sheets, to be filled in, into a folder from which `drillid run` is started.
+    """Write a configuration with empty sheets into a folder, in which `drillid run` is started later.
 
     Example: drillid init my-wells
     """
@@ -91,7 +91,7 @@ def check_configuration(
     logs: Annotated[bool, typer.Option(help="Read every log as well.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Look for whatever a run would reject: in configuration, sheets, rig descriptions and every log.
+    """List whatever a run would reject in configuration, sheets, rig descriptions and logs.
 
     One row per finding: where, what, remedy. Exit code 1 where a log, a well or the run would fail.
 
@@ -122,7 +122,7 @@ def explain_result(
     path: Annotated[Path, typer.Argument(help="A dataset, table or figure of a well, such as depth.zarr.")],
     as_json: Json = False,
 ) -> None:
-    """How a result came to be: stages, code, settings, checksums of the logs and versions behind it.
+    """Show the provenance of a result: stages, code, settings, versions and the checksums of the logs.
 
     Example: drillid explain results/demo/depth/D01/depth.zarr
     """

@@ -34,10 +34,10 @@ _DATASETS_HEAD = (
 )
 _README_HEAD = """# Configuration
 
-List wells in `wells.tsv`, their log files in `logs.tsv`, and describe each rig in `rigs/<rig>.yaml`; then run
-`snakemake --workflow-profile workflow/profiles/default`. Unknown keys are rejected, and the likely one is named.
-Another configuration, such as `config/demo/config.yaml`, contains only what differs: add `--configfile <path>`.
-Profiles set the section `fleet`, which spreads the work and does not change results."""
+List wells in `wells.tsv`, their log files in `logs.tsv`, and describe each rig in `rigs/<rig>.yaml`; then start
+`drillid run`. An unknown key is an error that names the key that was probably meant. Another configuration, such as
+`config/demo/config.yaml`, contains only what differs: `drillid run --configfile <path>`. Profiles set the section
+`fleet`, which spreads the work over processes and does not change results."""
 
 _EXAMPLE = """name: Rig 7
 time: {column: Time, zone: UTC, sample_rate: 50 Hz}
@@ -164,7 +164,7 @@ def config_readme() -> str:
         model = _model(field.annotation)
         if model is not None:
             lines += ["", f"### {name}", "", str(model.__doc__), "", *_table(model)]
-    lines += ["", "### The channels", "", "| channel | SI unit inside the program | needed |", "|---|---|---|"]
+    lines += ["", "### The channels", "", "| channel | SI unit inside the program | needed in the logs |", "|---|---|---|"]
     lines += [
         f"| {name} | {unit} | {'yes' if name in REQUIRED_CHANNELS else ''} |" for name, unit in CHANNEL_UNITS.items()
     ]

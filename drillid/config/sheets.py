@@ -58,8 +58,9 @@ class LogRow(Strict):
     well: str = Field(min_length=1)
     """Name of a well of the wells sheet."""
     log: str = Field(min_length=1)
-    """Path of one raw log file, absolute or relative to the folder that snakemake is started in, or a pattern of paths
-    such as raw/W1/*.csv; files lie in that folder, beside the sheet, or in a folder of the setting `log_roots`."""
+    """Path of one raw log file, absolute or relative to the folder that the run is started in; or a pattern of paths,
+    such as raw/W1/*.csv; or an address, such as s3://bucket/W1/stand.csv, which may not be a pattern. Files lie in that
+    folder, in that of the sheet, or in a folder of the setting `log_roots`."""
 
 
 class StartUpRow(Strict):
@@ -73,7 +74,7 @@ class StartUpRow(Strict):
     """CSV file with depth_m, inclination_deg and, where the hole turns, azimuth_deg."""
     log: str = Field(min_length=1)
     """CSV file with t_s, td_rpm_measured, torque_knm_measured and, where measured, bit_rpm_min_measured and
-    bit_rpm_max_measured; paths are relative to the folder that snakemake is started in, as those of the logs sheet."""
+    bit_rpm_max_measured; paths are relative to the folder that the run is started in, as those of the logs sheet."""
     depth_m: float = Field(gt=0, le=20_000)
     """Depth of the bit along the hole, in m."""
     fitted: str = ""
