@@ -20,10 +20,10 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.venv/numba
 
 help:
 	@echo "make demo    three small simulated wells from raw logs to results/demo/report.html"
-	@echo "make run     the wells of config/wells.tsv; JOBS=4 for so many cores, STRICT=0 to end with 0 though wells failed"
+	@echo "make run     the wells of config/wells.tsv; JOBS=4 for four cores, STRICT=0 to end with 0 although wells failed"
 	@echo "make rigs    the wells of config/shared-rigs"
 	@echo "make field   start of rotation of a real well, beside its measurement in ../shared/data/field"
-	@echo "make bench   all figures of identification beside their targets, and a comparison with other tools"
+	@echo "make bench   accuracy and speed of identification beside their targets, and a comparison with other tools"
 	@echo "make bench-fleet    what a fleet costs and survives: planning, overhead, speed-up, nights, faults; PARTS=plan for some"
 	@echo "make blind   hidden causes, drawn and simulated, against the discovery engine; WORLD=other FIRST=60000 CASES=40 for a look"
 	@echo "make learn   causes that only a fleet shows, and what is learnt where no cause explains; PARTS=… for some"
