@@ -164,7 +164,8 @@ def config_readme() -> str:
         model = _model(field.annotation)
         if model is not None:
             lines += ["", f"### {name}", "", str(model.__doc__), "", *_table(model)]
-    lines += ["", "### The channels", "", "| channel | SI unit inside the program | needed in the logs |", "|---|---|---|"]
+    head = "| channel | SI unit inside the program | needed in the logs |"
+    lines += ["", "### The channels", "", head, "|---|---|---|"]
     lines += [
         f"| {name} | {unit} | {'yes' if name in REQUIRED_CHANNELS else ''} |" for name, unit in CHANNEL_UNITS.items()
     ]

@@ -4,9 +4,9 @@ FORMATS = (
     "Logs are read by their content: delimited text (CSV), LAS 1.2 to 3.0, WITSML 1.3.1.1 and 1.4.1.1, "
     "WITS streams of level 0, TDMS, LabVIEW Measurement, HDF5, "
     "MATLAB, netCDF, zarr, workbooks, Feather and Parquet, plain or packed by gzip, bzip2, xz, zstd or zip. Delimiter, "
-    "encoding, header, units, decimals and the form of the times are found out from the file where they are "
+    "encoding, header, units, decimals and the form of the times are taken from the file where they are "
     "unambiguous; what was decided is a row of problems.csv, and what is ambiguous is refused with the key that "
-    "settles it. `drillid inspect FILE…` tells what files hold and drafts their description, `drillid check` tries it."
+    "settles it. `drillid inspect FILE…` lists the contents of files and drafts their description, `drillid check` tries it."
 )
 """What is read, and how."""
 
