@@ -6,8 +6,8 @@ FORMATS = (
     "MATLAB, netCDF, zarr, workbooks, Feather and Parquet, plain or packed by gzip, bzip2, xz, zstd or zip. Delimiter, "
     "encoding, header, units, decimals and the form of the times are taken from the file where they are "
     "unambiguous; what was decided is a row of problems.csv, and what is ambiguous is refused with the key that "
-    "settles it. `drillid inspect FILE…` lists the contents of files and drafts their description, `drillid check` tries "
-    "it."
+    "settles it. `drillid inspect FILE…` lists the contents of files and drafts their description, "
+    "`drillid check` tries it."
 )
 """What is read, and how."""
 
