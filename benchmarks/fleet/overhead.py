@@ -7,7 +7,7 @@ planning, keys, manifests, tables of the fleet and the report all count as overh
 from rich.console import Console
 
 from benchmarks.fleet.measurement import FOLDER
-from benchmarks.fleet.sheets import Run, workflow
+from benchmarks.fleet.sheets import workflow
 from benchmarks.fleet.wells import computing_seconds, write_wells
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
@@ -20,7 +20,7 @@ def measure(console: Console) -> Measurement:
     """Time a few wells alone before and after the run, as a machine's speed changes, and all of them in it."""
     before = computing_seconds(FOLDER / "alone", SAMPLE)
     write_wells(FLEET, WELLS)
-    run = serial_run()
+    run = workflow(FLEET, "--cores", "1", "--config", f"fleet={{batch_size: {BATCH}}}")
     after = computing_seconds(FOLDER / "alone", SAMPLE)
     alone = (before + after) / 2
     overhead = run.seconds / (WELLS * alone) - 1
@@ -34,7 +34,3 @@ def measure(console: Console) -> Measurement:
         {"computing_s_of_a_well": alone, "overhead_s_200": run.seconds - WELLS * alone},
     )
 
-
-def serial_run() -> Run:
-    """The fleet in FLEET, as far as it is not done, on one core."""
-    return workflow(FLEET, "--cores", "1", "--config", f"fleet={{batch_size: {BATCH}}}")

@@ -12,6 +12,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from benchmarks.fleet.measurement import FOLDER
 from benchmarks.fleet.sheets import ROOT, write_fleet
 from drillid.config.settings import Settings, SimulateSettings
@@ -25,6 +27,8 @@ RIGS = {"D01": "alfa", "D02": "bravo", "D03": "charlie"}
 SUFFIXES = {"D01": ".parquet", "D02": ".csv", "D03": ".csv.gz"}
 STANDS = 3
 SIMULATED = SimulateSettings(drilling_s=620.0, connection_s=60.0)
+SHORT_ROWS = 3000
+"""Of a log of one minute."""
 SETTINGS: dict[str, Any] = {"results": "results", "windows": {"length_s": 300.0}}
 
 
@@ -43,19 +47,31 @@ def raw_logs() -> list[tuple[str, Path]]:
     return logs
 
 
-def write_wells(folder: Path, number: int, anew: bool = True) -> None:
-    """A fleet of so many wells in a folder, each with a log of its own; without `anew`, what is there is kept."""
-    if anew:
-        shutil.rmtree(folder, ignore_errors=True)
-    (folder / "raw").mkdir(parents=True, exist_ok=True)
+def write_wells(folder: Path, number: int, drilling: int = 1) -> None:
+    """A fleet of so many wells in a folder, each with a log of its own.
+
+    Parameters
+    ----------
+    drilling : number of wells of which one drills; the others have a log that is too short for a window
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "raw").mkdir(parents=True)
     sources, logs, rigs = raw_logs(), dict[str, list[str]](), dict[str, Path]()
     for well in range(number):
-        rig, source = sources[well % len(sources)]
+        rig, source = sources[well // drilling % len(sources)] if well % drilling == 0 else _short(*sources[0])
         name, log = f"W{well:05d}", f"raw/W{well:05d}_{source.name}"
-        if not (folder / log).exists():
-            os.link(source, folder / log)
+        os.link(source, folder / log)
         logs[name], rigs[name] = [log], ROOT / f"config/demo/rigs/{rig}.yaml"
     write_fleet(folder, logs, rigs, **SETTINGS)
+
+
+def _short(rig: str, source: Path) -> tuple[str, Path]:
+    """Rig and log of the first rows of a log."""
+    path = source.parent / "short" / source.name
+    if not path.exists():
+        path.parent.mkdir(exist_ok=True)
+        pd.read_parquet(source).head(SHORT_ROWS).to_parquet(path)
+    return rig, path
 
 
 def computing_seconds(folder: Path, number: int) -> float:
