@@ -31,8 +31,8 @@ def measure(console: Console) -> Measurement:
     after = [_seconds_of_a_well(wells) for wells in (SMALL, BATCH)]
     small, batch = ((one + other) / 2 for one, other in zip(before, after, strict=True))
     console.print(
-        f"A well costs {small:.2f} s in a fleet of {SMALL}, {batch:.2f} s in one of {BATCH} and {large:.2f} s in one of "
-        f"{LARGE} (before and after: {before[0]:.2f} and {after[0]:.2f} s, {before[1]:.2f} and {after[1]:.2f} s); "
+        f"A well costs {small:.2f} s in a fleet of {SMALL}, {batch:.2f} s in one of {BATCH} and {large:.2f} s in one "
+        f"of {LARGE} (before and after: {before[0]:.2f} and {after[0]:.2f} s, {before[1]:.2f} and {after[1]:.2f} s); "
         f"tables and report of {LARGE} wells take {tables:.0f} s"
     )
     results = [

@@ -33,4 +33,3 @@ def measure(console: Console) -> Measurement:
         [Result("workflow_overhead_200", "overhead of the workflow at 200 wells, share", overhead, most=0.15)],
         {"computing_s_of_a_well": alone, "overhead_s_200": run.seconds - WELLS * alone},
     )
-

@@ -190,8 +190,9 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
     except Unusable as error:
         raise LogError(where, error.what, error.remedy) from error
     except FileNotFoundError as error:
-        what = "matches no file" if glob.has_magic(where) and url_of(path) is None else "does not exist"
-        raise LogError(where, what, "Correct its path") from error
+        if glob.has_magic(where) and url_of(path) is None:
+            raise LogError(where, "matches no file", "Correct the pattern, or wait for the first log") from error
+        raise LogError(where, "does not exist", "Correct its path") from error
     except IsADirectoryError as error:
         raise LogError(where, "is a folder, not a log file", "Name the files in it") from error
     except PermissionError as error:

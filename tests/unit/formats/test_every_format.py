@@ -154,7 +154,7 @@ def test_missing_file(suffix: str, tmp_path: Path) -> None:
 
 
 def test_a_pattern_without_a_file_is_told_as_such(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"W1/\*\.csv: matches no file\. Correct its path"):
+    with pytest.raises(LogError, match=r"W1/\*\.csv: matches no file\. Correct the pattern"):
         read_log(tmp_path / "W1/*.csv", "Time", ["RPM"])
 
 
