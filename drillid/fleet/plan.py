@@ -33,7 +33,27 @@ from drillid.formats.remote import size_of, states, url_of
 
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
-"""Memory for the largest log; measured are 6 for CSV and 37 for gzipped CSV and Parquet, over 250 MB of imports."""
+"""Memory for the largest log; measured are 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, over 250 MB of
+imports."""
+_TEXT = frozenset(
+    [
+        ".csv",
+        ".txt",
+        ".tsv",
+        ".tab",
+        ".asc",
+        ".dat",
+        ".prn",
+        ".las",
+        ".lvm",
+        ".wits",
+        ".wits0",
+        ".wit",
+        ".xml",
+        ".witsml",
+    ]
+)
+"""Suffixes of logs in text."""
 
 
 def prepare_environment(root: str | Path) -> None:
@@ -260,4 +280,4 @@ def _memory_of(log: Path) -> float:
         size = log.stat().st_size if url_of(log) is None else size_of(states([log])[log])
     except OSError:
         return 0.0
-    return size / 1e6 * (_MB_PER_MB_OF_TEXT if log.suffix.lower() == ".csv" else _MB_PER_MB_COMPRESSED)
+    return size / 1e6 * (_MB_PER_MB_OF_TEXT if log.suffix.lower() in _TEXT else _MB_PER_MB_COMPRESSED)

@@ -26,7 +26,13 @@ def plan(folder: Path, processes: int, **sizes: int) -> Plan:
 
 @pytest.mark.parametrize(
     ("sizes", "memory"),
-    [({}, 1000), ({"a_csv": 100, "b_csv": 50}, 2200), ({"a_csv.gz": 100}, 7000), ({"a_parquet": 100}, 7000)],
+    [
+        ({}, 1000),
+        ({"a_csv": 100, "b_csv": 50}, 2200),
+        ({"a_las": 100, "b_xml": 50}, 2200),
+        ({"a_csv.gz": 100}, 7000),
+        ({"a_parquet": 100}, 7000),
+    ],
 )
 def test_memory_goes_with_the_largest_log_and_its_format(tmp_path: Path, sizes: dict[str, int], memory: int) -> None:
     found = plan(tmp_path, 1, small_csv=0, **sizes)
