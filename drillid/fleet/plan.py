@@ -35,23 +35,9 @@ _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
 """Memory for the largest log; measured are 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, over 250 MB of
 imports."""
-_TEXT = frozenset(
-    [
-        ".csv",
-        ".txt",
-        ".tsv",
-        ".tab",
-        ".asc",
-        ".dat",
-        ".prn",
-        ".las",
-        ".lvm",
-        ".wits",
-        ".wits0",
-        ".wit",
-        ".xml",
-        ".witsml",
-    ]
+_TEXT = (
+    *(".csv", ".txt", ".tsv", ".tab", ".asc", ".dat", ".prn"),
+    *(".las", ".lvm", ".wits", ".wits0", ".wit", ".xml", ".witsml"),
 )
 """Suffixes of logs in text."""
 
