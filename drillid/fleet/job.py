@@ -75,6 +75,7 @@ def run_stage_job(stage: str, snakemake: Any) -> None:
         config=dict(snakemake.config),
         log=str(snakemake.log[0]),
         manifest=str(snakemake.output.manifest),
+        made_from=str(snakemake.params.made_from),
     )
 
 

@@ -33,44 +33,55 @@ def stored_key(folder: Path) -> str:
     return str(stored(folder).get("key", ""))
 
 
-def write_manifest(path: str | Path, wells: Iterable[str]) -> None:
+def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") -> None:
     """Write the wells' keys once all of them went through the stage.
 
     Parameters
     ----------
     path : the manifest, beside the folders of the wells
     wells : wells of the batch
+    made_from : hash of code, settings and rigs that the batch was planned with
     """
     path = Path(path)
-    write_whole(path, json.dumps({well: stored_key(path.parent / well) for well in wells}, indent=1) + "\n")
+    keys = {well: stored_key(path.parent / well) for well in wells}
+    write_whole(path, json.dumps({"made_from": made_from, "wells": keys}, indent=1) + "\n")
 
 
-def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str]) -> bool:
-    """Whether a manifest is that of a batch, whose folders are whole, with the keys that it names, and no well that
-    failed has been mended.
+def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> bool:
+    """Whether a manifest is that of a batch made from the same, whose folders are whole, with the keys that it names,
+    and no well that failed has been mended.
 
     Parameters
     ----------
     path : the manifest
     wells : of the batch
     failed_on : hash of everything that may make a well fail, as it is now, by the well's name
+    made_from : hash of code, settings and rigs as they are now
     """
-    try:
-        keys = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        return False
-    if not isinstance(keys, dict) or keys.keys() != set(wells):
+    found = _read(path)
+    keys = _keys(found)
+    if found.get("made_from") != made_from or keys.keys() != set(wells):
         return False
     return all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
 
 
 def failed_in(path: Path) -> int:
     """How many of the manifest's wells failed; 0 where there is none."""
+    return sum(stored(path.parent / str(well)).get("status", "failed") == "failed" for well in _keys(_read(path)))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Content of a manifest; empty where there is none or it is damaged."""
     try:
-        wells = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
-        return 0
-    return sum(stored(path.parent / str(well)).get("status", "failed") == "failed" for well in wells)
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _keys(manifest: dict[str, Any]) -> dict[str, str]:
+    keys = manifest.get("wells")
+    return keys if isinstance(keys, dict) else {}
 
 
 def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:

@@ -59,6 +59,9 @@ class Plan:
     settings: Settings
     wells: Mapping[str, Listing]
     start_ups: Mapping[str, Listing] = field(default_factory=dict)
+    _dependencies: dict[tuple[str, tuple[str, ...]], dict[str, Any]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @classmethod
     def from_config(cls, config: Mapping[str, Any], files: Sequence[str | Path] = ()) -> Self:
@@ -111,7 +114,8 @@ class Plan:
 
     def drop_untrue_manifests(self) -> None:
         """Take away the manifests of batches that hold other wells now, or one whose folder is gone or other than named
-        there, or which is mended.
+        there, or which is mended, and those made from other code, settings or rigs, of which Snakemake has no note where
+        the results come from another folder or machine.
 
         Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
         there only while no job works on its batch, so a running workflow is not disturbed.
@@ -122,7 +126,7 @@ class Plan:
         for manifests, listings in ((found, self.wells), (own, self.start_ups)):
             failed = functools.partial(_failed_on, listings)
             for path, names in manifests.items():
-                if path.exists() and not holds(path, names, failed):
+                if path.exists() and not holds(path, names, failed, self.dependencies(path.parent.name, names)["made_from"]):
                     path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:
@@ -190,17 +194,25 @@ class Plan:
         return self.threads(wells) * int(_BASE_MB + largest)
 
     def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
-        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs."""
+        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs; all but
+        the logs also as one hash that is the same on any machine, `made_from`.
+        """
+        asked = stage, tuple(wells)
+        if asked not in self._dependencies:
+            self._dependencies[asked] = self._computed_dependencies(*asked)
+        return self._dependencies[asked]
+
+    def _computed_dependencies(self, stage: str, wells: tuple[str, ...]) -> dict[str, Any]:
         simulated = self.settings.simulate is not None
         listings = self.start_ups if stage == START_UPS.name else self.wells
         prints = [fingerprint(ALL_STAGES[stage], listings[well], self.settings, simulated) for well in wells]
-        return {
-            "wells": list(wells),
+        found = {
             "source": prints[0]["source"],
             "settings": prints[0]["settings"],
             "rigs": digest([_of_sheets(each) for each in prints]),
-            "logs": digest([each["logs"] for each in prints]),
         }
+        logs = digest([each["logs"] for each in prints])
+        return {"wells": list(wells), **found, "logs": logs, "made_from": digest(found)}
 
     def fleet_dependencies(self) -> dict[str, Any]:
         """The same for the tables over all wells."""

@@ -78,6 +78,7 @@ def run_stage(
     settings: Settings,
     log: str | Path | None = None,
     manifest: str | Path | None = None,
+    made_from: str = "",
 ) -> list[Outcome]:
     """Take the wells of one batch through a stage.
 
@@ -91,6 +92,7 @@ def run_stage(
     settings : all settings
     log : file for the outcome of every well, tracebacks included
     manifest : file with the wells' keys, written last
+    made_from : what it says on code, settings and rigs that the batch was planned with
 
     Raises
     ------
@@ -112,13 +114,15 @@ def run_stage(
             raise OSError("\n".join(f"{outcome.well}: {outcome.trace}" for outcome in fatal))
         if manifest is not None:
             # within the lock, as a job that outlived its run for a moment may still be at work on the batch
-            write_manifest(manifest, wells)
+            write_manifest(manifest, wells, made_from)
     return outcomes
 
 
-def run_configured(stage: str, wells: Sequence[str], config: dict[str, Any], log: str, manifest: str) -> None:
+def run_configured(
+    stage: str, wells: Sequence[str], config: dict[str, Any], log: str, manifest: str, made_from: str
+) -> None:
     """`run_stage` by the workflow's configuration as a job is given it."""
-    run_stage(stage, wells, Settings.checked(config, "configuration"), log, manifest)
+    run_stage(stage, wells, Settings.checked(config, "configuration"), log, manifest, made_from)
 
 
 def tasks_of(stage: str, wells: Sequence[str], settings: Settings) -> list[Task]:

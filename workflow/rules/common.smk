@@ -2,7 +2,6 @@
 
 import atexit
 import contextlib
-import functools
 import json
 import os
 import re
@@ -83,18 +82,13 @@ def runtime(wildcards):
     return 10 + 5 * len(wells(wildcards))
 
 
-@functools.cache
-def dependencies_of(stage, names):
-    return PLAN.dependencies(stage, names)
-
-
 def dependencies(stage, names=wells):
     """The batch's wells, and code, settings, rigs and logs, a change of any of which has the stage done again."""
 
     def parameter(name):
-        return lambda wildcards: dependencies_of(stage, names(wildcards))[name]
+        return lambda wildcards: PLAN.dependencies(stage, names(wildcards))[name]
 
-    return {name: parameter(name) for name in ("wells", "source", "settings", "rigs", "logs")}
+    return {name: parameter(name) for name in ("wells", "source", "settings", "rigs", "logs", "made_from")}
 
 
 def manifests(stage):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from drillid.config.listing import Listing
-from drillid.config.settings import FleetSettings, Settings, SimulateSettings
+from drillid.config.settings import FitsSettings, FleetSettings, Settings, SimulateSettings
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, write_manifest
 from drillid.fleet.plan import Plan
@@ -47,13 +47,28 @@ def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: P
     for well in wells:
         (tmp_path / "fits" / well).mkdir(parents=True)
         (tmp_path / "fits" / well / KEY).write_text('{"key": "1"}')
-        write_manifest(tmp_path / f"fits/{well}.json", [well])
+        write_manifest(tmp_path / f"fits/{well}.json", [well], found.dependencies("fits", [well])["made_from"])
     found.drop_untrue_manifests()
     assert len(list(tmp_path.glob("fits/*.json"))) == 3
     found.forget("fits", ["W2"])
     shutil.rmtree(tmp_path / "fits/W3")
     found.drop_untrue_manifests()
     assert list(tmp_path.glob("fits/*.json")) == [tmp_path / "fits/W1.json"]
+
+
+def test_results_from_another_machine_are_done_again_by_other_settings(tmp_path: Path) -> None:
+    wells = {"W1": Listing("W1", tmp_path / "toy.yaml", ())}
+    settings = Settings(results=str(tmp_path / "elsewhere"))
+    folder = tmp_path / "results"
+    for stage in ("windows", "fits"):
+        (folder / stage / "W1").mkdir(parents=True)
+        (folder / stage / "W1" / KEY).write_text('{"key": "1"}')
+        made_from = Plan(settings, wells).dependencies(stage, ["W1"])["made_from"]
+        write_manifest(folder / stage / "W1.json", ["W1"], made_from)
+    for starts, kept in ((16, ["fits", "windows"]), (3, ["windows"])):
+        here = Settings(results=str(folder), fits=FitsSettings(starts=starts))
+        Plan(here, wells).drop_untrue_manifests()
+        assert sorted(path.parent.name for path in folder.glob("*/W1.json")) == kept
 
 
 def test_a_failed_well_that_leaves_its_batch_takes_the_manifest_along(tmp_path: Path) -> None:
