@@ -71,13 +71,21 @@ def test_a_deleted_folder_of_a_well_is_made_again_and_the_other_wells_are_kept(f
     assert finished.would_run("--until", "mobility") == []
 
 
+def test_other_settings_are_seen_without_the_notes_of_snakemake(finished: Checkout) -> None:
+    shutil.rmtree(finished.root / ".snakemake")
+    assert finished.would_run() == []
+    again = finished.would_run("--config", "fits={starts: 3}")
+    assert "fits W1" in again
+    assert "mobility W1" not in again
+
+
 def test_wells_of_one_batch_share_a_job_and_are_kept_one_by_one(checkout: Checkout) -> None:
     checkout.sheets(WELLS)
     checkout.run(*ONE_BATCH, "--until", "windows")
     assert checkout.journal() == ["records W1", "records W-2", "windows W1", "windows W-2"]
     folder = checkout.root / "results/main/records"
     keys = {well: json.loads((folder / well / "key.json").read_text())["key"] for well in WELLS}
-    assert json.loads((folder / "0000.json").read_text()) == keys
+    assert json.loads((folder / "0000.json").read_text())["wells"] == keys
     shutil.rmtree(folder / "W-2")
     checkout.run(*ONE_BATCH, "--until", "windows")
     assert checkout.journal() == ["records W-2"]
