@@ -223,6 +223,27 @@ def wits(log: pd.DataFrame) -> bytes:
     return "".join(records).encode("utf-8", "surrogateescape")
 
 
+def lvm(log: pd.DataFrame) -> bytes:
+    """A LabVIEW Measurement file of one segment, with a column of times since its start."""
+    names = [str(name) for name in log.columns if name != "Time"]
+    begin = log["Time"].iloc[0]
+    per_channel = {
+        "Samples": str(len(log)),
+        "Date": f"{begin:%Y/%m/%d}",
+        "Time": f"{begin:%H:%M:%S.%f}",
+        "X0": "0.0",
+        "Delta_X": "0.02",
+    }
+    lines = ["LabVIEW Measurement", "Writer_Version\t2", "Separator\tTab", "Decimal_Separator\t.", "X_Columns\tOne"]
+    lines += ["***End_of_Header***", "", f"Channels\t{len(names)}"]
+    lines += ["\t".join([key, *[cell] * len(names)]) for key, cell in per_channel.items()]
+    lines += ["\t".join(["Y_Unit_Label", *(_UNITS.get(name, "") for name in names)])]
+    lines += ["***End_of_Header***", "\t".join(["X_Value", *names, "Comment"])]
+    elapsed = log.assign(Time=(log["Time"] - begin) / pd.Timedelta("1s"))
+    body = _text(elapsed, sep="\t").partition("\n")[2]
+    return ("\r\n".join(lines) + "\r\n" + body).encode("utf-8", "surrogateescape")
+
+
 def _zoned(log: pd.DataFrame) -> pd.DataFrame:
     stamps = log["Time"]
     return log.assign(Time=stamps.dt.tz_localize("UTC")) if stamps.dtype.kind == "M" else log
@@ -242,6 +263,7 @@ _BY_READER: Mapping[str, tuple[Write, ...]] = {
     ".las": (las,),
     ".xml": (witsml,),
     ".wits": (wits,),
+    ".lvm": (lvm,),
     ".tdms": (tdms,),
     ".h5": (hdf5,),
     ".mat": (hdf5, matlab),

@@ -60,7 +60,7 @@ def test_another_well_takes_the_place_of_the_first_and_none_that_of_the_second(p
 
 def test_without_results_there_is_nothing_to_view(tmp_path: Path) -> None:
     for name in ("wells", "logs"):
-        (tmp_path / f"{name}.tsv").write_text({"wells": "well\trig\nA\trig\n", "logs": "well\tlog\n"}[name])
+        (tmp_path / f"{name}.tsv").write_text({"wells": "well\trig\nA\trig\n", "logs": "well\tlog\nA\ta.csv\n"}[name])
     settings = {name: str(tmp_path / f"{name}.tsv") for name in ("wells", "logs")} | {"results": str(tmp_path / "no")}
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(settings))
     done = CliRunner().invoke(app, ["view", str(tmp_path / "config.yaml"), "--no-browser"])
