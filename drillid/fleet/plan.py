@@ -126,7 +126,8 @@ class Plan:
         for manifests, listings in ((found, self.wells), (own, self.start_ups)):
             failed = functools.partial(_failed_on, listings)
             for path, names in manifests.items():
-                if path.exists() and not holds(path, names, failed, self.dependencies(path.parent.name, names)["made_from"]):
+                made_from = self.dependencies(path.parent.name, names)["made_from"] if path.exists() else ""
+                if path.exists() and not holds(path, names, failed, made_from):
                     path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:
@@ -194,8 +195,8 @@ class Plan:
         return self.threads(wells) * int(_BASE_MB + largest)
 
     def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
-        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs; all but
-        the logs also as one hash that is the same on any machine, `made_from`.
+        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs; all
+        but the logs also as one hash that is the same on any machine, `made_from`.
         """
         asked = stage, tuple(wells)
         if asked not in self._dependencies:
