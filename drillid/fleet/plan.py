@@ -114,8 +114,8 @@ class Plan:
 
     def drop_untrue_manifests(self) -> None:
         """Take away the manifests of batches that hold other wells now, or one whose folder is gone or other than named
-        there, or which is mended, and those made from other code, settings or rigs, of which Snakemake has no note where
-        the results come from another folder or machine.
+        there, or which is mended, and those made from other code, settings or rigs, of which Snakemake has no note
+        where the results come from another folder or machine.
 
         Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
         there only while no job works on its batch, so a running workflow is not disturbed.
