@@ -53,8 +53,9 @@ data sheet in twenty has a value that is wrong outright, which it may assume at 
 samples and holds, the distance has several minima, for delays that are off by parts of its interval and for intervals
 that no row shows; it is sought from all of them. Up to block 310000 of the second world it was sought from the truth
 alone, which made √λ of a lag 15.5 and 15.8 in the cases 310002 and 310101, where it is 4.6 and 3.0. So λ, and what is
-said there of twice the size and of the ideal test, is too large for what a held control can hide. The distance is
-computed from the simulated equipment, in the second world from its own closed forms, not from the engine's model. A
+said there of twice the size and of the ideal test, is too large for what a held control can hide. Up to block 360000 a
+motor that was hidden there also doubled the damping at the bit, which the ideal test saw and no test of the logs can
+see, and the ideal test knew which value of the data sheet was wrong outright. The distance is computed from the simulated equipment, in the second world from its own closed forms, not from the engine's model. A
 cause is *detectable* with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of
 candidates that are effectively distinct (Li and Ji 2005). "Twice the size" refers to the latter: at half the size, and
 at the size itself, the ideal test over the family has 50 % power or more. `power_ratio` compares with the ideal test at
