@@ -126,8 +126,9 @@ class Plan:
         for manifests, listings in ((found, self.wells), (own, self.start_ups)):
             failed = functools.partial(_failed_on, listings)
             for path, names in manifests.items():
-                made_from = self.dependencies(path.parent.name, names)["made_from"] if path.exists() else ""
-                if path.exists() and not holds(path, names, failed, made_from):
+                if not path.exists():
+                    continue
+                if not holds(path, names, failed, self.dependencies(path.parent.name, names)["made_from"]):
                     path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:

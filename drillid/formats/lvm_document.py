@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import datetime
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from drillid.formats.packing import lines_at_start, opened
+from drillid.formats.since import start_of
 from drillid.formats.streams import in_utf_8, lines_of
 from drillid.formats.text_layout import decoded
 
@@ -19,10 +21,8 @@ _END = "***End_of_Header***"
 _BEGIN_SPECIAL, _END_SPECIAL = "***Start_Special***", "***End_Special***"
 _OF_FILE, _OF_SEGMENT = "LabVIEW Measurement", "Channels"
 """First cells of a header of the file, which an appended recording repeats, and of a segment."""
-_DATE = re.compile(r"(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})")
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d*))?")
-_UNSET, _LAST = 1904, 2200
-"""Year of a start that nobody set, and the last one of any log."""
+_UNSET, _LAST = np.datetime64("1905"), np.datetime64("2200")
+"""A start that nobody set is before the first, and no log begins after the other."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,9 @@ class Segment:
 
     def start(self, channel: int) -> int | None:
         """Date and time of a channel's start on the rig's clock, ns since 1970; None where they are not set."""
-        date, clock = (_DATE.match(self.of("Date", channel)), _CLOCK.match(self.of("Time", channel)))
-        if date is None or clock is None or not _UNSET < int(date[1]) < _LAST:
-            return None
-        return _nanoseconds(date, clock)
+        date, clock = self.of("Date", channel), self.of("Time", channel)
+        start = start_of(f"{date} {clock}") if date and clock else None
+        return None if start is None or not _UNSET <= start < _LAST else int(start.astype(np.int64))
 
 
 def segments_of(path: Path, encoding: str | None) -> Iterator[Segment]:
@@ -167,12 +166,3 @@ class _Parser:
         self.count += 1
         self.segment = Segment(self.count, number, self.delimiter, tuple(names), self.stated, self.of_file)
         self.awaits_names = False
-
-
-def _nanoseconds(date: re.Match[str], clock: re.Match[str]) -> int | None:
-    try:
-        day = datetime.datetime(int(date[1]), int(date[2]), int(date[3]), tzinfo=datetime.UTC)
-    except ValueError:
-        return None
-    seconds = int(day.timestamp()) + int(clock[1]) * 3600 + int(clock[2]) * 60 + int(clock[3])
-    return seconds * 1_000_000_000 + int(f"{clock[4] or ''}000000000"[:9])

@@ -77,20 +77,8 @@ _TIMES = (
     *("hhmmss", "seconds", "secs", "ts", "t", "tsec", "timesec", "datenum", "index"),
 )
 _DATES = (
-    "date",
-    "dateutc",
-    "localdate",
-    "datum",
-    "dato",
-    "fecha",
-    "дата",
-    "yyyymmdd",
-    "ddmmyyyy",
-    "mmddyyyy",
-    "yymmdd",
-    "ddmmyy",
-    "mmddyy",
-    "day",
+    *("date", "dateutc", "localdate", "datum", "dato", "fecha", "дата"),
+    *("yyyymmdd", "ddmmyyyy", "mmddyyyy", "yymmdd", "ddmmyy", "mmddyy", "day"),
 )
 _MILLISECONDS = ("millisecond", "milliseconds", "millis", "millisec", "msec", "ms", "millisekunde", "millisekunden")
 _PARTS = (

@@ -88,15 +88,20 @@ def read_columns(
     """The columns as an Arrow table; a numeric column with a cell that is not a number stays text."""
     import pyarrow as pa
 
-    codes = [header.layout[name] for name in columns]
+    codes, needed = [header.layout[name] for name in columns], _of_times(header)
     cells: list[list[str | None]] = [[] for _ in columns]
+    taken = left_out = 0
     with _mapped(path) as content:
-        for count, record in enumerate(_timed(content, header)):
-            if count == rows:
+        for _, record in _of_kind(content, _kind(header)):
+            if taken == rows:
                 break
+            if not all(map(record.get, needed)):
+                left_out += 1
+                continue
+            taken += 1
             for column, code in zip(cells, codes, strict=True):
-                column.append(record[1].get(code) or None)
-        notes = [] if rows is not None else [*_cut_short(content), *_without_times(content, header)]
+                column.append(record.get(code) or None)
+        notes = [] if rows is not None else [*_cut_short(content), *_without_times(header, left_out, taken + left_out)]
     arrays = [
         _column(column, name in text, header.layout[name].endswith(_TIME))
         for column, name in zip(cells, columns, strict=True)
@@ -119,29 +124,31 @@ def _column(cells: list[str | None], as_text: bool, is_clock: bool) -> Any:
 
 def line_of(path: Path, header: Header, row: int) -> int:
     """Number of the line, counted from 1, in which the record of a row begins."""
+    needed, count = _of_times(header), 0
     with _mapped(path) as content:
-        for count, (begin, _) in enumerate(_timed(content, header)):
+        for begin, record in _of_kind(content, _kind(header)):
+            if not all(map(record.get, needed)):
+                continue
             if count == row:
                 return content[:begin].count(b"\n") + 1
+            count += 1
     return 0
 
 
-def _timed(content: mmap.mmap, header: Header) -> Iterator[tuple[int, dict[str, str]]]:
-    """Records of a table that hold its items of times."""
-    needed = {header.layout[name] for name in (header.time, header.date) if name is not None}
-    return (found for found in _of_kind(content, _kind(header)) if all(found[1].get(code) for code in needed))
+def _of_times(header: Header) -> list[str]:
+    """Items that a record of a table has where its time is known."""
+    return [header.layout[name] for name in (header.time, header.date) if name is not None]
 
 
 def _kind(header: Header) -> str:
     return str(next(iter(header.layout.values())))[:2]
 
 
-def _without_times(content: mmap.mmap, header: Header) -> list[Note]:
+def _without_times(header: Header, left_out: int, whole: int) -> list[Note]:
     """How many records of a table are left out as their times are not known."""
-    whole, timed = (sum(1 for _ in found) for found in (_of_kind(content, _kind(header)), _timed(content, header)))
-    if whole == timed:
+    if not left_out:
         return []
-    what = f"{whole - timed} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
+    what = f"{left_out} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
     return [(what, "Have the sender send the items 05 and 06 in each record where these are missed")]
 
 
