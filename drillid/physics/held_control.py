@@ -13,20 +13,21 @@ series is the response of a delay of 0 with probability 1 − f, else of h, abou
 has their further cumulants: the third is κ = h³ f(1 − f)(1 − 2f), at most 0.1 h³; the fourth makes 1 % at 4 Hz where h
 is 45 ms.
 
-What depends on f is folded, nearly all of it from the first multiple of the rate. A filter G between command and
-reading shifts f by the phase of G there, and weakens what depends on f by |G|. A recorder that keeps the readings holds
-what they would be if the drive were followed by the recorder's clock and filter in place of the control's: its time
-stamps have the difference of v, and of κ, with the one and with the other.
+What depends on f is folded from the multiples k of the rate: 1 + Σ s² e^(−νT) G(s + ν)/(G(s) (s + ν)²) over ν = 2πik/h,
+k ≠ 0, with T = T_d − h/2 and the filters G between command and reading. Their ratio is taken at s = 0, for the first
+multiple, which folds most, together with its slope; from the third multiple on, its modulus is the second's, and so is
+its phase per multiple. A recorder that keeps the readings holds what they would be if the drive were followed by the
+recorder's clock and filter in place of the control's: its time stamps have the difference of v, and of κ, with the one
+and with the other.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import erf
 
-from drillid.arrays import Floats
 from drillid.physics.dual_numbers import composed, linear, primal
-from drillid.physics.kernel import compiled
 
 _USUAL = 0.025
 """s, scale of the half-normal prior of an interval that is not known."""
@@ -43,9 +44,47 @@ Cumulants = tuple[Any, Any, Any, Any]
 _NONE = 1e-200
 """In place of a response that vanishes, whose phase does not matter."""
 
+_STEP = 0.01
+"""Between places where a filter's slope is taken, relative to the rate; the error goes with its square."""
+
+
+class Filters(NamedTuple):
+    """What filters between a held command and its reading do to what is folded; may be Duals."""
+
+    first: Any = 1.0
+    """G at the first multiple of the rate."""
+    slope: Any = 0.0
+    """s, of the logarithm of G, there less at 0."""
+    modulus: Any = 1.0
+    """Of G at the second multiple."""
+    turned: Any = 0.0
+    """rad, phase of G there per multiple."""
+
+
+NO_FILTERS = Filters()
+
+
+def filters_between(response: Callable[[Any], Any], interval: Any) -> Filters:
+    """What filters do to what is folded.
+
+    Parameters
+    ----------
+    response : G without delays, of s in rad/s; its last axis is that of s, and it is 1 at s = 0
+    interval : h, s; with a last axis of length 1 where it is an array
+    """
+    rate = 2j * np.pi / interval
+    aside = -1j * _STEP
+    at = response(rate * np.array([1, 2, 1 + aside, 1 - aside, aside, -aside])) + _NONE
+    first, second, *sides = (linear(lambda all_, k=k: all_[..., k : k + 1], at) for k in range(6))
+    slope = np.log(sides[0] / sides[1] / (sides[2] / sides[3])) / (2 * aside * rate)
+    whole, part = (linear(np.imag, np.log(each)) for each in (first, second))
+    # the second multiple is turned by what is nearest to twice the first's
+    turned = (part - 2 * np.pi * np.round((primal(part) - 2 * primal(whole)) / (2 * np.pi))) / 2
+    return Filters(first, slope, np.exp(linear(np.real, np.log(second))), turned)
+
 
 def read_and_kept(
-    interval: Any, delay: Any, offset: Any, read: Any = None, kept: Any = None
+    interval: Any, delay: Any, offset: Any, read: Filters = NO_FILTERS, kept: Filters = NO_FILTERS
 ) -> tuple[Cumulants, Cumulants]:
     """Cumulants that a command adds to its delay which is held and then read, and what the readings as they are kept
     have beyond them; any argument may be a Dual.
@@ -57,75 +96,68 @@ def read_and_kept(
     ----------
     interval, delay : h and T_d, which includes h/2; s
     offset : of the recorder's clock, s
-    read, kept : response at s = 2πi/h of all other filters from the command to what is read, and to what is kept; None
-        without any
+    read, kept : all other filters from the command to what is read, and to what is kept
     """
-    variables = interval, delay, offset, *_polar(read), *_polar(kept)
-    values = [primal(each) for each in variables]
-    shape = np.broadcast_shapes(*(np.shape(each) for each in values))
-    columns = np.empty((len(values), *shape))
-    for row, value in enumerate(values):
-        columns[row] = value
-    of_read, beyond = _added(columns.reshape(len(values), -1)).reshape(2, 4, 1 + len(values), *shape)
-    return _composed(of_read, variables), _composed(beyond, variables)
+    of_read, of_kept = _added(interval, delay, read), _added(interval, delay + offset, kept)
+    second, third, fourth, fifth = (after - before for before, after in zip(of_read, of_kept, strict=True))
+    return of_read, (second, third, fourth, fifth)
 
 
-def _composed(table: Floats, variables: tuple[Any, ...]) -> Cumulants:
-    """Cumulants from their values and derivatives, (4, 8, ...)."""
-    second, third = (composed(order[0], list(zip(order[1:], variables, strict=True))) for order in table[:2])
-    fourth, fifth = table[2:, 0]
-    return second, third, fourth, fifth
+def _added(interval: Any, late: Any, filters: Filters) -> Cumulants:
+    """What is added where all delays are `late`."""
+    series = _on_all_multiples(interval, late, filters)
+    if filters is not NO_FILTERS:
+        beyond = _on_the_first(interval, late, filters)
+        series = tuple(all_ + more for all_, more in zip(series, beyond, strict=True))
+    second, third, *higher = series
+    (fourth, fifth), a, b = map(primal, higher), primal(second), primal(third)
+    h = primal(interval)
+    return (
+        2 * second + interval**2 / 12,
+        -6 * third,
+        24 * fourth - 12 * a**2 - h**4 / 120,
+        120 * (a * b - fifth),
+    )
 
 
-@compiled
-def _added(columns: Floats) -> Floats:
-    """Cumulants with their derivatives, (2, 4, 8, places): what is read, and what is kept less that; from the second to
-    the fifth; the value, and its derivative to each variable, of which fourth and fifth have none.
+def _on_all_multiples(interval: Any, late: Any, filters: Filters) -> Cumulants:
+    """Coefficients of s² to s⁵ of what is folded, if filters acted on all multiples as on the second one.
 
-    Parameters
-    ----------
-    columns : (7, places) interval, delay, offset, and modulus and phase of the filters of what is read and kept
+    They are Bernoulli polynomials (Abramowitz and Stegun 1964, 23.1.16).
     """
-    found = np.zeros((2, 4, 8, columns.shape[1]))
-    for place in range(columns.shape[1]):
-        h = columns[0, place]
-        for reader in range(2):
-            late = columns[1, place] + reader * columns[2, place]
-            w, turned = columns[3 + 2 * reader, place], columns[4 + 2 * reader, place]
-            part = late / h - 0.5 - turned / (2 * np.pi)
-            part -= np.floor(part)
-            spread, skewed, mixed = part * (1 - part), 1 - 2 * part, w * (1 - w)
-            values = (
-                h**2 * (w * (spread - 1 / 6) + 1 / 12),
-                h**3 * w * spread * skewed,
-                # from the logarithm of 1 + w (exp(…) − 1)
-                h**4 * (w * (spread * (1 - 6 * spread) + 1 / 60) - 1 / 120 + 3 * mixed * (spread - 1 / 6) ** 2),
-                h**5 * spread * skewed * (w * (1 - 12 * spread) + 10 * mixed * (spread - 1 / 6)),
-            )
-            by_delay = h * w * skewed, h**2 * w * (1 - 6 * spread)
-            by_modulus = h**2 * (spread - 1 / 6), h**3 * spread * skewed
-            # what is kept is told by what it has beyond what is read
-            for row in range(reader, 2):
-                sign = 1.0 if row == reader else -1.0
-                for order in range(4):
-                    found[row, order, 0, place] += sign * values[order]
-                for order in range(2):
-                    slope = sign * by_delay[order]
-                    # a longer interval also makes less of one of the same delay
-                    found[row, order, 1, place] += sign * (2 + order) * values[order] / h - slope * late / h
-                    found[row, order, 2, place] += slope
-                    found[row, order, 3, place] += reader * slope
-                    found[row, order, 4 + 2 * reader, place] += sign * by_modulus[order]
-                    found[row, order, 5 + 2 * reader, place] -= slope * h / (2 * np.pi)
-    return found
+    h, delay, w, turned = (primal(each) for each in (interval, late, filters.modulus, filters.turned))
+    part = delay / h - 0.5 - turned / (2 * np.pi)
+    part = part - np.floor(part)
+    spread, skewed = part * (1 - part), 1 - 2 * part
+    second, third = h**2 * (spread - 1 / 6) / 2, h**3 * spread * skewed / -6
+    fourth, fifth = h**4 * (1 / 30 - spread**2) / 8, h**5 * spread * skewed * (1 / 3 + spread) / 60
+    slopes = w * h * skewed / 2, w * h**2 * (1 - 6 * spread) / -6
+    of_both = [
+        composed(
+            w * value,
+            [
+                # a longer interval also makes less of one of the same delay
+                ((order * w * value - slope * delay) / h, interval),
+                (slope, late),
+                (value, filters.modulus),
+                (slope * h / (-2 * np.pi), filters.turned),
+            ],
+        )
+        for order, value, slope in zip((2, 3), (second, third), slopes, strict=True)
+    ]
+    return of_both[0], of_both[1], w * fourth, w * fifth
 
 
-def _polar(filters: Any) -> tuple[Any, Any]:
-    """Modulus and phase of a response that may be a Dual; 1 and 0 where there is none."""
-    if filters is None:
-        return 1.0, 0.0
-    logarithm = np.log(filters + _NONE)
-    return np.exp(linear(np.real, logarithm)), linear(np.imag, logarithm)
+def _on_the_first(interval: Any, late: Any, filters: Filters) -> Cumulants:
+    """What their action on the first multiple adds to that."""
+    rate = 2j * np.pi / interval
+    turn = 2 * np.exp(rate * (interval / 2 - late)) / rate**2
+    beyond = turn * (filters.first - filters.modulus * np.exp(1j * filters.turned))
+    sloping = turn * filters.first * filters.slope
+    third, fourth = sloping - 2 * beyond / rate, (3 * beyond / rate - 2 * sloping) / rate
+    fifth = (3 * sloping - 4 * beyond / rate) / rate**2
+    second, third, fourth, fifth = (linear(np.real, each) for each in (beyond, third, fourth, fifth))
+    return second, third, primal(fourth), primal(fifth)
 
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:

@@ -30,8 +30,8 @@ IN_MODELS = (
     Fault(
         "physics",
         "drillid/physics/held_control.py",
-        "spread, skewed, mixed = part * (1 - part), 1 - 2 * part, w * (1 - w)",
-        "spread, skewed, mixed = part * (1 - part), 2 * part - 1, w * (1 - w)",
+        "spread, skewed = part * (1 - part), 1 - 2 * part",
+        "spread, skewed = part * (1 - part), 2 * part - 1",
         ("tests/truth/physics/test_held_control.py",),
         "sign: a held command bends the phase the other way",
     ),

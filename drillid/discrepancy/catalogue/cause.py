@@ -12,7 +12,7 @@ from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
 from drillid.physics.dual_numbers import primal, vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import read_and_kept
+from drillid.physics.held_control import NO_FILTERS, Filters, filters_between, read_and_kept
 from drillid.physics.responses import command_mobility
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import control, drive
@@ -56,21 +56,20 @@ class WindowModel:
         system = replace(self.system, top_drive=top_drive)
         return replace(self, system=system, recording=recording, control_interval=0.0)
 
-    def _filters(self, *, read: bool) -> Any:
-        """Response without delays at the rate of the control, from its command to what it reads or to what is kept."""
+    def _filters(self, *, read: bool) -> Filters:
+        """Filters from the command of the control to what it reads, or to what is kept."""
         top_drive, recording = self.system.top_drive, self.recording
         speed_filter = top_drive.controller.speed_filter
         own = top_drive.lag, top_drive.delay_jitter
         then = (speed_filter,) if read else (recording.clock_jitter,)
         filters_record = not read and np.any(np.isfinite(primal(recording.filter_frequency)))
         if not filters_record and all(vanishes(part) for part in (*own, *then)):
-            return None
-        s = 2j * np.pi / self.control_interval
-        late = drive(replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None), s)
+            return NO_FILTERS
+        top_drive = replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None)
         if read:
-            return late / (1 + s * speed_filter)
+            return filters_between(lambda s: drive(top_drive, s) / (1 + s * speed_filter), self.control_interval)
         record = replace(recording, clock_offset=0.0, hold_variance=0.0, scale=1.0, shaping=None)
-        return late * record.transfer(s)
+        return filters_between(lambda s: drive(top_drive, s) * record.transfer(s), self.control_interval)
 
     def _with_bit_damping(self, more: Any) -> DrillingSystem:
         bit = self.system.bit

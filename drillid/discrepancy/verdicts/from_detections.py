@@ -21,7 +21,7 @@ from drillid.discrepancy.verdicts.examination import (
     remaining_evidence,
     unextended,
 )
-from drillid.discrepancy.verdicts.naming import class_evidence, class_name, distinguishable, separator
+from drillid.discrepancy.verdicts.naming import alike, class_evidence, class_name, distinguishable, may_be_trace, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
@@ -77,12 +77,12 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
     """Detections of causes that are possible and not named yet."""
     named = {name for verdict in examination.verdicts for name in verdict.members}
     present = [CATALOGUE[name] for name in named]
-    # a change within a window has detections of several causes that look like each other
-    named |= {other for name in named if CATALOGUE[name].time_varying for other in CATALOGUE[name].looks_like}
     causes = {
         detection.cause: CATALOGUE[detection.cause]
         for detection in detections
-        if detection.cause not in named and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
+        if detection.cause not in named
+        and not any(may_be_trace(detection.cause, CATALOGUE[name]) for name in named)
+        and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     }
     present += causes.values()
     allowed = {name for name, cause in causes.items() if all(other.allows(cause) for other in present)}
@@ -116,7 +116,7 @@ def _strongest_of_alike(detections: list[PooledDetection]) -> list[PooledDetecti
     """Of detections whose causes look alike the strongest, in order of evidence."""
     chosen: list[PooledDetection] = []
     for detection in sorted(detections, key=lambda candidate: -candidate.log_evidence):
-        if not any(_alike(detection.cause, other.cause) for other in chosen):
+        if not any(alike(detection.cause, other.cause) for other in chosen):
             chosen.append(detection)
     return chosen
 
@@ -136,15 +136,11 @@ def _of_symptom(examination: Examination, detection: PooledDetection) -> Verdict
     )
 
 
-def _alike(first: str, second: str) -> bool:
-    return second in CATALOGUE[first].looks_like or first in CATALOGUE[second].looks_like
-
-
 def _detection_verdict(
     examination: Examination, detection: PooledDetection, significant: list[PooledDetection]
 ) -> Verdict:
     cause, evidence = CATALOGUE[detection.cause], examination.model.evidence
-    alike = [other for other in significant if other is detection or _alike(detection.cause, other.cause)]
+    alike = [other for other in significant if other is detection or alike(detection.cause, other.cause)]
     rivals = [detection] if cause.stands_alone else alike
     base_rates = examination.base_rates
     logs = np.array([other.log_evidence + base_rates.log_weight(other.cause) for other in rivals])

@@ -39,6 +39,7 @@ from drillid.discrepancy.verdicts.naming import (
     class_evidence,
     class_name,
     distinguishable,
+    may_be_trace,
     separator,
 )
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
@@ -227,9 +228,7 @@ def _second_causes(
     examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
 ) -> list[FittedCause]:
     """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
-    # a change within a window has detections of several causes that look like each other
-    alike = given.cause.looks_like if given.cause.time_varying else ()
-    detections = tuple(each for each in examination.detections if each.cause not in alike)
+    detections = tuple(each for each in examination.detections if not may_be_trace(each.cause, given.cause))
     sizes = _time_varying_sizes(detections)
     fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
     return _with_own_detections(fitted_causes, detections)

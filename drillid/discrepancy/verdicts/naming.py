@@ -43,6 +43,23 @@ class Posterior:
         return tuple(members)
 
 
+def alike(first: str, second: str) -> bool:
+    """Whether two causes have nearly the same effect."""
+    return second in CATALOGUE[first].looks_like or first in CATALOGUE[second].looks_like
+
+
+def may_be_trace(detected: str, of: Cause) -> bool:
+    """Whether the detection of a cause in the record may be a trace of another one, which the linear responses show.
+
+    What distorts the linear responses may itself be why they show something, unless that is a change within a window,
+    which has detections of several causes that look like each other.
+    """
+    if of.time_varying or detected not in CATALOGUE:
+        return detected in of.looks_like
+    cause = CATALOGUE[detected]
+    return not cause.distorts_responses and (detected in of.looks_like or of.name in cause.looks_like)
+
+
 def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float, base_rates: BaseRates) -> Posterior:
     """Posterior over causes and something unknown.
 

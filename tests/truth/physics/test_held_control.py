@@ -7,13 +7,13 @@ import pytest
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import Cumulants, read_and_kept
+from drillid.physics.held_control import NO_FILTERS, Cumulants, Filters, filters_between, read_and_kept
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
 
 
-def cumulants(interval: Any, delay: Any, filters: Any = None) -> Cumulants:
+def cumulants(interval: Any, delay: Any, filters: Filters = NO_FILTERS) -> Cumulants:
     """What a command adds to its delay that is held and then read."""
     return read_and_kept(interval, delay, 0.0, filters)[0]
 
@@ -72,11 +72,9 @@ def test_a_filter_before_the_reading_moves_and_weakens_what_is_folded(part: floa
     # from there on the pulse has its final value, less what the filter still holds back
     last = z**-59.0 / (1 - 1 / z)
     exact = response + (pulse[-1] * last / z)
-    filtered = 1 / (1 + s * time_constant)
-    at_rate = 1 / (1 + 2j * np.pi / interval * time_constant)
-    held = top_drive(delay, cumulants(interval, delay, at_rate))
-    # what is folded from the second multiple on has a phase of its own
-    np.testing.assert_allclose(drive(held, s) * filtered / s, exact, rtol=2e-3)
+    filters = filters_between(lambda s: 1 / (1 + s * time_constant), interval)
+    held = top_drive(delay, cumulants(interval, delay, filters))
+    np.testing.assert_allclose(drive(held, s) / (1 + s * time_constant) / s, exact, rtol=5e-4)
 
 
 @pytest.mark.parametrize("is_filtered", [False, True])
@@ -85,7 +83,8 @@ def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float, is
     interval, step = 0.03, 1e-7
 
     def of(interval: Any, delay: Any) -> tuple[Any, ...]:
-        return cumulants(interval, delay, 1 / (1 + 0.05j / interval) if is_filtered else None)[:2]
+        filters = filters_between(lambda s: 1 / (1 + 0.008 * s), interval) if is_filtered else NO_FILTERS
+        return cumulants(interval, delay, filters)[:2]
 
     slopes = of(Dual(interval, [1.0, 0.0]), Dual(delay, [0.0, 1.0]))
     of_interval = np.subtract(of(interval + step, delay), of(interval - step, delay)) / (2 * step)
