@@ -163,9 +163,9 @@ RESPONSE_MISSING = Rule(
     _DETECTORS + "test_a_bit_that_sticks_and_slips",
 )
 ROUNDING_MATERIAL = Rule(
-    1.0,
-    "rounding noise relative to all other noise from which coarse quantisation is named",
-    "rounding that doubles the noise; less of it costs less than half a window",
+    0.1,
+    "share of rounding in all noise from which coarse quantisation is named",
+    "from there on it costs more than one window in ten",
     _DETECTORS + "test_what_the_recorder_does",
 )
 

@@ -44,8 +44,8 @@ _NEIGHBOURS = 6
 class LimitDetector(Detector):
     """Torque that a limit withholds from a drive.
 
-    The size of the limit is unknown where the command is reconstructed, as that lacks its mean, and does not show
-    changes between samples.
+    The size of the limit is unknown where the command is reconstructed, as that lacks its mean, of which only the sign
+    is known, and does not show changes between samples.
     """
 
     memory: ClassVar[bool]
@@ -56,13 +56,13 @@ class LimitDetector(Detector):
         raise NotImplementedError
 
     def reached(self, residual: ResidualRecord) -> Floats:
-        """What the limit bounds, from the unlimited command, (samples,)."""
+        """What the limit bounds from above, from the unlimited command, (samples,)."""
         raise NotImplementedError
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """Speed response to the torque missing under each of a range of limits."""
         residual = inspection.residual
-        limits = np.quantile(np.abs(self.reached(residual)), 1 - _BEYOND)
+        limits = np.quantile(self.reached(residual), 1 - _BEYOND)
         missing = self.delivered(residual, limits) - residual.command
         columns = _response_to_missing(residual, missing, memory=self.memory)
         sizes = limits if residual.record.has_command else np.full(limits.size, np.nan)
@@ -82,7 +82,7 @@ class LimitDetector(Detector):
         """The score with the limit under which the speed follows the delivered torque, where that tells it better."""
         if not residual.record.has_command:
             return score
-        tried = np.quantile(np.abs(self.reached(residual)), 1 - _BEYOND[[0, -1]])
+        tried = np.quantile(self.reached(residual), 1 - _BEYOND[[0, -1]])
         found = limit_by_delivery(residual, tried, lambda limit: self.delivered(residual, np.array([limit]))[0])
         if found is None or not found[1] < score.size_error:
             return score
@@ -95,12 +95,17 @@ class TorqueLimitDetector(LimitDetector):
     memory = False
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
-        """The command clipped at each limit."""
-        return np.clip(residual.command, -limits[:, None], limits[:, None])
+        """The command clipped at each limit; about an unknown mean, on the side of the torque that turns the string."""
+        if residual.record.has_command:
+            return np.clip(residual.command, -limits[:, None], limits[:, None])
+        turning = np.sign(residual.speed.mean())
+        return turning * np.minimum(turning * residual.command, limits[:, None])
 
     def reached(self, residual: ResidualRecord) -> Floats:
         """The command."""
-        return residual.command
+        if residual.record.has_command:
+            return np.abs(residual.command)
+        return residual.command * np.sign(residual.speed.mean())
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Flat tops of the logged command, where it is logged behind its limit; else None."""
@@ -121,7 +126,7 @@ class TorqueRateLimitDetector(LimitDetector):
 
     def reached(self, residual: ResidualRecord) -> Floats:
         """Rate of the command."""
-        return np.gradient(residual.command) * residual.record.rate
+        return np.abs(np.gradient(residual.command)) * residual.record.rate
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """As for any limit, in even rows; else None."""

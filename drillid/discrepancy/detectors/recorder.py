@@ -151,9 +151,11 @@ def quantisation_score(residual: ResidualRecord, logged: Floats) -> Score | None
     rounding = step**2 / 6 / residual.sample_rate
     density = 2 * residual.noise / (residual.record.rate * np.sum(residual.taper**2))
     median_density = float(np.median(density[residual.inside]))
-    if rounding < ROUNDING_MATERIAL / (1 + ROUNDING_MATERIAL) * median_density:
+    share = rounding / median_density
+    if share < ROUNDING_MATERIAL:
         return None
-    return Score(normal_of_p_value(0.0), step, 1e-3 * step, normal_of_p_value(0.0) ** 2 / 2)
+    # steps are certain; what else they may bring about is as strong as they are in the noise
+    return Score(normal_of_p_value(0.0), step, 1e-3 * step, share * normal_of_p_value(0.0) ** 2 / 2)
 
 
 class ControlRecord:

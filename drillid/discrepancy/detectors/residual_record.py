@@ -155,11 +155,13 @@ class ResidualRecord:
 
     @cached_property
     def command(self) -> Floats:
-        """N m; where it is not logged, reconstructed from the known control up to an unknown mean."""
+        """N m; where it is not logged, reconstructed from the known control, without its course below the sweep's band:
+        the integral makes that from a difference of speed and set point which the speed alone does not show.
+        """
         if self.record.has_command:
             return self.record.command[: self.samples]
-        controller = self.system.top_drive.controller
-        return self.sweep - self.filtered(control(controller, self.s), self.speed - self.speed.mean())
+        response = control(self.system.top_drive.controller, self.s) * (self.frequency >= self.excited[0])
+        return self.sweep - self.filtered(response, self.without_trend(self.speed))
 
     @cached_property
     def time_error(self) -> float:
@@ -205,11 +207,16 @@ class ResidualRecord:
         return np.tile(once, self.periods)
 
     @cached_property
+    def excited(self) -> tuple[float, float]:
+        """Lowest and highest frequency that the sweep excites, Hz."""
+        power = np.abs(rfft(self.sweep - self.sweep.mean())) ** 2
+        found = self.frequency[power > _LEAST_POWER * power.max()]
+        return float(found[0]), float(found[-1])
+
+    @cached_property
     def harmonics(self) -> Booleans:
         """Mask (line,) of the harmonics of the sweep's period in the band that the sweep excites."""
-        power = np.abs(rfft(self.sweep - self.sweep.mean())) ** 2
-        highest = self.frequency[np.flatnonzero(power > _LEAST_POWER * power.max())].max()
-        low = (self.frequency > 0) & (self.frequency < _BEYOND_SWEEP * highest)
+        low = (self.frequency > 0) & (self.frequency < _BEYOND_SWEEP * self.excited[1])
         return np.asarray(~self.off_harmonics & low, dtype=bool)
 
     @cached_property

@@ -43,7 +43,7 @@ class Posterior:
         return tuple(members)
 
 
-def alike(first: str, second: str) -> bool:
+def look_alike(first: str, second: str) -> bool:
     """Whether two causes have nearly the same effect."""
     return second in CATALOGUE[first].looks_like or first in CATALOGUE[second].looks_like
 
