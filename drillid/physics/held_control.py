@@ -22,11 +22,13 @@ and with the other.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import erf
 
+from drillid.arrays import Array
 from drillid.physics.dual_numbers import composed, linear, primal
 
 _USUAL = 0.025
@@ -75,12 +77,16 @@ def filters_between(response: Callable[[Any], Any], interval: Any) -> Filters:
     rate = 2j * np.pi / interval
     aside = -1j * _STEP
     at = response(rate * np.array([1, 2, 1 + aside, 1 - aside, aside, -aside])) + _NONE
-    first, second, *sides = (linear(lambda all_, k=k: all_[..., k : k + 1], at) for k in range(6))
+    first, second, *sides = (linear(partial(_place, number), at) for number in range(6))
     slope = np.log(sides[0] / sides[1] / (sides[2] / sides[3])) / (2 * aside * rate)
     whole, part = (linear(np.imag, np.log(each)) for each in (first, second))
     # the second multiple is turned by what is nearest to twice the first's
     turned = (part - 2 * np.pi * np.round((primal(part) - 2 * primal(whole)) / (2 * np.pi))) / 2
     return Filters(first, slope, np.exp(linear(np.real, np.log(second))), turned)
+
+
+def _place(number: int, values: Array) -> Array:
+    return values[..., number : number + 1]
 
 
 def read_and_kept(

@@ -19,6 +19,35 @@ def rate_limited(series: Floats, steps: Floats) -> Floats:
 
 
 @compiled
+def lacking_after_steps(series: Floats, step: float) -> tuple[Floats, Floats]:
+    """What a torque lacks whose rate is limited, of a command that is held between its samples.
+
+    However small its steps, each takes time.
+
+    Parameters
+    ----------
+    series : (samples,) N m, the command
+    step : N m, largest change of the torque in a sample interval
+
+    Returns
+    -------
+    lacking : (samples,) N m, mean until the next sample
+    centroid : (samples,) of what is lacking until then, in sample intervals
+    """
+    lacking, centroid = np.zeros(series.size), np.zeros(series.size)
+    current = series[0]
+    for sample in range(1, series.size):
+        gap = series[sample] - current
+        moved = min(max(gap, -step), step)
+        share = min(abs(gap) / step, 1.0)
+        lacking[sample] = gap - moved * (1 - share / 2)
+        if share > 0:
+            centroid[sample] = share**2 * (gap / 2 - moved / 3) / lacking[sample]
+        current += moved
+    return lacking, centroid
+
+
+@compiled
 def withheld_by_play(torque: Floats, step: float, inertia: float, half_play: float) -> Floats:
     """What a gear with play adds to the torque that a rigid gear would pass on, (samples,) N m.
 

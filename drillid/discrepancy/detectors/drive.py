@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 from scipy.fft import irfft, rfft
+from scipy.interpolate import CubicSpline
 from scipy.special import stdtr
 
 from drillid.arrays import Booleans, Complex, Floats
@@ -21,11 +22,13 @@ from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clea
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
-from drillid.physics.limits import rate_limited
+from drillid.physics.limits import lacking_after_steps, rate_limited
 from drillid.records.quality import quantisation_step
 
 _BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
 """Shares of the record's time that the command is beyond each of the limits tried."""
+_BEYOND_SLOPES = np.array([16.0, 8.0, 4.0, 2.0])
+"""Rates tried that only the steps of a held command exceed, relative to the largest that its slopes do."""
 _NEGLIGIBLE = 1e-9
 """Missing torque, relative to the largest command, that counts as none."""
 
@@ -51,6 +54,10 @@ class LimitDetector(Detector):
     memory: ClassVar[bool]
     """Whether the delivered torque depends on what was delivered before."""
 
+    def limits(self, residual: ResidualRecord) -> Floats:
+        """Limits (limits,) of what the command does within the record."""
+        return np.asarray(np.quantile(self.reached(residual), 1 - _BEYOND), dtype=float)
+
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
         """Torque (limits, samples) that limits (limits,) let pass, N m."""
         raise NotImplementedError
@@ -62,31 +69,40 @@ class LimitDetector(Detector):
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """Speed response to the torque missing under each of a range of limits."""
         residual = inspection.residual
-        limits = np.quantile(self.reached(residual), 1 - _BEYOND)
-        missing = self.delivered(residual, limits) - residual.command
-        columns = _response_to_missing(residual, missing, memory=self.memory)
+        columns, limits = self.columns(residual)
         sizes = limits if residual.record.has_command else np.full(limits.size, np.nan)
         return Candidate(name, columns, sizes, one_sided=True, at_unit_amplitude=self.memory)
+
+    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
+        """Speed response (limits, samples) and the limits (limits,)."""
+        limits = self.limits(residual)
+        missing = self.delivered(residual, limits) - residual.command
+        return _response_to_missing(residual, missing, memory=self.memory), limits
 
     @classmethod
     def reviewed(
         cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
     ) -> dict[str, Score]:
-        """Sizes of clearly detected limits by the delivered torque, where that tells them better."""
+        """Sizes of clearly detected limits by the delivered torque, where that tells them."""
         for name, detector in detectors.items():
             if isinstance(detector, LimitDetector) and is_clear(scores[name]):
                 scores = scores | {name: detector.by_delivery(scores[name], inspection.residual)}
         return scores
 
     def by_delivery(self, score: Score, residual: ResidualRecord) -> Score:
-        """The score with the limit under which the speed follows the delivered torque, where that tells it better."""
+        """The score with the limit under which the speed follows the delivered torque, whatever the model's errors."""
         if not residual.record.has_command:
             return score
-        tried = np.quantile(self.reached(residual), 1 - _BEYOND[[0, -1]])
-        found = limit_by_delivery(residual, tried, lambda limit: self.delivered(residual, np.array([limit]))[0])
-        if found is None or not found[1] < score.size_error:
-            return score
-        return replace(score, size=found[0], size_error=found[1])
+        found = limit_by_delivery(residual, self.all_limits(residual), lambda limit: self.exactly(residual, limit))
+        return score if found is None else replace(score, size=found[0], size_error=found[1])
+
+    def all_limits(self, residual: ResidualRecord) -> Floats:
+        """Limits (limits,) that may show, also without being exceeded by the command as it is recorded."""
+        return self.limits(residual)
+
+    def exactly(self, residual: ResidualRecord, limit: float) -> Floats:
+        """Torque (samples,) that a limit lets pass, N m."""
+        return np.asarray(self.delivered(residual, np.array([limit]))[0], dtype=float)
 
 
 class TorqueLimitDetector(LimitDetector):
@@ -96,16 +112,14 @@ class TorqueLimitDetector(LimitDetector):
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
         """The command clipped at each limit; about an unknown mean, on the side of the torque that turns the string."""
-        if residual.record.has_command:
-            return np.clip(residual.command, -limits[:, None], limits[:, None])
+        lowest = -limits[:, None] if residual.record.has_command else -np.inf
         turning = np.sign(residual.speed.mean())
-        return turning * np.minimum(turning * residual.command, limits[:, None])
+        return np.asarray(turning * np.clip(turning * residual.command, lowest, limits[:, None]), dtype=float)
 
     def reached(self, residual: ResidualRecord) -> Floats:
         """The command."""
-        if residual.record.has_command:
-            return np.abs(residual.command)
-        return residual.command * np.sign(residual.speed.mean())
+        turning = np.sign(residual.command if residual.record.has_command else residual.speed.mean())
+        return np.asarray(turning * residual.command, dtype=float)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Flat tops of the logged command, where it is logged behind its limit; else None."""
@@ -116,21 +130,48 @@ class TorqueLimitDetector(LimitDetector):
 
 
 class TorqueRateLimitDetector(LimitDetector):
-    """Torque that lags behind its command as its rate is limited."""
+    """Torque that lags behind its command as its rate is limited.
+
+    However small they are, the steps of a command that the control holds take time as well. What they lack has
+    harmonics of the sweep beyond its band, by which it is sought, from the sweep's part of the command alone: that is
+    not correlated with the noise.
+    """
 
     memory = True
+
+    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
+        """As for any limit, in even rows; else None."""
+        return None if inspection.residual.time_error > STEPPED_ROWS else super().candidate(name, inspection)
+
+    def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
+        """As for any limit, and first the response to what steps alone lack."""
+        columns, limits = super().columns(residual)
+        if not (_is_held(residual) and residual.periods):
+            return columns, limits
+        repeated = residual.command - residual.without_sweep(residual.command)
+        rates = self.all_limits(residual)
+        lacking = np.array([_lacking(residual, repeated, rate) for rate in rates[: -limits.size]])
+        of_steps = residual.filtered(-residual.mobility, lacking - lacking.mean(axis=1)[:, None])
+        return np.vstack([of_steps, columns]), rates
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
         """The command, which no step between samples takes beyond each limit."""
         return rate_limited(np.ascontiguousarray(residual.command), limits / residual.record.rate)
 
+    def all_limits(self, residual: ResidualRecord) -> Floats:
+        """Rates, N m/s; of a held command, first such as only its steps exceed."""
+        limits = self.limits(residual)
+        return np.append(limits[0] * _BEYOND_SLOPES, limits) if _is_held(residual) else limits
+
+    def exactly(self, residual: ResidualRecord, limit: float) -> Floats:
+        """The command as far as the rate follows it, or the steps of a held one."""
+        if not _is_held(residual):
+            return super().exactly(residual, limit)
+        return np.asarray(residual.command - _lacking(residual, residual.command, limit), dtype=float)
+
     def reached(self, residual: ResidualRecord) -> Floats:
         """Rate of the command."""
         return np.abs(np.gradient(residual.command)) * residual.record.rate
-
-    def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
-        """As for any limit, in even rows; else None."""
-        return None if inspection.residual.time_error > STEPPED_ROWS else super().candidate(name, inspection)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """Constant slopes of the logged command, where it is logged behind its limit, in even rows; else None."""
@@ -181,6 +222,22 @@ def _times(inside: Booleans) -> int:
 def _clearest(*scores: Score | None) -> Score | None:
     found = [score for score in scores if score is not None]
     return max(found, key=lambda score: score.normal, default=None)
+
+
+def _is_held(residual: ResidualRecord) -> bool:
+    """Whether the rows show at which interval the control holds its command."""
+    return bool(np.isfinite(residual.record.sample_rate))
+
+
+def _lacking(residual: ResidualRecord, command: Floats, rate: float) -> Floats:
+    """What the torque of a drive of some rate lacks of a held command (samples,), N m.
+
+    The middle of the hold, which counts as a part of the drive's delay, is the time of the command.
+    """
+    interval = 1 / residual.record.sample_rate
+    time = np.arange(residual.time[0], residual.time[-1] + interval, interval)
+    lacking, centroid = lacking_after_steps(CubicSpline(residual.time, command)(time), rate * interval)
+    return np.asarray(CubicSpline(time + (centroid - 0.5) * interval, lacking)(residual.time), dtype=float)
 
 
 def _response_to_missing(residual: ResidualRecord, missing: Floats, *, memory: bool) -> Floats:

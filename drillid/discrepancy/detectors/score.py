@@ -105,10 +105,6 @@ def score(
     deviation, blocks = _deviations(columns[usable], error, amplitude, residual)
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
     supported = blocks >= LEAST_BLOCKS
-    if candidate.settings is not None:
-        # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
-        supported &= amplitude + AMPLITUDE_REACH * deviation > LEAST_MISSING_SHARE
-        supported &= amplitude < MOST_MISSING_SHARE
     usable = usable[supported]
     amplitude, deviation, blocks = (values[supported] for values in (amplitude, deviation, blocks))
     by_shape = np.full((columns.shape[0], 2), np.nan)
@@ -118,9 +114,20 @@ def score(
         return None
     ratio = amplitude / deviation
     normal = _to_normal(ratio if candidate.one_sided else -np.abs(ratio), blocks, two_sided=not candidate.one_sided)
-    best = int(np.argmax(normal))
+    bounds = np.full(usable.size, -np.inf), np.full(usable.size, np.inf)
+    if candidate.settings is not None:
+        # a limit withholds all of the missing torque: an amplitude far from 1 belongs to another cause
+        bounds = LEAST_MISSING_SHARE / deviation - AMPLITUDE_REACH, MOST_MISSING_SHARE / deviation
+    possible = (ratio > bounds[0]) & (ratio < bounds[1])
+    if not possible.any():
+        return None
     unit = columns[usable] / np.sqrt(energy[usable])[:, None]
-    overall = _normal_of_maximum(float(normal[best]), unit @ unit.T, two_sided=not candidate.one_sided)
+    overall = _normal_of_maximum(
+        float(normal[possible].max()), unit @ unit.T, bounds, two_sided=not candidate.one_sided
+    )
+    usable, normal = usable[possible], normal[possible]
+    amplitude, deviation, blocks = (values[possible] for values in (amplitude, deviation, blocks))
+    best = int(np.argmax(normal))
     size, size_error = float(amplitude[best]), float(deviation[best])
     if candidate.settings is not None:
         # at the full missing torque, not a share of it
@@ -161,8 +168,9 @@ def _to_normal(ratio: Floats, freedom: Floats, *, two_sided: bool) -> Floats:
     return np.asarray(-ndtri(np.clip(p_value, _LEAST_P_VALUE, _LARGEST_P_VALUE)), dtype=float)
 
 
-def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) -> float:
-    """Standard normal value of the maximum of correlated normal variables, corrected for the search.
+def _normal_of_maximum(largest: float, correlation: Floats, bounds: tuple[Floats, Floats], *, two_sided: bool) -> float:
+    """Standard normal value of the maximum of those of correlated normal variables that are within bounds, corrected
+    for the search.
 
     The distribution of the maximum is simulated; its upper 2 % are extrapolated as the tail of a single normal
     variable, scaled to agree there.
@@ -173,11 +181,14 @@ def _normal_of_maximum(largest: float, correlation: Floats, *, two_sided: bool) 
     values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
+    draws[(draws < bounds[0][:, None]) | (draws > bounds[1][:, None])] = -np.inf
     if two_sided:
         draws = -ndtri(np.clip(2 * ndtr(-np.abs(draws)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
     maxima = np.sort(draws.max(axis=0))
-    threshold = float(np.quantile(maxima, 1 - TAIL))
-    if largest > threshold:
+    threshold = float(np.quantile(maxima, 1 - TAIL, method="higher"))
+    if np.isinf(threshold):
+        p_value = min(count * ndtr(-largest), TAIL)
+    elif largest > threshold:
         p_value = TAIL * ndtr(-largest) / ndtr(-threshold)
     else:
         p_value = 1 - np.searchsorted(maxima, largest) / _DRAWS
