@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import logsumexp
 
-from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
 from drillid.discrepancy.rules import (
     CLASS_MASS,
@@ -92,8 +92,17 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     }
     present += causes.values()
-    allowed = {name for name, cause in causes.items() if all(other.allows(cause) for other in present)}
+    allowed = {
+        name
+        for name, cause in causes.items()
+        if all(other.allows(cause) for other in present) and not _excluding(cause) & causes.keys()
+    }
     return [detection for detection in detections if detection.cause in allowed]
+
+
+def _excluding(cause: Cause) -> set[str]:
+    """Causes that make what the detector of this one takes for it."""
+    return set(cause.detector.excluded_by) if cause.detector else set()
 
 
 def _distorts_responses(examination: Examination, detections: list[PooledDetection]) -> bool:
