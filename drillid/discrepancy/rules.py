@@ -168,6 +168,12 @@ ROUNDING_MATERIAL = Rule(
     "from there on it costs more than one window in ten",
     _DETECTORS + "test_what_the_recorder_does",
 )
+ROUNDING_HIDES = Rule(
+    0.5,
+    "share of rounding in all noise from which jitter and play are not sought",
+    "steps larger than all other noise are noise that grows with the sweep",
+    _DRIVE + "test_jitter_is_found_beside_rounding_that_does_not_hide_it",
+)
 
 SET_POINT_ERROR = Rule(
     5e-3,

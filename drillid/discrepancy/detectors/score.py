@@ -181,10 +181,10 @@ def _normal_of_maximum(largest: float, correlation: Floats, bounds: tuple[Floats
     values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     draws = root @ np.random.default_rng(0).standard_normal((count, _DRAWS))
-    draws[(draws < bounds[0][:, None]) | (draws > bounds[1][:, None])] = -np.inf
+    possible = (draws > bounds[0][:, None]) & (draws < bounds[1][:, None])
     if two_sided:
         draws = -ndtri(np.clip(2 * ndtr(-np.abs(draws)), _LEAST_P_VALUE, _LARGEST_P_VALUE))
-    maxima = np.sort(draws.max(axis=0))
+    maxima = np.sort(np.where(possible, draws, -np.inf).max(axis=0))
     threshold = float(np.quantile(maxima, 1 - TAIL, method="higher"))
     if np.isinf(threshold):
         p_value = min(count * ndtr(-largest), TAIL)
