@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 _KNOTS = 5
 """Moments between which responses to a linear change are interpolated, and a free course is linear."""
 _AT_KNOTS = np.linspace(0.0, 1.0, _KNOTS)
-_EVALUATIONS = 30
+_EVALUATIONS, _FIRST_EVALUATIONS = 30, 3
+"""Of a fit, and from each of several starts before the best is chosen."""
 _LEAST = 1e-3
 """Lower bound of a course, as a share of the parameter's fitted value."""
 _LOWEST = 1.0
@@ -47,6 +48,9 @@ _LOWEST = 1.0
 
 CHANGES = np.linspace(0.15, 0.85, 15)
 """Moments at which a jump is tried, as shares of the window."""
+
+_STARTS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+"""Moments from which the fit of a jump begins, beside that at which it is detected."""
 
 _MOVING = (LENGTH, DELAY, INERTIA_TD, DAMPING_BHA)
 """Parameters of the model that may change linearly in time, whatever the cause."""
@@ -183,14 +187,22 @@ def _separation(courses: list[_Course]) -> float:
 
 
 def _fitted(window: _Window, detected: Score, *, jumps: bool) -> _Course:
-    moment = CHANGES[int(np.argmax(np.abs(detected.amplitudes)))] if jumps else 0.5
+    """The best course from the detected one; of a jump, whose cost has several minima, also from others in time."""
+    moments = [float(CHANGES[int(np.argmax(np.abs(detected.amplitudes)))]), *_STARTS] if jumps else [0.5]
     level, count = window.level, 3 if jumps else 2
-    # the window's own fit gives about the mean over the window
-    begin = level - detected.size * (1 - moment)
-    start, highest = np.array([begin, begin + detected.size, moment]), np.array([np.inf, np.inf, CHANGES[-1]])
+    highest = np.array([np.inf, np.inf, CHANGES[-1]])[:count]
     lowest, scale = np.array([_LEAST * level, _LEAST * level, CHANGES[0]]), np.array([level, level, 0.1])
     residual_of = window.residual_of_jump if jumps else window.residual_of_drift
-    best = _least_squares(residual_of, *(values[:count] for values in (start, lowest, highest, scale)))
+
+    def fitted_from(start: Floats, evaluations: int) -> OptimizeResult:
+        return _least_squares(residual_of, start, lowest[:count], highest, scale[:count], evaluations)
+
+    # the window's own fit gives about the mean over the window
+    begins = [(level - detected.size * (1 - moment), moment) for moment in moments]
+    starts = [np.array([begin, begin + detected.size, moment])[:count] for begin, moment in begins]
+    if jumps:
+        starts = [min((fitted_from(each, _FIRST_EVALUATIONS) for each in starts), key=lambda fit: float(fit.cost)).x]
+    best = fitted_from(starts[0], _EVALUATIONS)
     change = np.array([-1.0, 1.0])
     inverse = np.linalg.pinv(best.jac.T @ best.jac)
     variance = change @ _covariance(best.jac, best.fun, window.residual, inverse)[:2, :2] @ change
@@ -202,7 +214,12 @@ def _fitted(window: _Window, detected: Score, *, jumps: bool) -> _Course:
 
 
 def _least_squares(
-    residual_of: Callable[[Floats], Floats], start: Floats, lowest: Floats, highest: Floats, scale: Floats
+    residual_of: Callable[[Floats], Floats],
+    start: Floats,
+    lowest: Floats,
+    highest: Floats,
+    scale: Floats,
+    evaluations: int = _EVALUATIONS,
 ) -> OptimizeResult:
     """Least-squares values (count,) from a start, within bounds."""
     from scipy.optimize import least_squares
@@ -213,7 +230,7 @@ def _least_squares(
         bounds=(lowest, highest),
         x_scale=scale,
         diff_step=1e-4,
-        max_nfev=_EVALUATIONS,
+        max_nfev=evaluations,
         xtol=1e-4,
         ftol=1e-5,
     )
