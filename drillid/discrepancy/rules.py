@@ -163,16 +163,10 @@ RESPONSE_MISSING = Rule(
     _DETECTORS + "test_a_bit_that_sticks_and_slips",
 )
 ROUNDING_MATERIAL = Rule(
-    0.1,
-    "share of rounding in all noise from which coarse quantisation is named",
-    "from there on it costs more than one window in ten",
+    1.0,
+    "rounding noise relative to all other noise from which coarse quantisation is named",
+    "rounding that doubles the noise; less of it costs less than half a window",
     _DETECTORS + "test_what_the_recorder_does",
-)
-ROUNDING_HIDES = Rule(
-    0.5,
-    "share of rounding in all noise from which jitter and play are not sought",
-    "steps larger than all other noise are noise that grows with the sweep",
-    _DRIVE + "test_jitter_is_found_beside_rounding_that_does_not_hide_it",
 )
 
 SET_POINT_ERROR = Rule(

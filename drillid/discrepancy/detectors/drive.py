@@ -20,7 +20,6 @@ from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.detectors.delivered import limit_by_delivery
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
-from drillid.discrepancy.detectors.rounding import rounding_hides
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
 from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
 from drillid.physics.limits import lacking_after_steps, rate_limited
@@ -187,14 +186,12 @@ class DelayJitterDetector(Detector):
     """Jitter of the delay: noise whose power grows with the square of the command's slope."""
 
     needs_periods = True
-    # contact of gear teeth and a limited drive also make noise that grows with the sweep
-    excluded_by = ("gear_backlash", "torque_limit", "torque_rate_limit")
+    # coarse quantisation, contact of gear teeth and a limited drive also make noise that grows with the sweep
+    excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Regression of the noise power on the square of the command's slope; None where the samples are as uneven, or
-        rounded to coarse steps.
-        """
-        if inspection.residual.time_error > UNEVEN_ROWS or rounding_hides(inspection):
+        """Regression of the noise power on the square of the command's slope; None where the samples are as uneven."""
+        if inspection.residual.time_error > UNEVEN_ROWS:
             return None
         return jitter_score(inspection.residual, inspection.unexplained)
 

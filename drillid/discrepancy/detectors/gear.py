@@ -17,7 +17,6 @@ from scipy.special import ndtr
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.motion import Motion, dwelling, inner, low_pass
-from drillid.discrepancy.detectors.rounding import rounding_hides
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, whitened
 from drillid.discrepancy.detectors.tone import swings_in_limit_cycle
 from drillid.physics.limits import withheld_by_play
@@ -46,14 +45,15 @@ class BacklashDetector(Detector):
     """
 
     needs_command = True
+    # the torque of a rigid gear follows from the acceleration, which steps of the speed spoil
+    excluded_by = ("quantisation",)
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """The clearer of the scores by what is withheld and by the time at zero torque, corrected for the choice.
 
-        None where there is neither; in a limit cycle, as turning points of its torque look like play; and where coarse
-        steps of the speed spoil the acceleration, from which the torque of a rigid gear follows.
+        None where there is neither, or the rig is in a limit cycle, as turning points of its torque look like play.
         """
-        if swings_in_limit_cycle(inspection) or rounding_hides(inspection):
+        if swings_in_limit_cycle(inspection):
             return None
         scores = [each for each in (_withheld_score(name, inspection), _dwelling_score(inspection)) if each]
         if len(scores) < 2:

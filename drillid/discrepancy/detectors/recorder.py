@@ -10,10 +10,10 @@ from scipy.ndimage import median_filter
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.detector import Detector, Inspection
 from drillid.discrepancy.detectors.residual_record import TAPER_S, ResidualRecord
-from drillid.discrepancy.detectors.rounding import rounding
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value, score, without
 from drillid.discrepancy.rules import ROUNDING_MATERIAL
 from drillid.physics.top_drive import control
+from drillid.records.quality import quantisation_step
 
 _NEIGHBOURS = 16
 _UNREPEATED = 5
@@ -52,11 +52,7 @@ class QuantisationDetector(Detector):
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
         """The largest score where rounding is a substantial part of the noise; else None."""
-        step, share = rounding(inspection)
-        if share < ROUNDING_MATERIAL:
-            return None
-        # steps are certain; what else they may bring about is as strong as they are in the noise
-        return Score(normal_of_p_value(0.0), step, 1e-3 * step, share * normal_of_p_value(0.0) ** 2 / 2)
+        return quantisation_score(inspection.residual, inspection.logged.speed)
 
 
 class ClockDriftDetector(Detector):
@@ -138,6 +134,26 @@ def relative_to_neighbours(errors: RotatingErrors, score_alone: Score) -> Score:
     normal = normal_of_p_value(float(np.exp(-len(steps) * np.log1p(ratio / len(steps)))))
     log_ratio = min(score_alone.log_ratio, 0.5 * max(normal, 0.0) ** 2)
     return replace(score_alone, normal=min(score_alone.normal, normal), log_ratio=log_ratio)
+
+
+def quantisation_score(residual: ResidualRecord, logged: Floats) -> Score | None:
+    """Score of a quantisation step of the recorded speed whose rounding is a substantial part of the noise; else
+    None.
+
+    Parameters
+    ----------
+    logged : (samples,) rad/s, speed as it is logged
+    """
+    step = quantisation_step(logged)
+    if step is None:
+        return None
+    # one-sided densities, (rad/s)²/Hz
+    rounding = step**2 / 6 / residual.sample_rate
+    density = 2 * residual.noise / (residual.record.rate * np.sum(residual.taper**2))
+    median_density = float(np.median(density[residual.inside]))
+    if rounding < ROUNDING_MATERIAL / (1 + ROUNDING_MATERIAL) * median_density:
+        return None
+    return Score(normal_of_p_value(0.0), step, 1e-3 * step, normal_of_p_value(0.0) ** 2 / 2)
 
 
 class ControlRecord:

@@ -11,8 +11,6 @@ from drillid.discrepancy.detectors.motion import Motion
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig
-from drillid.simulation.recorder import Recorder
-from drillid.simulation.simulate import SAMPLE_INTERVAL
 from tests.simulated import RATE, SHALLOW
 from tests.truth.discrepancy.window_records import (
     LIGHT,
@@ -22,7 +20,6 @@ from tests.truth.discrepancy.window_records import (
     has_size,
     of_random_ages,
     of_slower_samples,
-    recorded,
     records,
 )
 
@@ -90,16 +87,6 @@ def test_rows_that_a_slower_control_wrote_are_no_slew() -> None:
     for interval in (0.0125, 0.05):
         released = detections_of(of_slower_samples(record, interval, held=True)).get("torque_rate_limit")
         assert released is None or released.score < 3
-
-
-@pytest.mark.parametrize(("step", "is_hidden"), [(0.005, False), (0.05, True)])
-def test_jitter_is_found_beside_rounding_that_does_not_hide_it(step: float, is_hidden: bool) -> None:
-    top_drive = replace(SHALLOW.top_drive, delay_jitter=0.014)
-    rig = NonlinearRig(replace(SHALLOW.system, top_drive=top_drive))
-    detections = detections_of(recorded(records(rig, 60)[0], Recorder(SAMPLE_INTERVAL, resolution=step)))
-    assert "quantisation" in detections
-    assert ("delay_jitter" not in detections) == is_hidden
-    assert is_hidden or has_size(detections["delay_jitter"], 0.014**2)
 
 
 @pytest.mark.parametrize("interval", [0.0125, 0.0275])
