@@ -4,10 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.coordinates import (
+    DATA_SHEET,
     DEVIATION,
     FURTHEST_SHAPE,
     HIGHEST,
@@ -24,9 +26,13 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
 from drillid.physics.held_control import INTERVALS, PRIOR
+from drillid.statistics import TWO_SIDED
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
 """Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
+
+_HEAVY = float(stdtrit(STUDENT_TAIL, ndtr(TWO_SIDED)) / TWO_SIDED)
+"""Standard deviation of the normal distribution whose central 95 % are those of Student's t with scale one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +96,8 @@ class SetFit:
     """(14,) how far the shared coordinates lie off their priors, in standard deviations of these."""
     heavy_tailed: tuple[int, ...]
     """Indices of those whose prior is Student's t."""
+    prior_error: Floats
+    """(14,) standard deviation, or scale, of these priors."""
 
     @property
     def pulls(self) -> Floats:
@@ -109,9 +117,17 @@ class SetFit:
 
     @property
     def size_errors(self) -> Floats:
-        """Standard errors of the sizes by the curvature."""
-        sizes = slice(SHARED, SHARED + self.point.sizes.size)
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))[sizes]), dtype=float)
+        """Standard errors of the sizes by the curvature, for 95 % intervals.
+
+        What data sheets state has errors with heavy tails, of which the curvature knows nothing: 95 % of Student's t
+        with its scale take a normal distribution that is half as wide again.
+        """
+        documented, sizes = list(DATA_SHEET), slice(SHARED, SHARED + self.point.sizes.size)
+        precision, _ = _priors(self.off_data_sheet, self.prior_error, self.heavy_tailed)
+        wide = (_HEAVY * self.prior_error[documented]) ** -2.0
+        information = self.information.copy()
+        information[documented, documented] -= np.maximum(precision[documented] - wide, 0.0)
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))[sizes]), dtype=float)
 
 
 def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (), enough: float = np.inf) -> SetFit:
@@ -129,7 +145,9 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
     windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())
-    return SetFit(point, best.cost, best.chi2, best.normal.eliminated()[0], windows, off_data_sheet, model.heavy_tailed)
+    information = best.normal.eliminated()[0]
+    priors = off_data_sheet, model.heavy_tailed, model.prior_error
+    return SetFit(point, best.cost, best.chi2, information, windows, *priors)
 
 
 def fit_local(
