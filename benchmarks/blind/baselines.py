@@ -12,8 +12,8 @@ from benchmarks.blind.engines import catalogue_of, kept_answer, kept_evidence
 from benchmarks.blind.vocabulary import UNKNOWN
 from benchmarks.blind.world import AnyCase
 from drillid.arrays import Floats
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.projection import candidates, columns, project, secants
-from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.errors import DrillidError
 from drillid.fleet.provenance import source_hash
 

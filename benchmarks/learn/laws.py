@@ -33,10 +33,11 @@ from benchmarks.parts import Measurement
 from benchmarks.result import Result
 from drillid.arrays import Complex, Floats
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.coordinates import Extension, Point
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.rows import real_rows
-from drillid.discrepancy.inference.set_fit import SetFit, fit_base, fit_set
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.examined_law import law_window, with_linear_or_law
 from drillid.discrepancy.learning.law import added

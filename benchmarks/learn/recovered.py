@@ -23,9 +23,10 @@ from benchmarks.learn.effects import HIDEABLE
 from benchmarks.learn.measurement import FOLDER, pairs, share
 from benchmarks.parts import Measurement
 from benchmarks.result import Result
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.coordinates import Point
 from drillid.discrepancy.inference.held_out_gain import gain_on
-from drillid.discrepancy.inference.set_fit import fit_base, fit_set
+from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.learning.offer import learnt_extension
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.fleet.provenance import digest, source_hash

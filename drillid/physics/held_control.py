@@ -45,7 +45,6 @@ Cumulants = tuple[Any, Any, Any, Any]
 """From the second (s²) to the fifth (s⁵)."""
 _NONE = 1e-200
 """In place of a response that vanishes, whose phase does not matter."""
-
 _STEP = 0.01
 """Between places where a filter's slope is taken, relative to the rate; the error goes with its square."""
 
@@ -79,10 +78,11 @@ def filters_between(response: Callable[[Any], Any], interval: Any) -> Filters:
     at = response(rate * np.array([1, 2, 1 + aside, 1 - aside, aside, -aside])) + _NONE
     first, second, *sides = (linear(partial(_place, number), at) for number in range(6))
     slope = np.log(sides[0] / sides[1] / (sides[2] / sides[3])) / (2 * aside * rate)
-    whole, part = (linear(np.imag, np.log(each)) for each in (first, second))
-    # the second multiple is turned by what is nearest to twice the first's
-    turned = (part - 2 * np.pi * np.round((primal(part) - 2 * primal(whole)) / (2 * np.pi))) / 2
-    return Filters(first, slope, np.exp(linear(np.real, np.log(second))), turned)
+    twice = np.log(second)
+    phase, nearest = linear(np.imag, twice), 2 * np.angle(primal(first))
+    # of the second multiple, nearest to twice that of the first
+    phase = phase - 2 * np.pi * np.round((primal(phase) - nearest) / (2 * np.pi))
+    return Filters(first, slope, np.exp(linear(np.real, twice)), phase / 2)
 
 
 def _place(number: int, values: Array) -> Array:

@@ -7,13 +7,10 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from drillid.arrays import Complex, Floats, Indices
-from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.coordinates import (
     DATA_SHEET,
-    DEVIATION,
     FURTHEST_SHAPE,
     HIGHEST,
-    INTERVAL,
     LOCAL,
     LOWEST,
     SHARED,
@@ -25,12 +22,10 @@ from drillid.discrepancy.inference.rows import Products, real_rows
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import OUTLIER_IMPROVEMENT, STUDENT_TAIL, WIDE_PRIOR
 from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, descend
-from drillid.physics.held_control import INTERVALS, PRIOR
 from drillid.statistics import TWO_SIDED
 
-_LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
-"""Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
-
+_ROUNDS = 3
+"""In which windows are started at the set."""
 _HEAVY = float(stdtrit(STUDENT_TAIL, ndtr(TWO_SIDED)) / TWO_SIDED)
 """Standard deviation of the normal distribution whose central 95 % are those of Student's t with scale one."""
 
@@ -209,72 +204,6 @@ def _window_costs(model: SetModel, point: Point, squares: Floats) -> Floats:
     """Cost of each window's squared residuals (W,) and of its deviations by Student's t, (W,)."""
     pulls = (STUDENT_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / STUDENT_TAIL), axis=1)
     return np.asarray(0.5 * (squares + pulls), dtype=float)
-
-
-def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
-    """The model with the standard deviation of windows estimated from the set itself, and its fit.
-
-    Expectation and maximisation under Student's t (Dempster, Laird and Rubin 1977, Journal of the Royal Statistical
-    Society B 39, 1-38), with the usual deviation as a prior worth _USUAL_WINDOWS windows.
-    """
-    if model.evidence.windows < _LEAST_WINDOWS:
-        return model, fit
-    for _ in range(_ROUNDS):
-        normal = expanded(model, fit.point, ()).normal
-        variance = np.diagonal(np.linalg.inv(normal.corner), axis1=1, axis2=2)
-        weight = normal.local_precision * model.deviation**2
-        squares = np.sum(weight * (fit.point.local**2 + variance), axis=0)
-        deviation = np.sqrt((_USUAL_WINDOWS * DEVIATION**2 + squares) / (_USUAL_WINDOWS + model.evidence.windows))
-        model = SetModel(model.evidence, np.minimum(deviation, DEVIATION))
-        fit = fit_set(model, fit.point)
-    return model, fit
-
-
-def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
-    """The model of a set without extensions, and its fit from both starts, outlier windows brought back.
-
-    Where the interval of the control is not known it is the likeliest of some that speed controls have.
-    """
-    model = SetModel(evidence)
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
-    if np.isnan(evidence.data_sheet.control_interval):
-        model, base = at_likeliest_interval(model, base)
-    model, base = with_own_deviation(model, base)
-    return model, without_outlier_windows(model, base)
-
-
-def _evidence_at(evidence: Evidence, interval: float) -> Evidence:
-    """The evidence with a data sheet that states the interval of the control, s."""
-    return replace(evidence, data_sheet=replace(evidence.data_sheet, control_interval=interval))
-
-
-def at_likeliest_interval(
-    model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()
-) -> tuple[SetModel, SetFit]:
-    """The model and its fit at the interval of the control that is likeliest, of some and of the model's own."""
-    best, least = (model, fit), fit.cost + interval_cost(model)
-    for interval in INTERVALS:
-        other = model.with_evidence(_evidence_at(model.evidence, interval))
-        start = at_interval_of(other, best[1].point)
-        again = fit_set(other, start, extensions, least)
-        if again.cost + interval_cost(other) < least:
-            best, least = (other, again), again.cost + interval_cost(other)
-    return best
-
-
-def at_interval_of(model: SetModel, point: Point) -> Point:
-    """The point at the interval that a model's data sheet states."""
-    shared = point.shared.copy()
-    shared[INTERVAL] = model.prior_mean[INTERVAL]
-    return replace(point, shared=shared)
-
-
-def interval_cost(model: SetModel) -> float:
-    """Cost of the prior of an interval that is not known, relative to that of none: each stands for the intervals near
-    it, and fewer have one like it than one that is as good as none.
-    """
-    nearest = int(np.argmin(np.abs(np.array(INTERVALS) - model.control_interval)))
-    return float(np.log(PRIOR[0] / PRIOR[nearest]))
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:

@@ -10,16 +10,10 @@ from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.base_fit import at_interval_of, at_likeliest_interval, fit_base, interval_cost
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import FittedCause
-from drillid.discrepancy.inference.set_fit import (
-    at_interval_of,
-    at_likeliest_interval,
-    fit_base,
-    fit_set,
-    interval_cost,
-    without_outlier_windows,
-)
+from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections

@@ -132,7 +132,7 @@ def _strongest_of_alike(detections: list[PooledDetection]) -> list[PooledDetecti
     """Of detections whose causes look alike the strongest, in order of evidence."""
     chosen: list[PooledDetection] = []
     for detection in sorted(detections, key=lambda candidate: -candidate.log_evidence):
-        if not any(look_alike(detection.cause, other.cause) for other in chosen):
+        if not any(look_alike(CATALOGUE[detection.cause], CATALOGUE[other.cause]) for other in chosen):
             chosen.append(detection)
     return chosen
 
@@ -156,7 +156,7 @@ def _detection_verdict(
     examination: Examination, detection: PooledDetection, significant: list[PooledDetection]
 ) -> Verdict:
     cause, evidence = CATALOGUE[detection.cause], examination.model.evidence
-    alike = [other for other in significant if other is detection or look_alike(detection.cause, other.cause)]
+    alike = [other for other in significant if other is detection or look_alike(cause, CATALOGUE[other.cause])]
     rivals = [detection] if cause.stands_alone else alike
     base_rates = examination.base_rates
     logs = np.array([other.log_evidence + base_rates.log_weight(other.cause) for other in rivals])

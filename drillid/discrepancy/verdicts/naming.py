@@ -43,9 +43,9 @@ class Posterior:
         return tuple(members)
 
 
-def look_alike(first: str, second: str) -> bool:
+def look_alike(first: Cause, second: Cause) -> bool:
     """Whether two causes have nearly the same effect."""
-    return second in CATALOGUE[first].looks_like or first in CATALOGUE[second].looks_like
+    return second.name in first.looks_like or first.name in second.looks_like
 
 
 def may_be_trace(detected: str, of: Cause) -> bool:
@@ -57,7 +57,7 @@ def may_be_trace(detected: str, of: Cause) -> bool:
     if of.time_varying or detected not in CATALOGUE:
         return detected in of.looks_like
     cause = CATALOGUE[detected]
-    return not cause.distorts_responses and (detected in of.looks_like or of.name in cause.looks_like)
+    return not cause.distorts_responses and look_alike(cause, of)
 
 
 def cause_posterior(fitted_causes: Sequence[FittedCause], unknown: float, base_rates: BaseRates) -> Posterior:

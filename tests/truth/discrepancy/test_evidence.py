@@ -10,12 +10,13 @@ from drillid.config.settings import Settings
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
 from drillid.discrepancy.inference.most_mass import bias_of_curvature, of_most_mass
 from drillid.discrepancy.inference.projection import columns, project
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
-from drillid.discrepancy.inference.set_fit import SetFit, expanded, fit_base
+from drillid.discrepancy.inference.set_fit import SetFit, expanded
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment

@@ -11,9 +11,9 @@ from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.other_world.cases import plain_case
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import Evidence
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
-from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.physics.responses import laplace
 

@@ -9,7 +9,8 @@ from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
-from drillid.discrepancy.inference.set_fit import SetFit, fit_base
+from drillid.discrepancy.inference.base_fit import fit_base
+from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS
 from drillid.discrepancy.learning.search import best_of

@@ -12,8 +12,8 @@ from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import fit_base
 from drillid.discrepancy.learning import law_window
 from drillid.discrepancy.learning.examined_law import law_windows, with_law
 from drillid.discrepancy.learning.law import LearntLaw, learnt_law

@@ -15,9 +15,10 @@ from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.screen import screen
-from drillid.discrepancy.inference.set_fit import SetFit, fit_base
+from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.unknown import PORTS
 from drillid.discrepancy.learning.elements import Element
