@@ -11,8 +11,8 @@ from benchmarks.blind.other_world.rigs import log_uniform, lower_end
 _STEPS = 8
 """Pieces of either end of a zone."""
 _CONTACTS = 10
-_COURSE = 60
-"""Parts of a window in each of which a changing damping is constant."""
+_MOMENTS = 601
+"""Of a window, between two of which a jump takes place: within a second of a window of ten minutes."""
 _RIPPLE_LENGTH, _RIPPLES = 600.0, 12
 """m, of a ripple of the pipe's wall, and pieces of each."""
 _SWING_SPEED = 6.5
@@ -175,12 +175,12 @@ def _stuck_slip_regimes(window: Window, size: float, context: Context) -> Window
 
 
 def _parameter_drift(window: Window, size: float, context: Context) -> Window:
-    return altered(window, damping_course=tuple(size * (part + 0.5) / _COURSE for part in range(_COURSE)))
+    return altered(window, damping_course=(0.0, size))
 
 
 def _regime_change(window: Window, size: float, context: Context) -> Window:
-    begin = round((0.3 + 0.4 * context.shape) * _COURSE)
-    return altered(window, damping_course=tuple(size * (part >= begin) for part in range(_COURSE)))
+    begin = round((0.3 + 0.4 * context.shape) * _MOMENTS)
+    return altered(window, damping_course=tuple(size * (moment >= begin) for moment in range(_MOMENTS)))
 
 
 def _rippled_pipe(window: Window, size: float, context: Context) -> Window:

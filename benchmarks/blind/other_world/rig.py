@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.hidden import altered
+from drillid.arrays import Floats
 
 DENSITY, SHEAR_MODULUS = 7850.0, 79.3e9
 """Of steel, kg/m³ and Pa."""
@@ -227,7 +228,12 @@ class Window:
     growth: float = 0.0
     """m, by which the uppermost piece grows while the window lasts, about its mean."""
     damping_course: tuple[float, ...] = ()
-    """N m s/rad, damping added at the bit in successive, equally long parts of the window."""
+    """N m s/rad, damping added at the bit at equally spaced moments from begin to end of the window, linear between."""
+
+    def added_damping(self, share: Floats) -> Floats:
+        """Damping added at the bit at elapsed shares of the window, N m s/rad."""
+        course = self.damping_course or (0.0,)
+        return np.interp(share, np.linspace(0.0, 1.0, len(course)), course)
 
     def with_control(self, **parameters: Any) -> "Window":
         """The same with another control."""

@@ -96,11 +96,7 @@ def simulate(
 
 def _course(window: Window, count: int, lead: float) -> Floats:
     """Damping added at the bit at each step; its first value holds during the lead-in."""
-    if not window.damping_course:
-        return np.zeros(count)
-    course = np.array(window.damping_course)
-    share = np.clip((np.arange(count) / count - lead) / (1 - lead), 0.0, 1.0)
-    return np.asarray(course[np.minimum((share * course.size).astype(int), course.size - 1)], dtype=float)
+    return window.added_damping(np.clip((np.arange(count) / count - lead) / (1 - lead), 0.0, 1.0))
 
 
 def _run(

@@ -129,8 +129,7 @@ def sampled(recording: Recording, s: Complex, share: float, seconds: float) -> C
 
 def linear_string(window: Window, share: float = 0.5) -> tuple[Piece, ...]:
     """The string for small vibrations about steady rotation, at an elapsed share of the window; blades apart."""
-    string, course = window.grown(share), window.damping_course
-    added = course[min(int(share * len(course)), len(course) - 1)] if course else 0.0
+    string, added = window.grown(share), float(window.added_damping(np.asarray(share)))
     if window.bit_friction is not None:
         added -= window.bit_friction.steepness(window.speed)
     slope = sum(contact.friction.steepness(window.speed) for contact in window.contacts)
