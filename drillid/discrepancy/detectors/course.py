@@ -1,0 +1,238 @@
+"""The course of a parameter that changes within a window, fitted to the whole record by maximum likelihood.
+
+While a parameter changes, the speed at each moment is that of the rig with the parameter's value at that moment
+(quasi-static approximation). The course's values, the moment of a jump, and the model's other parameters are fitted
+together: at a strong change these are not those of the window's own fit, which is that of a rig without a change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.fft import irfft, rfft
+from scipy.special import chdtrc, ndtr
+
+from drillid.arrays import Floats
+from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.score import Score, block_starts, normal_of_p_value
+from drillid.physics.eight_parameters import command_mobility_with_derivatives
+from drillid.physics.parameters import BOUNDS, SCALES
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
+CHANGES = np.linspace(0.15, 0.85, 15)
+"""Moments at which a jump is tried, as shares of the window."""
+
+_STARTS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+"""Moments from which the fit of a jump begins, beside that at which it is detected."""
+_KNOTS = 5
+"""Values of a free course, which is linear between them."""
+_INTERPOLATED = 9
+"""Moments between which the responses to a linear change are interpolated."""
+_EVALUATIONS, _FIRST_EVALUATIONS = 30, 3
+"""Of a fit, and from each of several starts before the best is chosen."""
+_LEAST = 1e-3
+"""Lower bound of a course, as a share of the parameter's fitted value."""
+_LOWEST = 1.0
+"""N m s/rad, or m, lower bound of the fitted value as a scale."""
+_SETTLING_S = 10.0
+"""s, over which a jump is smoothed; a sudden one would have power at all frequencies."""
+_MOMENT_STEP = 1e-4
+
+
+class Course(NamedTuple):
+    """A parameter's course, fitted."""
+
+    size: float
+    size_error: float
+    cost: float
+    """Half the residual sum of squares."""
+    gain: float
+    """Log-likelihood ratio against no change, corrected for heteroscedastic noise."""
+    spread: float
+    """Variance of the fitted change relative to that in stationary noise."""
+    values: Floats
+    """Values before and after, and the moment of a jump."""
+    others: Floats
+    """(7,) the model's other parameters."""
+    residual: Floats
+    """Whitened residual speed (samples,)."""
+
+    @property
+    def penalised_cost(self) -> float:
+        """Cost plus one for each fitted value (Akaike 1974)."""
+        return self.cost + self.values.size
+
+    @property
+    def jumps(self) -> bool:
+        """Whether it jumps, instead of changing linearly."""
+        return self.values.size > 2
+
+    def misfit_against(self, least: float) -> float:
+        """Standard normal value of this course's excess over half the residual sum of squares of a free course.
+
+        A free course has _KNOTS values; twice the excess follows χ² with as many degrees of freedom as it has more.
+        """
+        better = max(self.cost - least, 0.0) / self.spread
+        return normal_of_p_value(float(chdtrc(_KNOTS - self.values.size, 2 * better)))
+
+    @property
+    def normal(self) -> float:
+        """Standard normal value of the gain by one value, Bonferroni-corrected for the moments tried."""
+        tried = CHANGES.size if self.jumps else 1
+        return normal_of_p_value(min(tried * 2 * float(ndtr(-np.sqrt(2 * self.gain))), 1.0))
+
+
+def separation(courses: Sequence[Course]) -> float:
+    """Standard deviations between the speeds predicted by two courses; NaN where there are not two."""
+    if len(courses) != 2:
+        return np.nan
+    first, second = courses
+    return float(np.linalg.norm(first.residual - second.residual) / np.sqrt(max(first.spread, second.spread)))
+
+
+class ChangingWindow:
+    """A window in which one parameter of the model changes."""
+
+    def __init__(self, parameter: int, residual: ResidualRecord) -> None:
+        self.residual, self.parameter = residual, parameter
+        self.fitted = residual.record.fitted
+        self.level = max(float(self.fitted[parameter]), _LOWEST)
+        self.spectrum = rfft(residual.sweep - residual.sweep.mean()) * residual.inside
+        speed = residual.speed - residual.subtracted
+        self.measured = residual.weighted(speed - speed.mean())
+        self.others = np.delete(np.arange(SCALES.size), parameter)
+
+    def course(self, detected: Score, *, jumps: bool) -> Course:
+        """The best course from the detected one; of a jump, whose cost has several minima, also from others in time."""
+        moments = [float(CHANGES[int(np.argmax(np.abs(detected.amplitudes)))]), *_STARTS] if jumps else [0.5]
+        count = 3 if jumps else 2
+        # the window's own fit gives about the mean over the window
+        begins = [(self.level - detected.size * (1 - moment), moment) for moment in moments]
+        starts = [np.array([begin, begin + detected.size, moment])[:count] for begin, moment in begins]
+        starts = [np.append(start, self.fitted[self.others]) for start in starts]
+        if jumps:
+            first = [self._least(start, count, _FIRST_EVALUATIONS) for start in starts]
+            starts = [min(first, key=lambda fit: float(fit.cost)).x]
+        best = self._least(starts[0], count)
+        scale = np.append(np.full(count, self.level), SCALES[self.others])
+        slopes, change = best.jac * scale, np.zeros(best.x.size)
+        change[:2] = -self.level, self.level
+        direction = np.linalg.pinv(slopes.T @ slopes) @ change
+        stationary = float(change @ direction)
+        spread = max(_variance(slopes @ direction, best.fun, self.residual) / stationary, 1.0)
+        unchanged = min(self.unchanged, self._constant(float(best.x[:2].mean()), best.x[count:]))
+        gain = max(unchanged - float(best.cost), 0.0) / spread
+        size, error = float(best.x[1] - best.x[0]), float(np.sqrt(spread * stationary))
+        return Course(size, error, float(best.cost), gain, spread, best.x[:count], best.x[count:], best.fun)
+
+    @cached_property
+    def unchanged(self) -> float:
+        """Half the residual sum of squares of a rig without a change, from the window's own fit."""
+        return self._constant(self.level, self.fitted[self.others])
+
+    def free_cost(self, course: Course) -> float:
+        """Half the residual sum of squares of a free course, fitted from a given course as start."""
+        begin, end = course.values[:2]
+        knots = np.linspace(0.0, 1.0, _KNOTS)
+        values = begin + (end - begin) * (course.values[2] < knots if course.jumps else knots)
+        return float(self._least(np.append(values, course.others), _KNOTS).cost)
+
+    def _constant(self, value: float, others: Floats) -> float:
+        return float(self._least(np.append(value, others), 1).cost)
+
+    def _least(self, start: Floats, count: int, evaluations: int = _EVALUATIONS) -> OptimizeResult:
+        """Least squares over `count` values of the course and the model's other parameters, within bounds."""
+        from scipy.optimize import least_squares
+
+        lowest, highest, scale = np.full((3, count), [[_LEAST * self.level], [np.inf], [self.level]])
+        if count == 3:
+            lowest[2], highest[2], scale[2] = CHANGES[0], CHANGES[-1], 0.1
+        low, high = BOUNDS[:, self.others]
+        lowest, highest = np.append(lowest, low), np.append(highest, high)
+        evaluated: dict[bytes, tuple[Floats, Floats]] = {}
+
+        def at(values: Floats) -> tuple[Floats, Floats]:
+            # the slopes are asked for where the residual was computed last
+            if values.tobytes() not in evaluated:
+                evaluated.clear()
+                evaluated[values.tobytes()] = self._residual(values, count)
+            return evaluated[values.tobytes()]
+
+        return least_squares(
+            lambda values: at(values)[0],
+            np.clip(start, lowest + _LEAST * np.append(scale, SCALES[self.others]), highest),
+            jac=lambda values: at(values)[1],
+            bounds=(lowest, highest),
+            x_scale=np.append(scale, SCALES[self.others]),
+            max_nfev=evaluations,
+            xtol=1e-4,
+            ftol=1e-5,
+        )
+
+    def _residual(self, values: Floats, count: int) -> tuple[Floats, Floats]:
+        """Whitened residual (samples,) and its derivatives (samples, values).
+
+        Parameters
+        ----------
+        values : `count` values of the course, and the other parameters: one value, which does not change; two, at begin
+            and end of a linear change; three, before and after a jump and its moment; or those at the knots of a free
+            course
+        """
+        residual = self.residual
+        weights, shares = self._interpolation(values[:count])
+        places = shares @ values[: shares.shape[1]]
+        points = np.empty((places.size, SCALES.size))
+        points[:, self.others] = values[count:]
+        points[:, self.parameter] = places
+        mobility, slopes = command_mobility_with_derivatives(points, residual.record.known, residual.s)
+        responses = irfft(mobility * self.spectrum, residual.samples)
+        own = weights * irfft(slopes[:, self.parameter] * self.spectrum, residual.samples)
+        columns = [shares.T @ own]
+        if count == 3:
+            columns.append(_jump_slope(residual, values[2]) * (responses[1] - responses[0])[None])
+        columns.append(
+            np.stack([(weights * irfft(slopes[:, k] * self.spectrum, residual.samples)).sum(0) for k in self.others])
+        )
+        error = self.measured - residual.weighted((weights * responses).sum(axis=0))
+        return error, -residual.weighted(np.concatenate(columns)).T
+
+    def _interpolation(self, course: Floats) -> tuple[Floats, Floats]:
+        """Weights (K, samples) of the responses at K values of the parameter, and these values' shares (K, n) of the
+        course's own.
+        """
+        residual = self.residual
+        if course.size == 1:
+            return np.ones((1, residual.samples)), np.ones((1, 1))
+        if course.size == 3:
+            after = jump(residual, course[2:])[0]
+            return np.stack([1 - after, after]), np.eye(2)
+        places = np.linspace(0.0, 1.0, _INTERPOLATED)
+        return _hats(residual.elapsed, _INTERPOLATED), _hats(places, course.size).T
+
+
+def _hats(places: Floats, count: int) -> Floats:
+    """Shares (count, places) of equally spaced knots in values between them."""
+    knots = np.linspace(0.0, 1.0, count)
+    return np.maximum(1 - np.abs(places - knots[:, None]) * (count - 1), 0.0)
+
+
+def _variance(column: Floats, error: Floats, residual: ResidualRecord) -> float:
+    """Variance of a fitted value, robust to heteroscedasticity by sums over blocks of the record (White 1980)."""
+    return float(np.sum(np.add.reduceat(column * error, block_starts(residual)) ** 2))
+
+
+def jump(residual: ResidualRecord, moments: Floats) -> Floats:
+    """Smoothed steps from 0 to 1 at moments (jumps,), in shares of the window; shape (jumps, samples)."""
+    since = (residual.elapsed - moments[:, None]) * residual.samples / residual.record.rate
+    return np.asarray(np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2, dtype=float)
+
+
+def _jump_slope(residual: ResidualRecord, moment: float) -> Floats:
+    """Derivative of a smoothed step to its moment, (samples,)."""
+    earlier, later = jump(residual, moment + np.array([-_MOMENT_STEP, _MOMENT_STEP]))
+    return (later - earlier) / (2 * _MOMENT_STEP)
