@@ -25,6 +25,9 @@ least visible."""
 _CLEAR = 10.0
 """Power of the response to the recorded speed relative to that of the rest of the command, above which a line is used
 as recorded; other lines are computed from the sweep, as noise in the regressors would bias their coefficients low."""
+_ABOVE_SENSOR = 100.0
+"""The same of the recorded speed relative to the sensor's noise. The control reads that noise too, so that it is not in
+the rest of the command; but it comes from no clock that drifts."""
 _LINES = 61
 """Lines over which these powers are averaged (running median)."""
 _ENDS = 2.0
@@ -167,10 +170,11 @@ class ControlRecord:
             for series in (residual.speed, residual.command - residual.sweep, residual.sweep)
         )
         deviation = feedback + stated * speed
-        response_power, deviation_power = (
-            median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (stated * speed, deviation)
+        speed_power, response_power, deviation_power = (
+            median_filter(np.abs(lines) ** 2, _LINES, mode="nearest") for lines in (speed, stated * speed, deviation)
         )
-        regressor = np.where(response_power > _CLEAR * deviation_power, speed, residual.mobility * sweep)
+        clear = (response_power > _CLEAR * deviation_power) & (speed_power > _ABOVE_SENSOR * residual.sensor_floor)
+        regressor = np.where(clear, speed, residual.mobility * sweep)
         untapered = np.minimum(residual.time, residual.time[::-1]) > _ENDS * TAPER_S
 
         def series(lines: Complex) -> Floats:

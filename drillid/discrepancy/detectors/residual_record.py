@@ -243,14 +243,17 @@ class ResidualRecord:
         medians over lines.
         """
         transmitted = np.abs(self.transfer_mobility) ** 2 / (1 + (self.frequency / _BIT_BANDWIDTH) ** 2)
-        power = self.power
-        above = (self.frequency > self.highest) & (self.frequency <= self.sample_rate / 2)
-        high, low = (self.off_harmonics & band for band in (above, self.inside))
-        floor = float(np.median(power[high])) / np.log(2) if high.any() else 0.0
-        loud = low & (power > _ABOVE_FLOOR * floor) & (transmitted > 0)
+        power, floor = self.power, self.sensor_floor
+        loud = self.off_harmonics & self.inside & (power > _ABOVE_FLOOR * floor) & (transmitted > 0)
         level = float(np.median(power[loud] / transmitted[loud])) if loud.any() else 0.0
         transmitted[0] = transmitted[1]
         return np.asarray(level * transmitted + floor + np.finfo(float).tiny, dtype=float)
+
+    @cached_property
+    def sensor_floor(self) -> float:
+        """Expected squared modulus of the sensor's noise in a line of the tapered record: that above the model's band."""
+        above = (self.frequency > self.highest) & (self.frequency <= self.sample_rate / 2) & self.off_harmonics
+        return float(np.median(self.power[above])) / np.log(2) if above.any() else 0.0
 
     @cached_property
     def power(self) -> Floats:
