@@ -27,6 +27,7 @@ class ChangeDetector(Detector):
     """
 
     needs_periods = True
+    accuracy = 0.05
 
     def __init__(self, parameter: int, *, jumps: bool = False, one_sided: bool = False) -> None:
         self.parameter, self.jumps, self.one_sided = parameter, jumps, one_sided

@@ -59,6 +59,9 @@ class Detector:
     """Whether it needs a sweep that repeats within the window."""
     excluded_by: ClassVar[tuple[str, ...]] = ()
     """Causes and symptoms that, where clearly detected, explain whatever it would find."""
+    accuracy: ClassVar[float] = 0.0
+    """Relative standard uncertainty of sizes that all windows have in common: that of the model by which they are read
+    off the record, as sizes deviate in simulated rigs of little noise."""
 
     def can_inspect(self, residual: ResidualRecord) -> bool:
         """Whether the record has what the detector needs."""

@@ -36,9 +36,6 @@ _JITTER_BAND = (1.0, 0.4)
 """Lowest frequency, Hz, and highest, as a share of the samples' rate."""
 _SAME = 1e-6
 """Relative difference below which two samples are the same, where a series has no quantisation step."""
-_HOLD_S = 0.02
-"""s, time for which each delay of a drive with jitter is assumed to hold where the rows do not show the control's
-interval."""
 _BLOCK_S = 4.0
 _NEIGHBOURS = 6
 """Blocks over which errors are correlated, as the noise level changes slowly."""
@@ -138,6 +135,7 @@ class TorqueRateLimitDetector(LimitDetector):
     """
 
     memory = True
+    accuracy = 0.03
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """As for any limit, in even rows; else None."""
@@ -186,6 +184,7 @@ class DelayJitterDetector(Detector):
     """Jitter of the delay: noise whose power grows with the square of the command's slope."""
 
     needs_periods = True
+    accuracy = 0.15
     # coarse quantisation, contact of gear teeth and a limited drive also make noise that grows with the sweep
     excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
@@ -274,7 +273,8 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
 
     A delay in error by ξ makes a torque error of ξ times the command's slope. The noise power, weighted towards the
     frequencies at which jitter is most visible, is regressed on the square of that part of the slope that is periodic
-    with the sweep, which is free of noise.
+    with the sweep, which is free of noise. The noise's density is that of ξ times the interval of the control, for
+    which each delay holds: where rows do not show that interval, the size is unknown.
 
     Parameters
     ----------
@@ -296,8 +296,9 @@ def jitter_score(residual: ResidualRecord, unexplained: Floats) -> Score:
     ]
     untapered = blocks[2] > 1 - 1e-6
     response, regressor = blocks[0][untapered], blocks[1][untapered]
-    hold = 1 / residual.record.sample_rate if np.isfinite(residual.record.sample_rate) else _HOLD_S
-    gain = 2 / samples * float(np.sum(weight**2 * sensitivity)) * hold * rate / residual.inflation
+    hold = 1 / residual.record.sample_rate if np.isfinite(residual.record.sample_rate) else np.nan
+    seen = float(np.sum(weight**2 * sensitivity * np.sinc(residual.frequency * hold) ** 2))
+    gain = 2 / samples * seen * hold * rate / residual.inflation
     coefficient, error = _regression(regressor - regressor.mean(), response)
     ratio = coefficient / error
     normal = normal_of_p_value(float(stdtr(response.size - 2, -ratio)))

@@ -61,6 +61,8 @@ class QuantisationDetector(Detector):
 class ClockDriftDetector(Detector):
     """Clocks that drift apart: by the logged command, or without one by the response to the sweep."""
 
+    accuracy = 0.05
+
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
         """A growing delay, for a record with a periodic sweep and without a command."""
         residual = inspection.residual
