@@ -77,7 +77,7 @@ bench-fleet: setup
 # hours from nothing; what is done already is kept in results/blind
 blind: export OPENBLAS_NUM_THREADS := 1
 blind: $(READY)
-	$(BIN)/python -m benchmarks.blind$(if $(REGISTER),.register) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES))
+	$(BIN)/python -m benchmarks.blind$(if $(REGISTER),.register) $(if $(WORLD),--world $(WORLD)) $(if $(FIRST),--first $(FIRST)) $(if $(CASES),--cases $(CASES)) $(if $(MINUTES),--minutes $(MINUTES))
 
 # hours from nothing; what is simulated is kept in results/learn
 learn: export OPENBLAS_NUM_THREADS := 1

@@ -41,11 +41,12 @@ def main(
     world: World = "own",
     first: First = FIRST,
     cases: Annotated[int, typer.Option(help="Number of cases; about half of them have no hidden cause.")] = 40,
+    minutes: Annotated[float, typer.Option(help="No case is begun later; the next run goes on from there.")] = np.inf,
 ) -> None:
     """Draw and hide causes, simulate, run the engine, and score its answers; a registered block goes into the page."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     registration = blocks.registered(world, first, cases)
-    tables = run(cases, first, world)
+    tables = run(cases, first, world, blocks.engine_hash() + blocks.judge_hash(), minutes)
     judged = tables["engine"]
     reached, at_random = scores(judged), scores(tables["random"])
     beside = {
@@ -71,7 +72,7 @@ def main(
     if registration is None:
         console.print("This block is not registered under the present code: it proves nothing and is in no page.")
         return
-    blocks.finished(registration, reached)
+    blocks.judged(registration, reached, len(judged))
     write_part(Path("docs"), folder, world, reached, at_random, judged, beside)
     write_page(Path("docs"))
 

@@ -110,11 +110,12 @@ def registered(world: str, first: int, cases: int) -> Block | None:
     return next((block for block in own if block.registered and (block.engine, block.judge) == code), None)
 
 
-def finished(block: Block, reached: dict[str, float]) -> None:
-    """Write down what a block failed."""
+def judged(block: Block, reached: dict[str, float], cases: int) -> None:
+    """Write down what a block, or so many of its cases, failed."""
     missed = [name for name in TARGETS if not holds(name, reached[name])]
     failed = {name: None if np.isnan(reached[name]) else reached[name] for name in missed}
-    _write([replace(each, failed=failed) if each == block else each for each in blocks()])
+    note = "" if cases == block.cases else f"the first {cases} of {block.cases} registered"
+    _write([replace(each, failed=failed, note=note) if each == block else each for each in blocks()])
 
 
 def markdown() -> str:

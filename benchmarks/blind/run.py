@@ -1,8 +1,11 @@
 """Many sealed cases: drawn, simulated, examined and judged."""
 
+import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from itertools import takewhile
 
+import numpy as np
 import pandas as pd
 from rich.progress import Progress
 
@@ -11,7 +14,9 @@ from benchmarks.blind.draw import draw
 from benchmarks.blind.engines import at_random, discovery
 from benchmarks.blind.ideal.trace import trace
 from benchmarks.blind.judge import as_row, judge, kept_ideals
-from benchmarks.blind.world import WORLDS, bit_stands
+from benchmarks.blind.world import FOLDER, WORLDS, bit_stands
+from benchmarks.kept import as_json
+from drillid.fleet.provenance import digest
 
 PROCESSES = 2
 ENGINES = {"engine": discovery, "random": at_random, "greatest": greatest_reduction, "lasso": lasso}
@@ -34,12 +39,34 @@ def one_case(seed: int, world: str) -> dict[str, Row]:
         raise
 
 
-def run(cases: int, first: int, world: str = "own") -> dict[str, pd.DataFrame]:
-    """Tables of judgements about successive seeds, by engine."""
-    rows: list[dict[str, Row]] = []
+def kept_case(seed: int, world: str, code: str, deadline: float = np.inf) -> dict[str, Row] | None:
+    """The same, cached in a file named after a hash of the code; None where it is not there when time is up.
+
+    Parameters
+    ----------
+    deadline : s since the epoch
+    """
+    path = FOLDER / "judgements" / f"{digest([code, world, seed])}.json"
+    if time.time() > deadline and not path.is_file():
+        return None
+    judgements: dict[str, Row] = as_json(path, lambda: one_case(seed, world))
+    return judgements
+
+
+def run(cases: int, first: int, world: str = "own", code: str = "", minutes: float = np.inf) -> dict[str, pd.DataFrame]:
+    """Tables of judgements about successive seeds, by engine.
+
+    Parameters
+    ----------
+    code : hash of all code that the judgements depend on; those of another run of the same are used again
+    minutes : after which no case is begun; the tables then end with the last case before the first that is missing
+    """
+    judged = partial(kept_case, world=world, code=code, deadline=time.time() + 60 * minutes)
+    found: list[dict[str, Row] | None] = []
     with ProcessPoolExecutor(PROCESSES) as pool, Progress() as progress:
         task = progress.add_task(f"Sealed cases, {world} world", total=cases)
-        for row in pool.map(partial(one_case, world=world), range(first, first + cases)):
-            rows.append(row)
+        for row in pool.map(judged, range(first, first + cases)):
+            found.append(row)
             progress.advance(task)
+    rows = [row for row in takewhile(lambda row: row is not None, found) if row is not None]
     return {name: pd.DataFrame([row[name] for row in rows]) for name in ENGINES}

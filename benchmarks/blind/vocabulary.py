@@ -44,7 +44,7 @@ CAUSES = {
     "recorder_filter": Known("sensor", 0.0, 0.3),
     "sample_and_hold": Known("sensor", 0.0, 0.5),
     "quantisation": Known("sensor", 0.0, 10.0),
-    "aliased_tone": Known("sensor", 0.0, 10.0),
+    "aliased_tone": Known("sensor", 0.0, 1.0),
     "once_per_revolution": Known("sensor", 0.0, 0.5),
     "extra_section": Known("string", 0.0, 1000.0),
     "tapered_string": Known("string", -0.9, 4.0),

@@ -160,7 +160,7 @@ class AliasedTone(Cause):
     looks_like = ("once_per_revolution",)
     separated_by = "another sample rate, or an anti-alias filter"
     action = "Look for what vibrates faster than half the sampling rate."
-    size = Size("amplitude", "rad/s", 0.05, 0.0, 10.0)
+    size = Size("amplitude", "rad/s", 0.05, 0.0, 1.0)
     detector = ToneDetector()
 
 

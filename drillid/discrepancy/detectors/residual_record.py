@@ -251,7 +251,7 @@ class ResidualRecord:
 
     @cached_property
     def sensor_floor(self) -> float:
-        """Expected squared modulus of the sensor's noise in a line of the tapered record: that above the model's band."""
+        """Squared modulus of the sensor's noise in a line of the tapered record: that above the model's band."""
         above = (self.frequency > self.highest) & (self.frequency <= self.sample_rate / 2) & self.off_harmonics
         return float(np.median(self.power[above])) / np.log(2) if above.any() else 0.0
 

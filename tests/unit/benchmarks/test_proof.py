@@ -13,7 +13,7 @@ from benchmarks.blind import __main__ as proof
 from benchmarks.blind import blocks, limits
 from benchmarks.blind.answer import Claim
 from benchmarks.blind.baselines import _coordinates
-from benchmarks.blind.blocks import Block, finished, markdown, register, registered
+from benchmarks.blind.blocks import Block, judged, markdown, register, registered
 from benchmarks.blind.document import write_page
 from benchmarks.blind.draw import NULLS, PAIRS, REMOVED, ZONES, in_turn, planned
 from benchmarks.blind.limits import cases_needed, lower_limit, upper_limit
@@ -57,11 +57,12 @@ def test_a_block_is_registered_once_and_only_under_its_code(listed: Path, monkey
         register("other", 300_400, 500)
     with pytest.raises(SettingsError, match="are used"):
         register("own", 150_000, 500)
-    finished(block, dict.fromkeys(TARGETS, float("nan")) | {"false_alarm_high": 0.01})
+    judged(block, dict.fromkeys(TARGETS, float("nan")) | {"false_alarm_high": 0.01}, 200)
     *_, last = [each for each in blocks.blocks() if each.registered]
     assert last.failed is not None
     assert "false_alarm_high" not in last.failed
     assert "power_ratio_low" in last.failed
+    assert last.note == "the first 200 of 500 registered"
     monkeypatch.setattr(blocks, "judge_hash", lambda: "another")
     assert registered("other", 300_000, 500) is None
 
