@@ -218,7 +218,7 @@ class ChangingWindow:
 def _hats(places: Floats, count: int) -> Floats:
     """Shares (count, places) of equally spaced knots in values between them."""
     knots = np.linspace(0.0, 1.0, count)
-    return np.maximum(1 - np.abs(places - knots[:, None]) * (count - 1), 0.0)
+    return np.asarray(np.maximum(1 - np.abs(places - knots[:, None]) * (count - 1), 0.0), dtype=float)
 
 
 def _variance(column: Floats, error: Floats, residual: ResidualRecord) -> float:
@@ -235,4 +235,4 @@ def jump(residual: ResidualRecord, moments: Floats) -> Floats:
 def _jump_slope(residual: ResidualRecord, moment: float) -> Floats:
     """Derivative of a smoothed step to its moment, (samples,)."""
     earlier, later = jump(residual, moment + np.array([-_MOMENT_STEP, _MOMENT_STEP]))
-    return (later - earlier) / (2 * _MOMENT_STEP)
+    return np.asarray((later - earlier) / (2 * _MOMENT_STEP), dtype=float)
