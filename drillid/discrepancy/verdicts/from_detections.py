@@ -82,22 +82,24 @@ def combine_with_detections(
 
 def _admissible(examination: Examination, detections: list[PooledDetection]) -> list[PooledDetection]:
     """Detections of causes that are possible and not named yet."""
-    named = {name for verdict in examination.verdicts for name in verdict.members}
-    present = [CATALOGUE[name] for name in named]
-    causes = {
-        detection.cause: CATALOGUE[detection.cause]
+    named = [CATALOGUE[name] for verdict in examination.verdicts for name in verdict.members]
+    possible = [
+        (CATALOGUE[detection.cause], detection)
         for detection in detections
-        if detection.cause not in named
-        and not any(may_be_trace(detection.cause, CATALOGUE[name]) for name in named)
+        if all(cause.name != detection.cause and not may_be_trace(detection.cause, cause) for cause in named)
         and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
-    }
-    present += causes.values()
-    allowed = {
-        name
-        for name, cause in causes.items()
-        if all(other.allows(cause) for other in present) and not _excluding(cause) & causes.keys()
-    }
-    return [detection for detection in detections if detection.cause in allowed]
+    ]
+    names = {cause.name for cause, _ in possible}
+    return [
+        detection
+        for cause, detection in possible
+        if all(other.allows(cause) for other in named)
+        and not _excluding(cause) & names
+        and not any(
+            stronger.log_evidence > detection.log_evidence and not (other.allows(cause) and cause.allows(other))
+            for other, stronger in possible
+        )
+    ]
 
 
 def _excluding(cause: Cause) -> set[str]:
