@@ -16,8 +16,9 @@ from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
+from drillid.discrepancy.verdicts.explanations import base_model_rejected, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
-from drillid.discrepancy.verdicts.from_responses import base_model_rejected, explain_responses, likeliest_cause
+from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
 from drillid.errors import EstimationError
 

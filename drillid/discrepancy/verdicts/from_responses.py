@@ -1,16 +1,16 @@
 """Verdicts from the linear responses: one cause, two, or unknown."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from drillid.discrepancy.catalogue import CATALOGUE, Cause
-from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
+from drillid.discrepancy.detectors.pooling import detection_gain
 from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.held_out_gain import held_out_gain
 from drillid.discrepancy.inference.localisation import contiguous_windows, place_probability
 from drillid.discrepancy.inference.screen import Screen, screen
-from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
+from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.inference.size_posterior import size_interval
@@ -19,67 +19,16 @@ from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
     CLOSURE_RATE,
     DISTINCT,
+    EVEN_ODDS,
     LEFT_CHI2,
     LEFT_UNEXPLAINED,
     OUT_OF_REACH,
-    PAIR_FIRST_WITHIN,
     PLACE_CONFIDENCE,
-    REJECTED_CHI2,
-    REJECTED_PULLS,
-    SHAPE_RESOLVED,
 )
-from drillid.discrepancy.verdicts.examination import (
-    Examination,
-    remaining_evidence,
-    unproved_names,
-)
-from drillid.discrepancy.verdicts.naming import (
-    Posterior,
-    cause_posterior,
-    class_evidence,
-    class_name,
-    distinguishable,
-    may_be_trace,
-    separator,
-)
+from drillid.discrepancy.verdicts.examination import Examination, remaining_evidence, unproved_names
+from drillid.discrepancy.verdicts.explanations import Likeliest, alternative, residuals, with_first
+from drillid.discrepancy.verdicts.naming import Posterior, class_evidence, class_name, distinguishable, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
-
-_MOST_FIRSTS = 3
-"""Number of the likeliest causes beside which a second one is tried."""
-
-
-@dataclass(frozen=True, eq=False)
-class Likeliest:
-    """The cause that explains the linear responses best by itself."""
-
-    posterior: Posterior | None
-    """Of one cause; None where none of those that may be named comes near the best."""
-    evidence: float
-    """Log Bayes factor of the best, whether or not it may be named."""
-    nearest: str
-    """Its name."""
-
-
-def likeliest_cause(examination: Examination, causes: list[Cause]) -> Likeliest:
-    """Search for one cause of the linear responses."""
-    model, base, before = examination.model, examination.base, examination.before
-    time_varying = _time_varying_sizes(examination.detections)
-    fitted_causes = search(
-        model,
-        base,
-        (),
-        before,
-        causes,
-        time_varying=time_varying,
-        all_causes=True,
-        rejected=base_model_rejected(model, base),
-    )
-    most, nearest = (fitted_causes[0].log_evidence, fitted_causes[0].name) if fitted_causes else (0.0, "")
-    fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
-    if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
-        return Likeliest(None, most, nearest)
-    detected = _with_own_detections(fitted_causes, examination.detections)
-    return Likeliest(cause_posterior(detected, before.unknown_evidence, examination.base_rates), most, nearest)
 
 
 def explain_responses(
@@ -94,11 +43,11 @@ def explain_responses(
     after = screen(model, best.fit, (best.extension,), causes, generator)
     chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
     if after.p_value < CLOSURE_RATE:
-        alternative = _alternative(examination, first, after, causes, generator)
-        if alternative is not None:
-            chosen, after = alternative
+        better = alternative(examination, first, after, causes, generator)
+        if better is not None:
+            chosen, after = better
     total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
-    above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * _residuals(model)
+    above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * residuals(model)
     is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
     # residuals may be at the noise because data sheets are not believed
     is_incomplete = is_incomplete or chosen[-1][1].fit.data_sheet_cost > OUT_OF_REACH
@@ -108,53 +57,46 @@ def explain_responses(
         nearest = class_name([fit.name for _, fit in chosen]) if is_incomplete else ""
         examination = replace(examination, posterior=first)
         return _unknown(examination, max(before.unknown_evidence, 0.0), nearest=nearest)
-    extensions, extended = _bounded_in_depth(model, tuple(fit.extension for _, fit in chosen), chosen[-1][1].fit)
+    result = _named(examination, first, chosen, after)
+    if len(result.verdicts) > 1 and min(verdict.probability for verdict in result.verdicts) < EVEN_ODDS:
+        return _likelier_alone(examination, first, result, causes, generator)
+    return _with_sure_gains(examination, result)
+
+
+def _named(
+    examination: Examination, first: Posterior, chosen: list[tuple[Posterior, FittedCause]], after: Screen
+) -> Examination:
+    """The model extended by the chosen causes, with a verdict for each."""
+    names = tuple(fit.extension for _, fit in chosen)
+    extensions, extended = _bounded_in_depth(examination.model, names, chosen[-1][1].fit)
     result = replace(examination, extended=extended, extensions=extensions, after=after, posterior=first)
-    verdicts = tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen))
-    kept = tuple(verdict for verdict in verdicts if verdict.predictive_gain_low > 0)
+    return replace(result, verdicts=tuple(_linear_verdict(result, place, *pair) for place, pair in enumerate(chosen)))
+
+
+def _with_sure_gains(examination: Examination, result: Examination) -> Examination:
+    """The verdicts that surely predict better; unknown without any."""
+    kept = tuple(verdict for verdict in result.verdicts if verdict.predictive_gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
-    return _unknown(examination, before.unknown_evidence, verdicts)
+    return _unknown(examination, examination.before.unknown_evidence, result.verdicts)
 
 
-def _time_varying_sizes(detections: tuple[PooledDetection, ...]) -> dict[str, float]:
-    """Detected sizes of causes that vary within a window, where there is evidence for them."""
-    return {
-        detection.cause: detection.size
-        for detection in detections
-        if detection.cause in CATALOGUE and CATALOGUE[detection.cause].time_varying and detection.log_evidence > 0
-    }
-
-
-def _refuted(examination: Examination, cause: str) -> bool:
-    """Whether a cause's own detection leaves more misfit in the record than the true cause would."""
-    return any(
-        detection.cause == cause and detection.log_evidence > 0 and detection.closure < CLOSURE_RATE
-        for detection in examination.detections
-    )
-
-
-def base_model_rejected(model: SetModel, base: SetFit) -> bool:
-    """Whether the base model is so wrong that a linearisation about it is not valid."""
-    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * _residuals(model)
-
-
-def _residuals(model: SetModel) -> int:
-    """Number of residuals of the mobilities, real and imaginary parts."""
-    return 2 * int(np.count_nonzero(model.measured.weight))
-
-
-def _with_own_detections(
-    fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
-) -> list[FittedCause]:
-    """Causes with the evidence of their own detections added, for or against."""
-    own = {detection.cause: detection for detection in detections}
-    return [
-        replace(fit, log_evidence=fit.log_evidence + own[fit.name].evidence_for(float(fit.fit.point.sizes[-1])))
-        if fit.name in own
-        else fit
-        for fit in fitted_causes
-    ]
+def _likelier_alone(
+    examination: Examination, first: Posterior, pair: Examination, causes: list[Cause], generator: np.random.Generator
+) -> Examination:
+    """Of two causes of which one is likelier wrong than right, the other where it leaves no more than noise by itself;
+    else unknown, as what it explains beside the wrong one is no evidence for it.
+    """
+    likelier = max(pair.verdicts, key=lambda verdict: verdict.probability)
+    alone = next((fit for fit in first.fitted_causes if fit.name == likelier.cause), None)
+    if alone is not None:
+        after = screen(examination.model, alone.fit, (alone.extension,), causes, generator)
+        if after.p_value >= CLOSURE_RATE and alone.fit.data_sheet_cost <= OUT_OF_REACH:
+            own = with_first(first, alone)
+            return _with_sure_gains(examination, _named(examination, first, [(own, alone)], after))
+    nearest = class_name([verdict.cause for verdict in pair.verdicts])
+    unexplained = replace(examination, posterior=first)
+    return _unknown(unexplained, max(examination.before.unknown_evidence, 0.0), nearest=nearest)
 
 
 def _bounded_in_depth(
@@ -168,96 +110,6 @@ def _bounded_in_depth(
             extensions = (*extensions[:place], bounded, *extensions[place + 1 :])
             fit = fit_set(model, fit.point, extensions)
     return extensions, fit
-
-
-def _alternative(
-    examination: Examination, first: Posterior, residual: Screen, causes: list[Cause], generator: np.random.Generator
-) -> tuple[list[tuple[Posterior, FittedCause]], Screen] | None:
-    """A better explanation where the likeliest cause leaves too much: another likely cause, or two causes.
-
-    Parameters
-    ----------
-    residual : screen of the model extended by the likeliest cause
-    """
-    model, pair_penalty = examination.model, examination.base_rates.pair_penalty
-    best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
-    # a cause without evidence of its own is not tried as one of two
-    least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
-    for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
-        after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
-        if after.p_value < CLOSURE_RATE:
-            # what another shape of it explains is no second cause
-            moved = at_best_shape(model, examination.base, (), cause)
-            if moved.fit.cost < cause.fit.cost - SHAPE_RESOLVED:
-                cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
-        own = _with_first(first, cause)
-        if after.p_value >= CLOSURE_RATE:
-            option = (cause.log_evidence, [(own, cause)], after)
-        else:
-            seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
-            if max((fit.log_evidence for fit in seconds), default=0.0) < pair_penalty:
-                continue
-            second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
-            after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
-            total = cause.log_evidence + second.best.log_evidence - pair_penalty
-            option = (total, [(own, cause), (second, second.best)], after)
-        if best is None or option[0] > best[0]:
-            best = option
-    if best is None:
-        return None
-    _, chosen, after = best
-    if len(chosen) > 1:
-        (own, cause), (second, other) = chosen
-        given = _posterior_given(examination, cause, other, causes, generator)
-        if given is not None and given.best.fit.cost < other.fit.cost - SHAPE_RESOLVED:
-            cause = replace(cause, extension=given.best.extension)
-            other = _fitted_after(model, given.best, other)
-            after = screen(model, other.fit, (cause.extension, other.extension), causes, generator)
-        chosen = [(given or own, cause), (second, other)]
-    return chosen, after
-
-
-def _fitted_after(model: SetModel, first: FittedCause, second: FittedCause) -> FittedCause:
-    """The second of two causes, fitted after the first, from a fit of the first after the second."""
-    point, turned = first.fit.point, [1, 0]
-    start = replace(point, sizes=point.sizes[turned], shapes=point.shapes[turned])
-    return replace(second, fit=fit_set(model, start, (first.extension, second.extension)))
-
-
-def _second_causes(
-    examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
-) -> list[FittedCause]:
-    """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
-    detections = tuple(each for each in examination.detections if not may_be_trace(each.cause, given.cause))
-    sizes = _time_varying_sizes(detections)
-    fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
-    return _with_own_detections(fitted_causes, detections)
-
-
-def _posterior_given(
-    examination: Examination,
-    first: FittedCause,
-    other: FittedCause,
-    causes: list[Cause],
-    generator: np.random.Generator,
-) -> Posterior | None:
-    """Posterior of the first of two causes given the second, whose share of the misfit then supports no rival."""
-    model, pair = examination.model, other.fit.point
-    fit = fit_set(model, pair.without(0), (other.extension,))
-    screened = screen(model, fit, (other.extension,), causes, generator)
-    fitted_causes = _second_causes(examination, fit, other.extension, screened, causes)
-    own = [candidate for candidate in fitted_causes if candidate.name == first.name]
-    if not own:
-        return None
-    return _with_first(cause_posterior(fitted_causes, screened.unknown_evidence, examination.base_rates), own[0])
-
-
-def _with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
-    """The posterior with the shares of the likeliest and the chosen cause exchanged, and the chosen one first."""
-    rest = tuple(fit for fit in posterior.fitted_causes if fit.name != chosen.name)
-    share = dict(posterior.share)
-    share[posterior.best.name], share[chosen.name] = share[chosen.name], share[posterior.best.name]
-    return Posterior((chosen, *rest), share)
 
 
 def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: FittedCause) -> Verdict:

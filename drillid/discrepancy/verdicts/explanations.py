@@ -1,0 +1,196 @@
+"""Explanations of the linear responses: the likeliest cause, another one, or two."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drillid.discrepancy.catalogue import CATALOGUE, Cause
+from drillid.discrepancy.detectors.pooling import PooledDetection
+from drillid.discrepancy.inference.coordinates import Extension
+from drillid.discrepancy.inference.screen import Screen, screen
+from drillid.discrepancy.inference.search import FittedCause, at_best_shape, search
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.rules import (
+    CLOSURE_RATE,
+    LEFT_UNEXPLAINED,
+    PAIR_FIRST_WITHIN,
+    REJECTED_CHI2,
+    REJECTED_PULLS,
+    SHAPE_RESOLVED,
+)
+from drillid.discrepancy.verdicts.examination import (
+    Examination,
+)
+from drillid.discrepancy.verdicts.naming import (
+    Posterior,
+    cause_posterior,
+    may_be_trace,
+)
+
+_MOST_FIRSTS = 3
+"""Number of the likeliest causes beside which a second one is tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Likeliest:
+    """The cause that explains the linear responses best by itself."""
+
+    posterior: Posterior | None
+    """Of one cause; None where none of those that may be named comes near the best."""
+    evidence: float
+    """Log Bayes factor of the best, whether or not it may be named."""
+    nearest: str
+    """Its name."""
+
+
+def likeliest_cause(examination: Examination, causes: list[Cause]) -> Likeliest:
+    """Search for one cause of the linear responses."""
+    model, base, before = examination.model, examination.base, examination.before
+    time_varying = _time_varying_sizes(examination.detections)
+    fitted_causes = search(
+        model,
+        base,
+        (),
+        before,
+        causes,
+        time_varying=time_varying,
+        all_causes=True,
+        rejected=base_model_rejected(model, base),
+    )
+    most, nearest = (fitted_causes[0].log_evidence, fitted_causes[0].name) if fitted_causes else (0.0, "")
+    fitted_causes = [fit for fit in fitted_causes if not fit.at_bound and not _refuted(examination, fit.name)]
+    if not fitted_causes or fitted_causes[0].log_evidence < most - LEFT_UNEXPLAINED:
+        return Likeliest(None, most, nearest)
+    detected = _with_own_detections(fitted_causes, examination.detections)
+    return Likeliest(cause_posterior(detected, before.unknown_evidence, examination.base_rates), most, nearest)
+
+
+def _time_varying_sizes(detections: tuple[PooledDetection, ...]) -> dict[str, float]:
+    """Detected sizes of causes that vary within a window, where there is evidence for them."""
+    return {
+        detection.cause: detection.size
+        for detection in detections
+        if detection.cause in CATALOGUE and CATALOGUE[detection.cause].time_varying and detection.log_evidence > 0
+    }
+
+
+def _refuted(examination: Examination, cause: str) -> bool:
+    """Whether a cause's own detection leaves more misfit in the record than the true cause would."""
+    return any(
+        detection.cause == cause and detection.log_evidence > 0 and detection.closure < CLOSURE_RATE
+        for detection in examination.detections
+    )
+
+
+def base_model_rejected(model: SetModel, base: SetFit) -> bool:
+    """Whether the base model is so wrong that a linearisation about it is not valid."""
+    return base.data_sheet_cost > REJECTED_PULLS or base.chi2 > REJECTED_CHI2 * residuals(model)
+
+
+def residuals(model: SetModel) -> int:
+    """Number of residuals of the mobilities, real and imaginary parts."""
+    return 2 * int(np.count_nonzero(model.measured.weight))
+
+
+def _with_own_detections(
+    fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
+) -> list[FittedCause]:
+    """Causes with the evidence of their own detections added, for or against."""
+    own = {detection.cause: detection for detection in detections}
+    return [
+        replace(fit, log_evidence=fit.log_evidence + own[fit.name].evidence_for(float(fit.fit.point.sizes[-1])))
+        if fit.name in own
+        else fit
+        for fit in fitted_causes
+    ]
+
+
+def alternative(
+    examination: Examination, first: Posterior, residual: Screen, causes: list[Cause], generator: np.random.Generator
+) -> tuple[list[tuple[Posterior, FittedCause]], Screen] | None:
+    """A better explanation where the likeliest cause leaves too much: another likely cause, or two causes.
+
+    Parameters
+    ----------
+    residual : screen of the model extended by the likeliest cause
+    """
+    model, pair_penalty = examination.model, examination.base_rates.pair_penalty
+    best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
+    # a cause without evidence of its own is not tried as one of two
+    least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
+    for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
+        after = residual if cause is first.best else screen(model, cause.fit, (cause.extension,), causes, generator)
+        if after.p_value < CLOSURE_RATE:
+            # what another shape of it explains is no second cause
+            moved = at_best_shape(model, examination.base, (), cause)
+            if moved.fit.cost < cause.fit.cost - SHAPE_RESOLVED:
+                cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
+        own = with_first(first, cause)
+        if after.p_value >= CLOSURE_RATE:
+            option = (cause.log_evidence, [(own, cause)], after)
+        else:
+            seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
+            if max((fit.log_evidence for fit in seconds), default=0.0) < pair_penalty:
+                continue
+            second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
+            after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
+            total = cause.log_evidence + second.best.log_evidence - pair_penalty
+            option = (total, [(own, cause), (second, second.best)], after)
+        if best is None or option[0] > best[0]:
+            best = option
+    if best is None:
+        return None
+    _, chosen, after = best
+    if len(chosen) > 1:
+        (own, cause), (second, other) = chosen
+        given = _posterior_given(examination, cause, other, causes, generator)
+        if given is not None and given.best.fit.cost < other.fit.cost - SHAPE_RESOLVED:
+            cause = replace(cause, extension=given.best.extension)
+            other = _fitted_after(model, given.best, other)
+            after = screen(model, other.fit, (cause.extension, other.extension), causes, generator)
+        chosen = [(given or own, cause), (second, other)]
+    return chosen, after
+
+
+def _fitted_after(model: SetModel, first: FittedCause, second: FittedCause) -> FittedCause:
+    """The second of two causes, fitted after the first, from a fit of the first after the second."""
+    point, turned = first.fit.point, [1, 0]
+    start = replace(point, sizes=point.sizes[turned], shapes=point.shapes[turned])
+    return replace(second, fit=fit_set(model, start, (first.extension, second.extension)))
+
+
+def _second_causes(
+    examination: Examination, fit: SetFit, given: Extension, screened: Screen, causes: list[Cause]
+) -> list[FittedCause]:
+    """Second causes given a first, with the evidence of their own detections, in order of the responses' evidence."""
+    detections = tuple(each for each in examination.detections if not may_be_trace(each.cause, given.cause))
+    sizes = _time_varying_sizes(detections)
+    fitted_causes = search(examination.model, fit, (given,), screened, causes, time_varying=sizes)
+    return _with_own_detections(fitted_causes, detections)
+
+
+def _posterior_given(
+    examination: Examination,
+    first: FittedCause,
+    other: FittedCause,
+    causes: list[Cause],
+    generator: np.random.Generator,
+) -> Posterior | None:
+    """Posterior of the first of two causes given the second, whose share of the misfit then supports no rival."""
+    model, pair = examination.model, other.fit.point
+    fit = fit_set(model, pair.without(0), (other.extension,))
+    screened = screen(model, fit, (other.extension,), causes, generator)
+    fitted_causes = _second_causes(examination, fit, other.extension, screened, causes)
+    own = [candidate for candidate in fitted_causes if candidate.name == first.name]
+    if not own:
+        return None
+    return with_first(cause_posterior(fitted_causes, screened.unknown_evidence, examination.base_rates), own[0])
+
+
+def with_first(posterior: Posterior, chosen: FittedCause) -> Posterior:
+    """The posterior with the shares of the likeliest and the chosen cause exchanged, and the chosen one first."""
+    rest = tuple(fit for fit in posterior.fitted_causes if fit.name != chosen.name)
+    share = dict(posterior.share)
+    share[posterior.best.name], share[chosen.name] = share[chosen.name], share[posterior.best.name]
+    return Posterior((chosen, *rest), share)
