@@ -19,14 +19,8 @@ from drillid.discrepancy.rules import (
     REJECTED_PULLS,
     SHAPE_RESOLVED,
 )
-from drillid.discrepancy.verdicts.examination import (
-    Examination,
-)
-from drillid.discrepancy.verdicts.naming import (
-    Posterior,
-    cause_posterior,
-    may_be_trace,
-)
+from drillid.discrepancy.verdicts.examination import Examination
+from drillid.discrepancy.verdicts.naming import Posterior, cause_posterior, may_be_trace
 
 _MOST_FIRSTS = 3
 """Number of the likeliest causes beside which a second one is tried."""

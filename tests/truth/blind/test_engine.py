@@ -130,6 +130,12 @@ def test_what_the_catalogue_lacks_has_no_name_of_another() -> None:
     assert [one.verdict for one in found.verdicts] == ["unknown"]
 
 
+def test_what_a_cause_explains_beside_a_wrong_one_is_no_evidence_for_it() -> None:
+    joint = Hidden("shock_sub", 6e-5, 0.573)
+    case = replace(other_plain_case(430049)[0], hidden=(joint,), removed=True)
+    assert [one.verdict for one in discovery(case).verdicts] == ["unknown"]
+
+
 def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
     case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))

@@ -29,6 +29,7 @@ from drillid.discrepancy.products.simulated_window import COLUMNS
 from drillid.discrepancy.sets import ExaminedSet, WellData, evidence_of, read_verdicts, window_sets
 from drillid.discrepancy.verdicts import from_responses as linear_verdicts
 from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.explanations import likeliest_cause
 from drillid.discrepancy.verdicts.verdict import UNKNOWN
 from drillid.physics.eight_parameters import drilling_system
 from drillid.physics.equipment import DrillingSystem
@@ -185,7 +186,7 @@ def test_a_class_with_a_cause_that_is_everywhere_has_no_place(
     zone = "local_damping_zone"
     monkeypatch.setattr(linear_verdicts, "_members", lambda *_: (zone, *members))
     causes = [CATALOGUE[zone]]
-    likeliest = linear_verdicts.likeliest_cause(braked, causes)
+    likeliest = likeliest_cause(braked, causes)
     explained = linear_verdicts.explain_responses(braked, likeliest, causes, np.random.default_rng(0))
     verdict = explained.verdicts[0]
     assert (verdict.cause, bool(np.isfinite(verdict.location_m))) == (zone, located)

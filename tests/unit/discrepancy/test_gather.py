@@ -82,6 +82,19 @@ def test_a_detection_that_predicts_no_window_takes_nothing_from_none(of_well: Ev
     assert stated.probability > clear.probability - 0.05
 
 
+def test_a_weak_detection_of_stick_slip_takes_no_place_of_a_torque_limit(of_well: Evidence) -> None:
+    detections = tuple(
+        Detection(cause, row, score, size, error, score**2 / 2, 0.0)
+        for cause, score, size, error in (("torque_limit", 15.0, 4e3, 10.0), ("stuck_slip_regimes", 4.0, 1.2, 0.1))
+        for row in range(of_well.windows)
+    )
+    (stated,) = examine(replace(of_well, detections=detections)).verdicts
+    assert stated.verdict == "torque_limit"
+    swapped = tuple(replace(each, score=19.0 - each.score, log_ratio=50.0) for each in detections)
+    (stated,) = examine(replace(of_well, detections=swapped)).verdicts
+    assert stated.verdict == "stuck_slip_regimes"
+
+
 @pytest.mark.parametrize(
     ("separation", "verdict"),
     [(np.nan, "parameter_drift|regime_change"), (1.0, "parameter_drift|regime_change"), (2.0, "parameter_drift")],
