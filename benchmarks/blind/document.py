@@ -93,8 +93,9 @@ false alarms as the engine.
 
 A proof is registered before its first case is drawn (`make blind REGISTER=1`): commit and hashes of
 engine and judge, seeds, and a size from a power calculation (`benchmarks/blind/blocks.py`), at which all limits hold
-with a chance of 90 % each if the true rates are as assumed. Blocks before seed {first_free} were frozen by hand or not
-at all, and were held to point values.
+with a chance of 90 % each if the true rates are as assumed. A block may take several runs (`MINUTES=…`): judgements are
+kept, and the next run goes on where one ended. Blocks before seed {first_free} were frozen by hand or not at all, and
+were held to point values.
 
 {blocks}
 """
