@@ -95,11 +95,16 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         for cause, detection in possible
         if all(other.allows(cause) for other in named)
         and not _excluding(cause) & names
-        and not any(
-            stronger.log_evidence > detection.log_evidence and not (other.allows(cause) and cause.allows(other))
-            for other, stronger in possible
-        )
+        and not any(_takes_the_place(stronger, detection) for _, stronger in possible)
     ]
+
+
+def _takes_the_place(detection: PooledDetection, of: PooledDetection) -> bool:
+    """Whether a detection is stronger than another that is not valid beside it, or as strong and does not allow it."""
+    own, other = CATALOGUE[detection.cause], CATALOGUE[of.cause]
+    if detection.log_evidence == of.log_evidence:
+        return not own.allows(other)
+    return detection.log_evidence > of.log_evidence and not (own.allows(other) and other.allows(own))
 
 
 def _excluding(cause: Cause) -> set[str]:

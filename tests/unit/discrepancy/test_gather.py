@@ -93,6 +93,9 @@ def test_a_weak_detection_of_stick_slip_takes_no_place_of_a_torque_limit(of_well
     swapped = tuple(replace(each, score=19.0 - each.score, log_ratio=50.0) for each in detections)
     (stated,) = examine(replace(of_well, detections=swapped)).verdicts
     assert stated.verdict == "stuck_slip_regimes"
+    beyond_doubt = tuple(replace(each, score=60.0, log_ratio=1800.0) for each in detections)
+    (stated,) = examine(replace(of_well, detections=beyond_doubt)).verdicts
+    assert stated.verdict == "stuck_slip_regimes"
 
 
 @pytest.mark.parametrize(
