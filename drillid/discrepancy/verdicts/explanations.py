@@ -90,14 +90,22 @@ def residuals(model: SetModel) -> int:
 def _with_own_detections(
     fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
 ) -> list[FittedCause]:
-    """Causes with the evidence of their own detections added, for or against."""
-    own = {detection.cause: detection for detection in detections}
-    return [
-        replace(fit, log_evidence=fit.log_evidence + own[fit.name].evidence_for(float(fit.fit.point.sizes[-1])))
-        if fit.name in own
-        else fit
+    """Causes with the evidence of their own detections added, for or against; what a cause explains as well as that of
+    the detection counts for both alike.
+    """
+    found = {detection.cause: detection for detection in detections if detection.cause in CATALOGUE}
+    own = {
+        fit.name: found[fit.name].evidence_for(float(fit.fit.point.sizes[-1]))
         for fit in fitted_causes
-    ]
+        if fit.name in found
+    }
+    added = {
+        fit.name: max(
+            (evidence for name, evidence in own.items() if not CATALOGUE[fit.name].allows(CATALOGUE[name])), default=0.0
+        )
+        for fit in fitted_causes
+    }
+    return [replace(fit, log_evidence=fit.log_evidence + (added | own)[fit.name]) for fit in fitted_causes]
 
 
 def alternative(

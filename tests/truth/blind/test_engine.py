@@ -136,6 +136,12 @@ def test_what_a_cause_explains_beside_a_wrong_one_is_no_evidence_for_it() -> Non
     assert [one.verdict for one in discovery(case).verdicts] == ["unknown"]
 
 
+def test_what_looks_like_jitter_counts_for_a_held_record_alike() -> None:
+    held = Hidden("sample_and_hold", 0.0742, 0.05)
+    case = replace(other_plain_case(430202)[0], hidden=(held,))
+    assert [one.verdict for one in discovery(case).verdicts] == ["sample_and_hold"]
+
+
 def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
     case = replace(plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     ideal = Ideals(np.nan, np.nan, np.nan, np.nan, 30.0, (("stuck_slip_regimes",),))
