@@ -3,7 +3,6 @@
 import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from itertools import takewhile
 
 import numpy as np
 import pandas as pd
@@ -62,11 +61,12 @@ def run(cases: int, first: int, world: str = "own", code: str = "", minutes: flo
     minutes : after which no case is begun; the tables then end with the last case before the first that is missing
     """
     judged = partial(kept_case, world=world, code=code, deadline=time.time() + 60 * minutes)
-    found: list[dict[str, Row] | None] = []
+    rows: list[dict[str, Row]] = []
     with ProcessPoolExecutor(PROCESSES) as pool, Progress() as progress:
         task = progress.add_task(f"Sealed cases, {world} world", total=cases)
         for row in pool.map(judged, range(first, first + cases)):
-            found.append(row)
+            if row is None:
+                break
+            rows.append(row)
             progress.advance(task)
-    rows = [row for row in takewhile(lambda row: row is not None, found) if row is not None]
     return {name: pd.DataFrame([row[name] for row in rows]) for name in ENGINES}

@@ -68,15 +68,11 @@ def whitened(candidate: Candidate, residual: ResidualRecord) -> Candidate:
 
 def without(series: Floats, others: Floats) -> Floats:
     """Rows (..., samples) less their projection on other rows (others, samples)."""
-    return without_basis(series, orthonormal(others))
-
-
-def without_basis(series: Floats, basis: Floats) -> Floats:
-    """Rows (..., samples) less their projection on orthonormal rows (rank, samples)."""
+    basis = _orthonormal(others)
     return np.asarray(series - (series @ basis.T) @ basis, dtype=float)
 
 
-def orthonormal(rows: Floats) -> Floats:
+def _orthonormal(rows: Floats) -> Floats:
     """Orthonormal basis (rank, samples) of the span of rows (count, samples)."""
     scale = np.sqrt(np.sum(rows**2, axis=1))
     if not np.any(scale > 0):

@@ -21,6 +21,7 @@ from drillid.discrepancy.verdicts.examination import (
     remaining_evidence,
     unextended,
 )
+from drillid.discrepancy.verdicts.explanations import residuals
 from drillid.discrepancy.verdicts.naming import (
     class_evidence,
     class_name,
@@ -200,5 +201,4 @@ def _detection_verdict(
 
 def _error_factor(examination: Examination) -> float:
     """Birge ratio: factor on errors from a model that does not fit (Birge 1932, Physical Review 40, 207–227)."""
-    residuals = 2 * np.count_nonzero(examination.model.measured.weight)
-    return float(np.sqrt(max(examination.extended.chi2 / residuals, 1.0)))
+    return float(np.sqrt(max(examination.extended.chi2 / residuals(examination.model), 1.0)))
