@@ -8,11 +8,12 @@ law that adds to the series admittance, is left to those.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from drillid.arrays import Complex, Floats, Indices, Integers
+from drillid.arrays import Booleans, Complex, Floats, Indices, Integers
 from drillid.physics.bottom_end import cutting_admittance
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 from drillid.physics.dual_numbers import Dual, primal
@@ -87,7 +88,7 @@ class CompiledSystem:
         sums = np.zeros((2, count, coordinates + 1, coordinates + 1))
         products(*self._arguments(data), windows, sums[0], sums[1])
         # the lower triangle is computed
-        full = np.where(np.tri(coordinates + 1, dtype=bool), sums, np.swapaxes(sums, -1, -2))
+        full = np.where(_lower(coordinates + 1), sums, np.swapaxes(sums, -1, -2))
         return full[0], full[1]
 
     def _arguments(self, data: Data) -> tuple[Floats, Floats, Structure, Data, Slopes, Curves, Integers]:
@@ -97,7 +98,7 @@ class CompiledSystem:
         pairs = Slopes(*_pairs(duals), _columns([slope for _, own in duals for slope in own.tangents], windows))
         values, constants = (_columns(own, windows) for own in (self.quantities, self.constants))
         curves = self._curves(data.omega)
-        active = np.flatnonzero(np.bincount(np.append(pairs.quantity, curves.quantity)))
+        active = np.bincount(np.concatenate([pairs.quantity, curves.quantity])).nonzero()[0]
         return values, constants, self.structure, data, pairs, curves, active
 
     def _curves(self, omega: Floats) -> Curves:
@@ -121,18 +122,27 @@ class CompiledSystem:
         return Curves(of_factors, of_lines, *_pairs(duals), slope)
 
 
+@lru_cache
+def _lower(size: int) -> Booleans:
+    """Where a matrix has its lower triangle."""
+    return np.tri(size, dtype=bool)
+
+
 def _pairs(duals: Sequence[tuple[int, Dual]]) -> tuple[Integers, Integers]:
     """Place of each Dual, and each coordinate that it depends on, pair by pair."""
-    places = [place for place, own in duals for _ in own.indices]
-    coordinates = [index for _, own in duals for index in own.indices]
+    places = [place for place, own in duals for _ in range(own.indices.size)]
+    coordinates = [index for _, own in duals for index in own.indices.tolist()]
     return np.array(places, dtype=np.int64), np.array(coordinates, dtype=np.int64)
 
 
 def _columns(quantities: Sequence[Any], windows: int) -> Floats:
     """Table (W, K) of numbers and arrays (W, 1)."""
-    table = np.empty((windows, len(quantities)))
-    for place, quantity in enumerate(quantities):
-        value = primal(quantity)
+    values = [quantity.value if isinstance(quantity, Dual) else quantity for quantity in quantities]
+    if windows == 1:
+        # the same at a small part of the cost
+        return np.array([[value.item() if isinstance(value, np.ndarray) else value for value in values]], dtype=float)
+    table = np.empty((windows, len(values)))
+    for place, value in enumerate(values):
         table[:, place] = value[..., 0] if isinstance(value, np.ndarray) and value.ndim else value
     return table
 
@@ -174,7 +184,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
         return None
     if not np.all(np.isfinite(primal(motor.stiffness))):
         return None
-    order = 0 if np.all(np.isinf(primal(recording.filter_frequency))) else recording.filter_order
+    order = recording.filter_order if recording.has_filter else 0
     structure = Structure(
         len(course),
         len(lines.has_loss),

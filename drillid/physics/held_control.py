@@ -111,25 +111,21 @@ def read_and_kept(
 
 def _added(interval: Any, late: Any, filters: Filters) -> Cumulants:
     """What is added where all delays are `late`."""
-    series = _on_all_multiples(interval, late, filters)
+    h = primal(interval)
+    second, third, *series = _on_all_multiples(interval, late, filters)
     if filters is not NO_FILTERS:
         beyond = _on_the_first(interval, late, filters)
-        series = tuple(all_ + more for all_, more in zip(series, beyond, strict=True))
-    second, third, *higher = series
-    (fourth, fifth), a, b = map(primal, higher), primal(second), primal(third)
-    h = primal(interval)
-    return (
-        2 * second + interval**2 / 12,
-        -6 * third,
-        24 * fourth - 12 * a**2 - h**4 / 120,
-        120 * (a * b - fifth),
-    )
+        second, third = second + 2 * beyond[0], third - 6 * beyond[1]
+        series = [all_ + primal(more) for all_, more in zip(series, beyond, strict=True)]
+    a, b, fourth, fifth = series
+    return second, third, 24 * fourth - 12 * a**2 - h**4 / 120, 120 * (a * b - fifth)
 
 
-def _on_all_multiples(interval: Any, late: Any, filters: Filters) -> Cumulants:
-    """Coefficients of s² to s⁵ of what is folded, if filters acted on all multiples as on the second one.
+def _on_all_multiples(interval: Any, late: Any, filters: Filters) -> tuple[Any, ...]:
+    """Second and third cumulant, then the coefficients of s² to s⁵ without derivatives, of what is folded, if filters
+    acted on all multiples as on the second one.
 
-    They are Bernoulli polynomials (Abramowitz and Stegun 1964, 23.1.16).
+    The coefficients are Bernoulli polynomials (Abramowitz and Stegun 1964, 23.1.16).
     """
     h, delay, w, turned = (primal(each) for each in (interval, late, filters.modulus, filters.turned))
     part = delay / h - 0.5 - turned / (2 * np.pi)
@@ -137,21 +133,19 @@ def _on_all_multiples(interval: Any, late: Any, filters: Filters) -> Cumulants:
     spread, skewed = part * (1 - part), 1 - 2 * part
     second, third = h**2 * (spread - 1 / 6) / 2, h**3 * spread * skewed / -6
     fourth, fifth = h**4 * (1 / 30 - spread**2) / 8, h**5 * spread * skewed * (1 / 3 + spread) / 60
-    slopes = w * h * skewed / 2, w * h**2 * (1 - 6 * spread) / -6
-    of_both = [
-        composed(
-            w * value,
-            [
-                # a longer interval also makes less of one of the same delay
-                ((order * w * value - slope * delay) / h, interval),
-                (slope, late),
-                (value, filters.modulus),
-                (slope * h / (-2 * np.pi), filters.turned),
-            ],
-        )
-        for order, value, slope in zip((2, 3), (second, third), slopes, strict=True)
-    ]
-    return of_both[0], of_both[1], w * fourth, w * fifth
+    cumulants = []
+    for order, factor, beside, value, slope in (
+        (2, 2.0, h**2 / 12, second, h * skewed / 2),
+        (3, -6.0, 0.0 * h, third, h**2 * (1 - 6 * spread) / -6),
+    ):
+        scaled = factor * w * slope
+        # a longer interval also makes less of one of the same delay
+        of_interval = (order * (factor * w * value + beside) - scaled * delay) / h
+        parts = [(of_interval, interval), (scaled, late)]
+        if filters is not NO_FILTERS:
+            parts += [(factor * value, filters.modulus), (scaled * h / (-2 * np.pi), filters.turned)]
+        cumulants.append(composed(factor * (w * value) + beside, parts))
+    return *cumulants, w * second, w * third, w * fourth, w * fifth
 
 
 def _on_the_first(interval: Any, late: Any, filters: Filters) -> Cumulants:
@@ -168,4 +162,6 @@ def _on_the_first(interval: Any, late: Any, filters: Filters) -> Cumulants:
 
 def held_logarithm(s: Any, third: Any, fourth: Any, fifth: Any) -> Any:
     """What cumulants from the third (s³) to the fifth (s⁵) add to the logarithm of a delay's response."""
+    if all(isinstance(each, float) and each == 0 for each in (third, fourth, fifth)):
+        return 0.0
     return s**3 * (third / -6) + s**4 * (fourth / 24) + s**5 * (fifth / -120)

@@ -12,6 +12,7 @@ import numpy as np
 
 from drillid.arrays import Complex
 from drillid.errors import SettingsError
+from drillid.physics.dual_numbers import primal
 from drillid.physics.equipment import DrillingSystem, Quantity, Shaping
 from drillid.physics.held_control import held_logarithm
 
@@ -46,6 +47,12 @@ class Recording:
     def __post_init__(self) -> None:
         if self.filter_order < 1:
             raise SettingsError("recording", f"a filter has no order {self.filter_order}", "Give 1 or more")
+
+    @property
+    def has_filter(self) -> bool:
+        """Whether B is other than 1 in any window."""
+        frequency = primal(self.filter_frequency)
+        return frequency != np.inf if isinstance(frequency, float) else not np.all(np.isinf(frequency))
 
     def transfer(self, s: Complex) -> Complex:
         """R(s), recorded per true signal; broadcasts, and is a Dual where a quantity or s is one."""

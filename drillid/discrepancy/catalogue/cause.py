@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import numpy as np
-
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
-from drillid.physics.dual_numbers import primal, vanishes
+from drillid.physics.dual_numbers import vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
 from drillid.physics.held_control import NO_FILTERS, Filters, filters_between, read_and_kept
 from drillid.physics.responses import command_mobility
@@ -62,8 +60,7 @@ class WindowModel:
         speed_filter = top_drive.controller.speed_filter
         own = top_drive.lag, top_drive.delay_jitter
         then = (speed_filter,) if read else (recording.clock_jitter,)
-        filters_record = not read and np.any(np.isfinite(primal(recording.filter_frequency)))
-        if not filters_record and all(vanishes(part) for part in (*own, *then)):
+        if (read or not recording.has_filter) and all(vanishes(part) for part in (*own, *then)):
             return NO_FILTERS
         top_drive = replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None)
         if read:
