@@ -1,6 +1,7 @@
 """Fleets from the time-domain simulator: what no single well shows is named for their rig, and nothing else."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.set_fit import fit_set
 from drillid.discrepancy.inference.shared_likelihood import shared_likelihood
 from drillid.discrepancy.verdicts.engine import examine
+from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import NONE
 
 WELLS = 5
@@ -51,6 +53,12 @@ def plain() -> tuple[list[SetStatistics], dict[str, list[OwnVerdict]], list[str]
     return examined(rig())
 
 
+@cache
+def alone(seed: int, well: int) -> Examination:
+    """What one well of a fleet shows by itself."""
+    return examine(evidence_of(plain_fleet(seed, well + 1).wells[well]))
+
+
 @pytest.mark.parametrize(
     ("seed", "well", "name", "shape", "far"),
     [
@@ -63,15 +71,14 @@ def plain() -> tuple[list[SetStatistics], dict[str, list[OwnVerdict]], list[str]
 def test_a_likelihood_between_held_sizes_is_that_of_a_fit_there(
     seed: int, well: int, name: str, shape: float, far: float
 ) -> None:
-    candidate, case = Extension(CATALOGUE[name], shape), plain_fleet(seed, well + 1).wells[well]
-    examination = examine(evidence_of(case))
+    candidate, examination = Extension(CATALOGUE[name], shape), alone(seed, well)
     model = examination.model.with_normal_priors()
     base = fit_set(model, examination.base.point)
     kept = shared_likelihood(examination.model, base, (), examination.before, [candidate])
-    alone = Wells([SetStatistics(well="W", rig="R", **vars(replace(kept, temper=1.0, control_common=0.0)))])
+    wells = Wells([SetStatistics(well="W", rig="R", **vars(replace(kept, temper=1.0, control_common=0.0)))])
     sizes = far * np.linspace(0.0, 1.0, 9)
-    at = alone.at(0, sizes)
-    precision = at.information[0] + np.diag(alone.prior[0])
+    at = wells.at(0, sizes)
+    precision = at.information[0] + np.diag(wells.prior[0])
     gained = np.sum(at.score[0] * np.linalg.solve(precision, at.score[0][..., None])[..., 0], axis=-1)
     held = at.value[0] + gained / 2
     fits = [base]
