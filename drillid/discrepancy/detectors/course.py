@@ -102,7 +102,10 @@ class ChangingWindow:
         self.residual, self.parameter = residual, parameter
         self.fitted = residual.record.fitted
         self.level = max(float(self.fitted[parameter]), _LOWEST)
-        self.spectrum = rfft(residual.sweep - residual.sweep.mean()) * residual.inside
+        # lines beyond the band are zero, as an inverse transform takes those that it is not given
+        lines = slice(int(np.flatnonzero(residual.inside)[-1]) + 1)
+        self.s = residual.s[lines]
+        self.spectrum = rfft(residual.sweep - residual.sweep.mean())[lines] * residual.inside[lines]
         speed = residual.speed - residual.subtracted
         self.measured = residual.weighted(speed - speed.mean())
         self.others = np.delete(np.arange(SCALES.size), parameter)
@@ -189,7 +192,7 @@ class ChangingWindow:
         points = np.empty((places.size, SCALES.size))
         points[:, self.others] = values[count:]
         points[:, self.parameter] = places
-        mobility, slopes = command_mobility_with_derivatives(points, residual.record.known, residual.s)
+        mobility, slopes = command_mobility_with_derivatives(points, residual.record.known, self.s)
         responses = irfft(mobility * self.spectrum, residual.samples)
         own = weights * irfft(slopes[:, self.parameter] * self.spectrum, residual.samples)
         columns = [shares.T @ own]

@@ -28,6 +28,8 @@ _ROUNDS = 3
 """In which windows are started at the set."""
 _HEAVY = float(stdtrit(STUDENT_TAIL, ndtr(TWO_SIDED)) / TWO_SIDED)
 """Standard deviation of the normal distribution whose central 95 % are those of Student's t with scale one."""
+_PLACES, _UNIT = list(LOCAL), np.eye(len(LOCAL))
+"""Of the windows' deviations among the shared coordinates, and their unit matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +54,7 @@ class Normal:
     @property
     def corner(self) -> Floats:
         """(W, 4, 4) of the windows' deviations, with their prior."""
-        places = list(LOCAL)
-        own: Floats = self.border[:, :, places] + self.local_precision[:, :, None] * np.eye(len(places))
+        own: Floats = self.border[:, :, _PLACES] + self.local_precision[:, :, None] * _UNIT
         return own
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
@@ -64,10 +65,9 @@ class Normal:
         matrix, vector : (P, P), (P,) of all but the windows' deviations
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
-        places = list(LOCAL)
-        corner = self.corner * (1 + damping * np.eye(len(places)))
+        corner = self.corner * (1 + damping * _UNIT)
         border = self.border
-        right = self.own[:, places] - self.local_precision * self.local
+        right = self.own[:, _PLACES] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
         matrix = self.total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
         vector = self.own.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
@@ -312,19 +312,19 @@ def moved(about: Expansion, extensions: tuple[Extension, ...], damping: float) -
     """The damped step; a coordinate that it would carry over a bound goes to the bound and the rest is solved again."""
     point, (low, high) = about.point, _bounds(extensions)
     matrix, vector, own, border = about.normal.eliminated(damping)
-    matrix = matrix + damping * np.diag(np.maximum(np.diag(matrix), LEAST_CURVATURE))
+    diagonal = matrix.diagonal()
+    np.fill_diagonal(matrix, diagonal + damping * np.maximum(diagonal, LEAST_CURVATURE))
     now = point.coordinates(extensions)
-    held = np.zeros(vector.size, dtype=bool)
-    step = np.zeros(vector.size)
+    step, held = np.linalg.solve(matrix, vector), np.zeros(vector.size, dtype=bool)
     for _ in range(low.size):
-        free = ~held
-        rows = matrix[free]
-        step[free] = np.linalg.solve(rows[:, free], vector[free] - rows[:, held] @ step[held])
-        over = ((now + step < low) | (now + step > high)) & free
+        over = ((now + step < low) | (now + step > high)) & ~held
         if not over.any():
             break
         step = np.where(over, np.clip(now + step, low, high) - now, step)
         held |= over
+        free = ~held
+        rows = matrix[free]
+        step[free] = np.linalg.solve(rows[:, free], vector[free] - rows[:, held] @ step[held])
     local = point.local + own - np.einsum("wlp,p->wl", border, step)
     return point.moved(now + step, _within_bounds(local, point.shared + step[:SHARED]), extensions)
 
