@@ -44,23 +44,35 @@ def explain_responses(
     chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
     if after.p_value < CLOSURE_RATE:
         better = alternative(examination, first, after, causes, generator)
-        if better is not None:
+        if better is not None and (
+            _is_incomplete(model, best.fit, after) or _total(examination, better[0]) > best.log_evidence
+        ):
             chosen, after = better
-    total = sum(fit.log_evidence for _, fit in chosen) - examination.base_rates.pair_penalty * (len(chosen) - 1)
-    above_noise = chosen[-1][1].fit.chi2 > LEFT_CHI2 * residuals(model)
-    is_incomplete = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
-    # residuals may be at the noise because data sheets are not believed
-    is_incomplete = is_incomplete or chosen[-1][1].fit.data_sheet_cost > OUT_OF_REACH
-    if any(fit.at_bound for _, fit in chosen):
+    total, fit = _total(examination, chosen), chosen[-1][1].fit
+    if any(cause.at_bound for _, cause in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
+    is_incomplete = _is_incomplete(model, fit, after)
     if before.unknown_evidence > total or is_incomplete:
-        nearest = class_name([fit.name for _, fit in chosen]) if is_incomplete else ""
+        nearest = class_name([cause.name for _, cause in chosen]) if is_incomplete else ""
         examination = replace(examination, posterior=first)
-        return _unknown(examination, max(before.unknown_evidence, 0.0), nearest=nearest)
+        return _unknown(examination, max(before.unknown_evidence, total), nearest=nearest)
     result = _named(examination, first, chosen, after)
     if len(result.verdicts) > 1 and min(verdict.probability for verdict in result.verdicts) < EVEN_ODDS:
         return _likelier_alone(examination, first, result, causes, generator)
     return _with_sure_gains(examination, result)
+
+
+def _total(examination: Examination, chosen: list[tuple[Posterior, FittedCause]]) -> float:
+    """Log Bayes factor of one cause or two."""
+    penalty = examination.base_rates.pair_penalty * (len(chosen) - 1)
+    return sum(cause.log_evidence for _, cause in chosen) - penalty
+
+
+def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
+    """Whether an extended model leaves more than noise, or leaves no more because data sheets are not believed."""
+    above_noise = fit.chi2 > LEFT_CHI2 * residuals(model)
+    leaves_more = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
+    return leaves_more or fit.data_sheet_cost > OUT_OF_REACH
 
 
 def _named(
@@ -78,7 +90,12 @@ def _with_sure_gains(examination: Examination, result: Examination) -> Examinati
     kept = tuple(verdict for verdict in result.verdicts if verdict.predictive_gain_low > 0)
     if kept:
         return replace(result, verdicts=kept)
-    return _unknown(examination, examination.before.unknown_evidence, result.verdicts)
+    return _unknown(examination, _unnamed_evidence(examination, result), result.verdicts)
+
+
+def _unnamed_evidence(examination: Examination, found: Examination) -> float:
+    """Log Bayes factor of something wrong where what was found is not named."""
+    return max(examination.before.unknown_evidence, *(verdict.evidence_nats for verdict in found.verdicts))
 
 
 def _likelier_alone(
@@ -91,12 +108,12 @@ def _likelier_alone(
     alone = next((fit for fit in first.fitted_causes if fit.name == likelier.cause), None)
     if alone is not None:
         after = screen(examination.model, alone.fit, (alone.extension,), causes, generator)
-        if after.p_value >= CLOSURE_RATE and alone.fit.data_sheet_cost <= OUT_OF_REACH:
+        if not _is_incomplete(examination.model, alone.fit, after):
             own = with_first(first, alone)
             return _with_sure_gains(examination, _named(examination, first, [(own, alone)], after))
     nearest = class_name([verdict.cause for verdict in pair.verdicts])
     unexplained = replace(examination, posterior=first)
-    return _unknown(unexplained, max(examination.before.unknown_evidence, 0.0), nearest=nearest)
+    return _unknown(unexplained, _unnamed_evidence(examination, pair), nearest=nearest)
 
 
 def _bounded_in_depth(
