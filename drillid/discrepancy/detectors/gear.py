@@ -31,6 +31,8 @@ _PLAYS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """rad, tried where the speed is measured below the gear."""
 _ABOVE_PLAY = (0.3, 0.45, 0.6, 0.75, 0.9)
 """Shares of the inertia above the gear that are tried with each of them."""
+_FEW_PLAYS, _FEW_ABOVE_PLAY, _MEANS = (0.01, 0.04, 0.16), (0.45, 0.75), (0.5, 1.5, 2.5)
+"""What is tried where no command tells the mean torque, and its means per standard deviation of the torque."""
 _DRAWS, _STEP, _SMOOTH_HZ = 2, 0.05, 0.5
 """Disturbances that give the linear part, their size as a share of the torque's standard deviation, and the band, Hz,
 over which it is averaged."""
@@ -39,12 +41,11 @@ over which it is averaged."""
 class BacklashDetector(Detector):
     """Play of the gear, where the torque at it changes sign.
 
-    The share of the inertia above the play is unknown: several are tried, with a correction for the search. The size
-    of the play is not told: above the gear the rotation of the string meanwhile is not recorded, and below it several
-    pairs of play and share explain the record nearly alike.
+    The share of the inertia above the play is unknown, and without a logged command the mean torque: several are tried,
+    with a correction for the search. The size of the play is not told: above the gear the rotation of the string
+    meanwhile is not recorded, and below it several pairs of play and share explain the record nearly alike.
     """
 
-    needs_command = True
     # the torque of a rigid gear follows from the acceleration, which steps of the speed spoil
     excluded_by = ("quantisation",)
 
@@ -73,18 +74,31 @@ class Gear:
         low, high = _LOW_PASS
         self._low_pass = low_pass(residual.frequency, (low * residual.highest, high * residual.highest))
 
-    def responses(self, share: float, plays: Sequence[float]) -> Floats:
-        """Speed (plays, samples) by which plays change the record, less its linear part, rad/s; zero where the torque
-        does not change its sign.
-
-        Parameters
-        ----------
-        share : of the top drive's inertia that is above the gear
+    def responses(self) -> Floats:
+        """Speed (settings, samples) by which plays change the record, less its linear part, rad/s; zero where the
+        torque does not change its sign.
         """
+        if self.residual.record.has_command:
+            mean = float(self.residual.command.mean())
+            return np.concatenate([self._responses(_PLAYS, self._torque(share) + mean, share) for share in _ABOVE_PLAY])
+        torques = {share: self._torque(share) for share in _FEW_ABOVE_PLAY}
+        return np.concatenate(
+            [
+                self._responses(_FEW_PLAYS, torque + mean * float(torque.std()), share)
+                for share, torque in torques.items()
+                for mean in _MEANS
+            ]
+        )
+
+    def _torque(self, share: float) -> Floats:
+        """Torque (samples,) through a rigid gear about its mean, N m, with a share of the top drive's inertia above."""
         lines = (self._motion.drive_torque - share * self._motion.inertial_torque) * self._low_pass
         # the ends of a window do not meet, and the torque computed there may swing through zero
-        torque = self.residual.taper * irfft(lines, self.residual.samples) + float(self.residual.command.mean())
-        if torque.min() > 0 or torque.max() < 0:
+        return np.asarray(self.residual.taper * irfft(lines, self.residual.samples), dtype=float)
+
+    def _responses(self, plays: Sequence[float], torque: Floats, share: float) -> Floats:
+        """Speed (plays, samples) by which plays change the record where a rigid gear passes on a torque."""
+        if torque.min() >= 0 or torque.max() <= 0:
             return np.zeros((len(plays), self.residual.samples))
         draws = np.random.default_rng(0).standard_normal((_DRAWS, torque.size))
         disturbances = _STEP * torque.std() * draws
@@ -123,8 +137,7 @@ class Gear:
 
 def _withheld_score(name: str, inspection: Inspection) -> Score | None:
     """Score of the speed response to what plays would withhold; None where the torque does not change its sign."""
-    residual, gear = inspection.residual, Gear(inspection.cached(Motion))
-    columns = np.concatenate([gear.responses(share, _PLAYS) for share in _ABOVE_PLAY])
+    residual, columns = inspection.residual, Gear(inspection.cached(Motion)).responses()
     if not columns.any():
         return None
     unknown = np.full(len(columns), np.nan)
@@ -132,7 +145,11 @@ def _withheld_score(name: str, inspection: Inspection) -> Score | None:
 
 
 def _dwelling_score(inspection: Inspection) -> Score | None:
-    """Score of the time at zero torque, by the best of several shares; None where there is hardly any."""
+    """Score of the time at zero torque, by the best of several shares; None where there is hardly any, or no command
+    that tells where zero is.
+    """
+    if not inspection.residual.record.has_command:
+        return None
     residual, motion = inspection.residual, inspection.cached(Motion)
     torques = [inner(residual, motion.top_torque(above)) for above in _ABOVE_GEAR]
     tried = [dwelling(residual, torque, _BETWEEN_FLANKS * float(torque.std())) for torque in torques]

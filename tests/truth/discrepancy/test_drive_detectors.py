@@ -8,7 +8,7 @@ import pytest
 from drillid.discrepancy.detectors.drive import ceiling_score
 from drillid.discrepancy.detectors.gear import Gear as GearSeen
 from drillid.discrepancy.detectors.motion import Motion
-from drillid.discrepancy.detectors.residual_record import ResidualRecord
+from drillid.discrepancy.detectors.residual_record import ResidualRecord, WindowRecord
 from drillid.physics.limits import rate_limited, withheld_by_play
 from drillid.physics.nonlinear import DriveLimits, Gear, NonlinearRig
 from tests.simulated import RATE, SHALLOW
@@ -102,22 +102,29 @@ def test_jitter_shows_in_samples_that_held_rows_release(interval: float) -> None
 LOOSE = NonlinearRig(LIGHT.system, gear=Gear(0.3, 0.3 * float(SHALLOW.top_drive.inertia), 1e6, 500.0))
 
 
-def test_play_of_the_gear_shows_only_by_the_command_and_without_a_size() -> None:
+def test_play_of_the_gear_shows_with_and_without_a_command_and_has_no_size() -> None:
     record = records(LOOSE, 64, truth=LIGHT, bit_torque=-130.0)[0]
-    assert np.isnan(alone(record, "gear_backlash").size)
-    assert "gear_backlash" not in detections_of(replace(record, command=np.full_like(record.command, np.nan)))
+    for each in (record, without_command(record)):
+        detection = alone(each, "gear_backlash")
+        assert detection.score > 5 and np.isnan(detection.size)
 
 
 def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
     plain = records(NonlinearRig(LIGHT.system), 65, 4, LIGHT, -130.0)
     assert max(detections_of(record)["gear_backlash"].score for record in plain) < 3
+    unlogged = [detections_of(without_command(record)).get("gear_backlash") for record in plain]
+    assert all(detection is None or detection.score < 3 for detection in unlogged)
+
+
+def without_command(record: WindowRecord) -> WindowRecord:
+    return replace(record, command=np.full_like(record.command, np.nan))
 
 
 def test_ends_of_a_window_that_do_not_meet_are_no_torque_that_changes_its_sign() -> None:
     record = records(NonlinearRig(RIG.system), 66)[0]
     slower = replace(record, speed=record.speed + np.linspace(0.5, -0.5, record.speed.size))
     for each in (record, slower):
-        assert not GearSeen(Motion(ResidualRecord(each))).responses(0.9, [0.1]).any()
+        assert not GearSeen(Motion(ResidualRecord(each))).responses().any()
 
 
 def test_teeth_part_for_as_long_as_the_motor_takes_to_cross_the_play() -> None:
