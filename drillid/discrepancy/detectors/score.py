@@ -14,7 +14,7 @@ from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.rules import AMPLITUDE_REACH, LEAST_BLOCKS, LEAST_MISSING_SHARE, MOST_MISSING_SHARE, TAIL
 
-_BLOCK_S = 4.0
+_BLOCK_S, _BRIEF_BLOCK_S = 4.0, 0.5
 _DRAWS = 4000
 _LEAST_P_VALUE, _LARGEST_P_VALUE = 1e-300, 1 - 1e-12
 _DEPENDENT = 1e-9
@@ -36,6 +36,8 @@ class Candidate:
     """Whether the columns are fitted jointly; the size is then the modulus of their amplitudes."""
     at_unit_amplitude: bool = False
     """Whether the size is the setting at which the amplitude is one, where there is one, not the most likely one."""
+    brief: bool = False
+    """Whether what it adds lies in a few brief events, each of which is a block of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +100,8 @@ def score(
     energy = np.sum(columns**2, axis=1)
     usable = np.flatnonzero(energy > _DEPENDENT * max(float(energy.max()), 1e-300))
     amplitude = columns[usable] @ error / energy[usable]
-    deviation, blocks = _deviations(columns[usable], error, amplitude, residual)
+    starts = block_starts(residual, _BRIEF_BLOCK_S if candidate.brief else _BLOCK_S)
+    deviation, blocks = _deviations(columns[usable], error, amplitude, starts)
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
     supported = blocks >= LEAST_BLOCKS
     usable = usable[supported]
@@ -141,14 +144,13 @@ def score(
     return Score(overall, size, size_error, log_ratio, amplitudes, by_shape=shapes)
 
 
-def block_starts(residual: ResidualRecord) -> Indices:
+def block_starts(residual: ResidualRecord, block_s: float = _BLOCK_S) -> Indices:
     """First sample of each block."""
-    return np.arange(0, residual.samples, round(_BLOCK_S * residual.record.rate))
+    return np.arange(0, residual.samples, round(block_s * residual.record.rate))
 
 
-def _deviations(columns: Floats, error: Floats, amplitude: Floats, residual: ResidualRecord) -> tuple[Floats, Floats]:
+def _deviations(columns: Floats, error: Floats, amplitude: Floats, starts: Indices) -> tuple[Floats, Floats]:
     """Standard error of each amplitude before inflation, and the effective number of blocks of its column."""
-    starts = block_starts(residual)
     products = np.add.reduceat(columns * (error - amplitude[:, None] * columns), starts, axis=1)
     shares = np.add.reduceat(columns**2, starts, axis=1)
     energy = shares.sum(axis=1)
