@@ -138,6 +138,12 @@ UNEVEN_ROWS = Rule(
     "lines between samples at 22 ms, or a hold of 1 ms, make as much",
     _DETECTORS + "test_in_rows_of_random_ages_no_jitter_is_sought",
 )
+STAMPED_TO = Rule(
+    1e-3,
+    "jitter of the drive, s, below which it is not told from the clock that stamps the rows",
+    "loggers stamp their rows to 1 ms",
+    "tests/unit/discrepancy/test_pooling.py::test_a_jitter_finer_than_time_stamps_is_no_evidence",
+)
 STEPPED_ROWS = Rule(
     2e-3,
     "the same, s, from which rows in steps hide a slew of the drive",

@@ -21,7 +21,7 @@ from drillid.discrepancy.detectors.delivered import limit_by_delivery
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Candidate, Score, normal_of_p_value
-from drillid.discrepancy.rules import CLEAR_DETECTION, STEPPED_ROWS, UNEVEN_ROWS
+from drillid.discrepancy.rules import CLEAR_DETECTION, STAMPED_TO, STEPPED_ROWS, UNEVEN_ROWS
 from drillid.physics.limits import lacking_after_steps, rate_limited
 from drillid.records.quality import quantisation_step
 
@@ -184,7 +184,7 @@ class DelayJitterDetector(Detector):
     """Jitter of the delay: noise whose power grows with the square of the command's slope."""
 
     needs_periods = True
-    accuracy = 0.15
+    accuracy, least = 0.15, STAMPED_TO**2
     # coarse quantisation, contact of gear teeth and a limited drive also make noise that grows with the sweep
     excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 

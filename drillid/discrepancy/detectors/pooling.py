@@ -70,16 +70,18 @@ def _pooled(cause: str, own: Sequence[Detection]) -> PooledDetection:
     mean = float(np.sum(weight * size) / weight.sum()) if known else float(np.median(size))
     # the windows' sizes may scatter by more than their stated errors
     spread = float(np.sum(weight * (size - mean) ** 2) / max(len(own) - 1, 1)) if known else 1.0
-    error = float(np.hypot(np.sqrt(max(spread, 1.0) / weight.sum()), _accuracy(cause) * mean)) if known else np.nan
+    accuracy, least = _of_detector(cause)
+    error = float(np.hypot(np.sqrt(max(spread, 1.0) / weight.sum()), accuracy * mean)) if known else np.nan
+    p_value = 1.0 if known and abs(mean) < least else p_value
     return PooledDetection(
         cause, p_value, evidence_of_p_value(p_value), mean, error, len(own), _closure(own), _separation(own)
     )
 
 
-def _accuracy(cause: str) -> float:
-    """Relative uncertainty of a cause's size that its windows have in common."""
+def _of_detector(cause: str) -> tuple[float, float]:
+    """Relative uncertainty of a cause's size that its windows have in common, and the size that any rig may have."""
     detector = CATALOGUE[cause].detector if cause in CATALOGUE else None
-    return detector.accuracy if detector else 0.0
+    return (detector.accuracy, detector.least) if detector else (0.0, 0.0)
 
 
 def _at_better_shape(own: Sequence[Detection]) -> tuple[Sequence[Detection], float]:

@@ -8,7 +8,7 @@ from scipy.special import ndtr, ndtri
 
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.detectors.pooling import detection_gain, pool
-from drillid.discrepancy.rules import LINE_KEPT
+from drillid.discrepancy.rules import LINE_KEPT, STAMPED_TO
 
 
 def detections(cause: str, sizes: list[float], score: float = 1.5) -> list[Detection]:
@@ -42,6 +42,12 @@ def test_a_window_that_fits_too_well_hides_no_misfit_of_another() -> None:
     )
     assert pool(even)[0].closure < 0.001 < 0.1 < pool(odd)[0].closure
     assert pool(detections("clock_drift", [2.0]))[0].closure == 1.0
+
+
+def test_a_jitter_finer_than_time_stamps_is_no_evidence() -> None:
+    finer, coarser = ([(share * STAMPED_TO) ** 2] * 24 for share in (0.9, 1.1))
+    assert pool(detections("delay_jitter", finer))[0].p_value == 1.0
+    assert pool(detections("delay_jitter", coarser))[0].p_value < 1e-9
 
 
 def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
