@@ -141,7 +141,8 @@ def _withheld_score(name: str, inspection: Inspection) -> Score | None:
     if not columns.any():
         return None
     unknown = np.full(len(columns), np.nan)
-    return score(whitened(Candidate(name, columns, unknown, one_sided=True, brief=True), residual), residual.error, residual)
+    candidate = Candidate(name, columns, unknown, one_sided=True, brief=True)
+    return score(whitened(candidate, residual), residual.error, residual)
 
 
 def _dwelling_score(inspection: Inspection) -> Score | None:

@@ -33,13 +33,18 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
     return model, fit
 
 
-def fit_base(evidence: Evidence) -> tuple[SetModel, SetFit]:
+def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
     """The model of a set without extensions, and its fit from both starts, outlier windows brought back.
 
     Where the interval of the control is not known it is the likeliest of some that speed controls have.
+
+    Parameters
+    ----------
+    further : other starts
     """
     model = SetModel(evidence)
-    base = min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
+    starts = (model.start(), model.expected(), *(at_interval_of(model, point) for point in further))
+    base = min((fit_set(model, start) for start in starts), key=lambda fit: fit.cost)
     if np.isnan(evidence.data_sheet.control_interval):
         model, base = at_likeliest_interval(model, base)
     model, base = with_own_deviation(model, base)

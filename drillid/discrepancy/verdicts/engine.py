@@ -13,10 +13,11 @@ from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.base_fit import at_interval_of, at_likeliest_interval, fit_base, interval_cost
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import FittedCause
-from drillid.discrepancy.inference.set_fit import fit_set, without_outlier_windows
+from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
-from drillid.discrepancy.verdicts.explanations import base_model_rejected, likeliest_cause
+from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
 from drillid.discrepancy.verdicts.from_responses import explain_responses
 from drillid.discrepancy.verdicts.verdict import NONE, UNKNOWN, Verdict, calibrated
@@ -53,28 +54,79 @@ def examine(
             "Take windows in which more passes the coherence gate",
         )
     causes = list(CATALOGUE.values()) if catalogue is None else list(catalogue)
-    model, base = fit_base(evidence)
     generator = np.random.default_rng(seed)
-    before = screen(model, base, (), causes, generator)
     names = {*(cause.name for cause in causes), *SYMPTOMS}
     detections = tuple(detection for detection in pool(evidence.detections) if detection.cause in names)
-    rates = base_rates or BaseRates()
-    examination = Examination((), model, base, base, (), before, before, None, detections, rates, before.p_value)
-    rate, rejected = error_rate * RESPONSES_SHARE, base_model_rejected(model, base)
-    if before.p_value < rate or rejected:
-        found = _explained(examination, causes, generator, np.isnan(evidence.data_sheet.control_interval))
-        p_value = min(before.p_value, _bounded_p_value(found)) if rejected else before.p_value
-        examination = replace(found if p_value < rate else examination, p_value=p_value)
+    begun = _begun(*fit_base(evidence), detections, causes, generator, base_rates or BaseRates())
+    examination = _by_responses(evidence, begun, causes, generator, error_rate * RESPONSES_SHARE)
     threshold = error_rate * DETECTIONS_SHARE / max(len(detections), 1)
     detected = [detection for detection in detections if detection.p_value < threshold]
     return at_even_odds(combine_with_detections(examination, detected, error_rate))
 
 
+def _begun(
+    model: SetModel,
+    base: SetFit,
+    detections: tuple[PooledDetection, ...],
+    causes: list[Cause],
+    generator: np.random.Generator,
+    base_rates: BaseRates,
+) -> Examination:
+    """An examination whose base model has been tested."""
+    before = screen(model, base, (), causes, generator)
+    return Examination((), model, base, base, (), before, before, None, detections, base_rates, before.p_value)
+
+
+def _by_responses(
+    evidence: Evidence, begun: Examination, causes: list[Cause], generator: np.random.Generator, rate: float
+) -> Examination:
+    """The examination with what explains its linear responses, where something is wrong with them.
+
+    Parameters
+    ----------
+    evidence : as it was given, without the likeliest interval of the control in its data sheet
+    rate : chance that something is found where nothing is wrong
+    """
+    rejected = base_model_rejected(begun.model, begun.base)
+    if begun.p_value >= rate and not rejected:
+        return begun
+    likeliest = likeliest_cause(begun, causes)
+    lower = _at_lower_base(evidence, begun, likeliest, causes, generator)
+    if lower is not None:
+        return _by_responses(evidence, lower, causes, generator, rate)
+    is_interval_free = bool(np.isnan(evidence.data_sheet.control_interval))
+    found = _explained(begun, likeliest, causes, generator, is_interval_free=is_interval_free)
+    p_value = min(begun.p_value, _bounded_p_value(found)) if rejected else begun.p_value
+    return replace(found if p_value < rate else begun, p_value=p_value)
+
+
+def _at_lower_base(
+    evidence: Evidence, begun: Examination, likeliest: Likeliest, causes: list[Cause], generator: np.random.Generator
+) -> Examination | None:
+    """The examination begun anew where the base model fits better from what is beside a cause, as its cost has several
+    minima; None where it does not.
+    """
+    if likeliest.posterior is None:
+        return None
+    best = min(likeliest.posterior.fitted_causes, key=lambda cause: cause.fit.cost)
+    start = best.fit.point.without(0)
+    if fit_set(begun.model, start).cost >= begun.base.cost - SHAPE_RESOLVED:
+        return None
+    model, base = fit_base(evidence, start)
+    if base.cost + interval_cost(model) >= begun.base.cost + interval_cost(begun.model) - SHAPE_RESOLVED:
+        return None
+    return _begun(model, base, begun.detections, causes, generator, begun.base_rates)
+
+
 def _explained(
-    examination: Examination, causes: list[Cause], generator: np.random.Generator, is_interval_free: bool
+    examination: Examination,
+    likeliest: Likeliest,
+    causes: list[Cause],
+    generator: np.random.Generator,
+    *,
+    is_interval_free: bool,
 ) -> Examination:
     """What explains the linear responses, at the likeliest interval of the control where the data sheet states none."""
-    likeliest = likeliest_cause(examination, causes)
     again = None
     if is_interval_free and likeliest.posterior is not None:
         best = likeliest.posterior.best
