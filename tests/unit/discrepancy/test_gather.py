@@ -10,6 +10,11 @@ from drillid.datasets.codes import Gate
 from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence, OperatingPoints
 from drillid.discrepancy.gather import Series, assembled, gather, gather_well
+from drillid.discrepancy.inference.base_fit import fit_base
+from drillid.discrepancy.inference.coordinates import COORDINATES, Point
+from drillid.discrepancy.inference.set_fit import SetFit
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.verdicts import engine
 from drillid.discrepancy.verdicts.engine import at_even_odds, examine
 from drillid.discrepancy.verdicts.verdict import Verdict
 from drillid.errors import EstimationError
@@ -61,6 +66,28 @@ def test_a_window_without_a_fit_takes_part(of_well: Evidence) -> None:
     fitted[1] = np.nan
     with_gap, whole = examine(replace(of_well, fitted=fitted)).verdicts, examine(of_well).verdicts
     assert [verdict.verdict for verdict in with_gap] == [verdict.verdict for verdict in whole]
+
+
+def test_a_base_model_at_a_poor_minimum_is_found_again_from_beside_a_cause(
+    of_well: Evidence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def poor_at_first(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
+        model, base = fit_base(evidence, *further)
+        if further:
+            return model, base
+        far = base.point.shared.copy()
+        far[COORDINATES.index("length")] = -0.3
+        point = replace(base.point, shared=far)
+        cost = model.misfit(point, ()) / 2
+        return model, replace(base, point=point, cost=cost, chi2=2 * cost)
+
+    whole = examine(of_well)
+    monkeypatch.setattr(engine, "fit_base", poor_at_first)
+    again = examine(of_well)
+    _, poor = poor_at_first(of_well)
+    assert poor.cost > again.base.cost + 100
+    assert again.base.cost == pytest.approx(whole.base.cost, abs=0.1)
+    assert [verdict.verdict for verdict in again.verdicts] == ["none"]
 
 
 @pytest.mark.parametrize(("log_evidence", "verdict"), [(-1.5, "none"), (30.0, "unknown")])
