@@ -106,7 +106,8 @@ def test_play_of_the_gear_shows_with_and_without_a_command_and_has_no_size() -> 
     record = records(LOOSE, 64, truth=LIGHT, bit_torque=-130.0)[0]
     for each in (record, without_command(record)):
         detection = alone(each, "gear_backlash")
-        assert detection.score > 5 and np.isnan(detection.size)
+        assert detection.score > 5
+        assert np.isnan(detection.size)
 
 
 def test_a_torque_that_changes_its_sign_without_play_is_no_play() -> None:
