@@ -47,12 +47,14 @@ def main(
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     registration = blocks.registered(world, first, cases)
     tables = run(cases, first, world, blocks.engine_hash() + blocks.judge_hash(), minutes)
-    judged = tables["engine"]
+    judged, console = tables["engine"], Console()
+    if judged.empty:
+        console.print("No case was judged within the minutes given; the next run goes on where this one ended.")
+        raise typer.Exit(code=1)
     reached, at_random = scores(judged), scores(tables["random"])
     beside = {
         name: at_equal_alarms(table, reached["false_alarm"]) for name, table in tables.items() if name != "engine"
     }
-    console = Console()
     console.print(score_table(reached, at_random))
     for name, row in confusion(judged).iterrows():
         named = ", ".join(f"{other} {count}" for other, count in row[row > 0].items())

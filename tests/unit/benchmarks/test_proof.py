@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import typer
 
 from benchmarks.blind import __main__ as proof
 from benchmarks.blind import blocks, limits
@@ -17,6 +18,7 @@ from benchmarks.blind.blocks import Block, judged, markdown, register, registere
 from benchmarks.blind.document import write_page
 from benchmarks.blind.draw import NULLS, PAIRS, REMOVED, ZONES, in_turn, planned
 from benchmarks.blind.limits import cases_needed, lower_limit, upper_limit
+from benchmarks.blind.run import ENGINES
 from benchmarks.blind.scores import TARGETS, at_equal_alarms, holds, scores
 from benchmarks.blind.vocabulary import CAUSES
 from benchmarks.blind.world import WORLDS, World
@@ -155,6 +157,16 @@ def test_times_of_examinations_are_kept_for_either_world(tmp_path: Path, monkeyp
     kept = json.loads((tmp_path / "blind.json").read_text())
     assert [kept[f"{prefix}examine_s_median_wrong"] for prefix in ("", "other_")] == [3.0, 6.0]
     assert [kept[f"{prefix}examine_s_median_null"] for prefix in ("", "other_")] == [0.5, 1.0]
+
+
+def test_a_run_in_which_no_case_was_judged_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(proof, "run", lambda *_: {name: pd.DataFrame() for name in ENGINES})
+    with pytest.raises(typer.Exit) as ended:
+        proof.main("own", 60_000, 40, 0.0)
+    assert ended.value.exit_code == 1
+    assert "the next run goes on" in capsys.readouterr().out
 
 
 def test_engines_are_compared_at_equal_false_alarms() -> None:
