@@ -56,16 +56,17 @@ that no row shows; it is sought from all of them. Up to block 310000 of the seco
 alone, which made √λ of a lag 15.5 and 15.8 in the cases 310002 and 310101, where it is 4.6 and 3.0. So λ, and what is
 said there of twice the size and of the ideal test, is too large for what a held control can hide. Up to block 360000 a
 motor that was hidden there also doubled the damping at the bit, which the ideal test saw and no test of the logs can
-see, and the ideal test knew which value of the data sheet was wrong outright. The distance is computed from the
-simulated equipment, in the second world from its own closed forms, not from the engine's model. A cause is *detectable*
-with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates that are
-effectively distinct (Li and Ji 2005). "Twice the size" refers to the latter: at half the size, and at the size itself,
-the ideal test over the family has 50 % power or more. `power_ratio` compares with the ideal test at the engine's own
-rate of false alarms. Sizes are drawn so that √λ is log-uniform over 1 … 30, or over 10 … 30 where the catalogue lacks
-the cause or it is drawn large, as far as physical sizes allow. What is not linear (limits, play, regimes) has no such
-test and is left out of `power_ratio`. The trace of limits and play in the records is known, as the same rig is
-simulated under the same noise without them: a limit that is never reached leaves none, nor does a play that never
-opens. They count where a test over the family that knows the trace, sample by sample, would detect half of it.
+see, and the ideal test knew which value of the data sheet was wrong outright. Up to block 500000 it tried an extra
+section at three polar moments, so that a taper that is the same string counted as distinct. The distance is computed
+from the simulated equipment, in the second world from its own closed forms, not from the engine's model. A cause is
+*detectable* with the power Φ(√λ − z), where z holds 5 % for one known cause, or 5 % over the family of candidates that
+are effectively distinct (Li and Ji 2005). "Twice the size" refers to the latter: at half the size, and at the size
+itself, the ideal test over the family has 50 % power or more. `power_ratio` compares with the ideal test at the
+engine's own rate of false alarms. Sizes are drawn so that √λ is log-uniform over 1 … 30, or over 10 … 30 where the
+catalogue lacks the cause or it is drawn large, as far as physical sizes allow. What is not linear (limits, play,
+regimes) has no such test and is left out of `power_ratio`. The trace of limits and play in the records is known, as the
+same rig is simulated under the same noise without them: a limit that is never reached leaves none, nor does a play that
+never opens. They count where a test over the family that knows the trace, sample by sample, would detect half of it.
 
 An answer is right where every verdict is the hidden cause, or a class of causes that cannot be distinguished from it:
 the ideal test between two of them would be right in less than 95 % of sets, as they are closer than 3.29 standard

@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.blind.generator.effect import Context, Effect
 from benchmarks.blind.generator.world import World
-from benchmarks.blind.hidden import altered
+from benchmarks.blind.hidden import Hidden, altered
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, RootDrag
 from drillid.physics.nonlinear import WallContact, Weakening
 
@@ -32,6 +32,25 @@ def _extra_section(world: World, size: float, context: Context) -> World:
 def upper_share(shape: float) -> float:
     """Share of the first window's pipe that the upper size takes."""
     return 0.2 + 0.6 * shape
+
+
+def same_string(hidden: Hidden, pipe_length: float) -> tuple[Hidden, ...]:
+    """The extra section that is nearest to a string of two sizes, and the string that is an extra section; none for
+    other causes.
+
+    Parameters
+    ----------
+    pipe_length : m, in the first window
+    """
+    if hidden.name == "tapered_string":
+        nearest = int(np.argmin(np.abs(np.log(_HEAVIER) - np.log(1 + hidden.size))))
+        return (
+            Hidden("extra_section", (1 - upper_share(hidden.shape)) * pipe_length, (nearest + 0.5) / len(_HEAVIER)),
+        )
+    if hidden.name == "extra_section":
+        shape = np.interp(hidden.size / pipe_length, (1 - upper_share(1.0), 1 - upper_share(0.0)), (1.0, 0.0))
+        return (Hidden("tapered_string", heavier(hidden.shape) - 1, float(shape)),)
+    return ()
 
 
 def _tapered_string(world: World, size: float, context: Context) -> World:

@@ -51,7 +51,7 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
     if hidden.name == "sign_or_unit":
         starts = [Hidden("speed_scale", wrong_factor(hidden.shape) - 1, 0.5)]
     else:
-        starts = _Linearised.of(ideal, hidden, beside).nearest()
+        starts = [*ideal.responses.equal(hidden), *_Linearised.of(ideal, hidden, beside).nearest()]
     names = {hidden.name}
     for rival in starts:
         if rival.name not in names and _comes_near(ideal, hidden, (ideal.bounded(rival),), DISTINCT, beside):

@@ -42,7 +42,7 @@ _SHAPES = {
     "regime_change": (0.0, 0.5, 1.0),
 }
 """Shapes of causes that a test would try one by one."""
-CONTINUOUS = ("tapered_string", "local_damping_zone", "regime_change")
+CONTINUOUS = ("extra_section", "tapered_string", "local_damping_zone", "regime_change")
 """Causes whose shape may lie between those."""
 
 

@@ -11,6 +11,7 @@ from benchmarks.blind.ideal.line import MOUNTED, PIECE
 from benchmarks.blind.ideal.responses import NUISANCES, RATE, WINDOW_S, Ends, Kept, Kind, Line, Priors, Top, Wrong
 from benchmarks.blind.other_world.cases import EFFECTS, Case
 from benchmarks.blind.other_world.disturbances import rock_density
+from benchmarks.blind.other_world.effects_string import same_string
 from benchmarks.blind.other_world.rig import DENSITY, Drive, Recording, Window
 from benchmarks.blind.other_world.rigs import INTERVAL_SPREAD, LOCAL_SPREAD, WRONG_BY, WRONG_SHEETS, Rig
 from benchmarks.blind.other_world.theory import (
@@ -51,6 +52,10 @@ class OtherResponses:
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
         return EFFECTS[hidden.name].range(self.case.window(0, ()), self.case.context(hidden))
+
+    def equal(self, hidden: Hidden) -> tuple[Hidden, ...]:
+        """Other causes that are the same rig, or nearly so."""
+        return same_string(hidden, self.case.segments[0].pipe_length)
 
     def expected(
         self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]

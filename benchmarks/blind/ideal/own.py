@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.generator.cases import EFFECTS, Case
+from benchmarks.blind.generator.effects_string import same_string
 from benchmarks.blind.generator.rigs import LOCAL_STEPS
 from benchmarks.blind.generator.world import World, recording
 from benchmarks.blind.hidden import Hidden, altered
@@ -44,6 +45,10 @@ class OwnResponses:
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
         return EFFECTS[hidden.name].range(self.case.world(0, hidden=()), self.case.context(hidden))
+
+    def equal(self, hidden: Hidden) -> tuple[Hidden, ...]:
+        """Other causes that are the same rig, or nearly so."""
+        return same_string(hidden, self.case.segments[0].pipe_length)
 
     def expected(
         self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]

@@ -167,6 +167,9 @@ class Responses(Protocol):
     def size_range(self, hidden: Hidden) -> tuple[float, float]:
         """Least and largest size that is drawn, in the first window."""
 
+    def equal(self, hidden: Hidden) -> tuple[Hidden, ...]:
+        """Other causes that are the same rig, or nearly so."""
+
     def expected(
         self, window: int, hidden: tuple[Hidden, ...], nuisances: Floats | None, s: Complex, shares: Sequence[float]
     ) -> list[tuple[Complex, Complex]]:

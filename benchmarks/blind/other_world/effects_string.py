@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.blind.hidden import altered
+from benchmarks.blind.hidden import Hidden, altered
 from benchmarks.blind.other_world.effect import Context, Effect, Range
 from benchmarks.blind.other_world.pieces import changed, cut, shortened
 from benchmarks.blind.other_world.rig import FALLS, Blades, Contact, Friction, Piece, Window, coupling
@@ -39,9 +39,38 @@ def _has_spring(window: Window) -> bool:
     return window.string[-1].length == coupling(1.0).length
 
 
+_SECTION_MOMENTS = (1.3, 6.0)
+"""Range of the polar moment of an extra section per pipe's."""
+_LOWER_SHARES = (0.15, 0.85)
+"""Range of the share of the first window's pipe that the lower size takes."""
+
+
 def section_moment(shape: float) -> float:
     """Polar moment of an extra section per pipe's: heavy-weight pipe or collars of any size."""
-    return float(1.3 * (6.0 / 1.3) ** shape)
+    least, most = _SECTION_MOMENTS
+    return float(least * (most / least) ** shape)
+
+
+def lower_share(shape: float) -> float:
+    """Share of the first window's pipe that the lower size takes."""
+    least, most = _LOWER_SHARES
+    return least + (most - least) * shape
+
+
+def same_string(hidden: Hidden, pipe_length: float) -> tuple[Hidden, ...]:
+    """The extra section that is a string of two sizes, and the reverse; none for other causes.
+
+    Parameters
+    ----------
+    pipe_length : m, in the first window
+    """
+    if hidden.name == "tapered_string":
+        shape = np.interp(np.log(1 + hidden.size), np.log(_SECTION_MOMENTS), (0.0, 1.0))
+        return (Hidden("extra_section", lower_share(hidden.shape) * pipe_length, float(shape)),)
+    if hidden.name == "extra_section":
+        shape = np.interp(hidden.size / pipe_length, _LOWER_SHARES, (0.0, 1.0))
+        return (Hidden("tapered_string", section_moment(hidden.shape) - 1, float(shape)),)
+    return ()
 
 
 def _extra_section(window: Window, size: float, context: Context) -> Window:
@@ -51,7 +80,7 @@ def _extra_section(window: Window, size: float, context: Context) -> Window:
 
 def _tapered_string(window: Window, size: float, context: Context) -> Window:
     """The lower pipe goes down with the bit: what is added while drilling is upper pipe."""
-    lower = context.first.pipe_length * (0.15 + 0.7 * context.shape)
+    lower = context.first.pipe_length * lower_share(context.shape)
     end = _pipe_end(window, context)
     return _pipe_changed(window, end - lower, end, moment=1 + size)
 

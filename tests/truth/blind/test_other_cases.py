@@ -12,6 +12,7 @@ from benchmarks.blind import engines, world
 from benchmarks.blind.draw import STRATIFIED, draw, planned
 from benchmarks.blind.engines import data_sheet, evidence_of
 from benchmarks.blind.hidden import Hidden
+from benchmarks.blind.ideal.alike import same
 from benchmarks.blind.ideal.of_case import ideal_of
 from benchmarks.blind.ideal.responses import NUISANCES
 from benchmarks.blind.other_world.cases import EFFECTS, Case, plain_case
@@ -172,3 +173,11 @@ def test_which_value_of_the_documents_is_wrong_is_not_known_to_the_ideal_test(ca
     # a delay that is hardly off may as well be right, and the inertia wrong
     assert slightly < right < plainly
     assert known.noncentrality(gain) < right
+
+
+def test_a_string_of_two_sizes_is_an_extra_section_of_whatever_moment() -> None:
+    case = plain_case(915, 6)[0]
+    length = 0.35 * case.segments[0].pipe_length
+    for hidden in (Hidden("tapered_string", 1.5, 0.06), Hidden("extra_section", length, 0.4)):
+        alike = same(ideal_of(replace(case, hidden=(hidden,))), hidden)
+        assert alike == {"extra_section", "tapered_string"}
