@@ -25,6 +25,9 @@ from drillid.discrepancy.verdicts.naming import Posterior, cause_posterior, may_
 _MOST_FIRSTS = 3
 """Number of the likeliest causes beside which a second one is tried."""
 
+Chosen = list[tuple[Posterior, FittedCause]]
+"""One cause or two that explain the linear responses, each with the posterior that it is taken from."""
+
 
 @dataclass(frozen=True, eq=False)
 class Likeliest:
@@ -108,9 +111,15 @@ def _with_own_detections(
     return [replace(fit, log_evidence=fit.log_evidence + (added | own)[fit.name]) for fit in fitted_causes]
 
 
+def total_evidence(examination: Examination, chosen: Chosen) -> float:
+    """Log Bayes factor of one cause or two."""
+    penalty = examination.base_rates.pair_penalty * (len(chosen) - 1)
+    return sum(cause.log_evidence for _, cause in chosen) - penalty
+
+
 def alternative(
     examination: Examination, first: Posterior, residual: Screen, causes: list[Cause], generator: np.random.Generator
-) -> tuple[list[tuple[Posterior, FittedCause]], Screen] | None:
+) -> tuple[Chosen, Screen] | None:
     """A better explanation where the likeliest cause leaves too much: another likely cause, or two causes.
 
     Parameters
@@ -118,7 +127,7 @@ def alternative(
     residual : screen of the model extended by the likeliest cause
     """
     model, pair_penalty = examination.model, examination.base_rates.pair_penalty
-    best: tuple[float, list[tuple[Posterior, FittedCause]], Screen] | None = None
+    best: tuple[Chosen, Screen] | None = None
     # a cause without evidence of its own is not tried as one of two
     least = max(first.best.log_evidence - PAIR_FIRST_WITHIN, 0.0)
     for cause in [fit for fit in first.fitted_causes[:_MOST_FIRSTS] if fit.log_evidence > least]:
@@ -130,20 +139,19 @@ def alternative(
                 cause, after = moved, screen(model, moved.fit, (moved.extension,), causes, generator)
         own = with_first(first, cause)
         if after.p_value >= CLOSURE_RATE:
-            option = (cause.log_evidence, [(own, cause)], after)
+            option: tuple[Chosen, Screen] = ([(own, cause)], after)
         else:
             seconds = _second_causes(examination, cause.fit, cause.extension, after, causes)
             if max((fit.log_evidence for fit in seconds), default=0.0) < pair_penalty:
                 continue
             second = cause_posterior(seconds, after.unknown_evidence, examination.base_rates)
             after = screen(model, second.best.fit, (cause.extension, second.best.extension), causes, generator)
-            total = cause.log_evidence + second.best.log_evidence - pair_penalty
-            option = (total, [(own, cause), (second, second.best)], after)
-        if best is None or option[0] > best[0]:
+            option = ([(own, cause), (second, second.best)], after)
+        if best is None or total_evidence(examination, option[0]) > total_evidence(examination, best[0]):
             best = option
     if best is None:
         return None
-    _, chosen, after = best
+    chosen, after = best
     if len(chosen) > 1:
         (own, cause), (second, other) = chosen
         given = _posterior_given(examination, cause, other, causes, generator)

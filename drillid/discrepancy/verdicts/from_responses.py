@@ -26,7 +26,14 @@ from drillid.discrepancy.rules import (
     PLACE_CONFIDENCE,
 )
 from drillid.discrepancy.verdicts.examination import Examination, remaining_evidence, unproved_names
-from drillid.discrepancy.verdicts.explanations import Likeliest, alternative, residuals, with_first
+from drillid.discrepancy.verdicts.explanations import (
+    Chosen,
+    Likeliest,
+    alternative,
+    residuals,
+    total_evidence,
+    with_first,
+)
 from drillid.discrepancy.verdicts.naming import Posterior, class_evidence, class_name, distinguishable, separator
 from drillid.discrepancy.verdicts.verdict import UNKNOWN, Verdict
 
@@ -41,14 +48,14 @@ def explain_responses(
         return _unknown(examination, max(before.unknown_evidence, likeliest.evidence), nearest=nearest)
     best = first.best
     after = screen(model, best.fit, (best.extension,), causes, generator)
-    chosen: list[tuple[Posterior, FittedCause]] = [(first, best)]
+    chosen: Chosen = [(first, best)]
     if after.p_value < CLOSURE_RATE:
         better = alternative(examination, first, after, causes, generator)
         if better is not None and (
-            _is_incomplete(model, best.fit, after) or _total(examination, better[0]) > best.log_evidence
+            _is_incomplete(model, best.fit, after) or total_evidence(examination, better[0]) > best.log_evidence
         ):
             chosen, after = better
-    total, fit = _total(examination, chosen), chosen[-1][1].fit
+    total, fit = total_evidence(examination, chosen), chosen[-1][1].fit
     if any(cause.at_bound for _, cause in chosen):
         return _unknown(examination, max(before.unknown_evidence, total))
     is_incomplete = _is_incomplete(model, fit, after)
@@ -62,12 +69,6 @@ def explain_responses(
     return _with_sure_gains(examination, result)
 
 
-def _total(examination: Examination, chosen: list[tuple[Posterior, FittedCause]]) -> float:
-    """Log Bayes factor of one cause or two."""
-    penalty = examination.base_rates.pair_penalty * (len(chosen) - 1)
-    return sum(cause.log_evidence for _, cause in chosen) - penalty
-
-
 def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
     """Whether an extended model leaves more than noise, or leaves no more because data sheets are not believed."""
     above_noise = fit.chi2 > LEFT_CHI2 * residuals(model)
@@ -75,9 +76,7 @@ def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
     return leaves_more or fit.data_sheet_cost > OUT_OF_REACH
 
 
-def _named(
-    examination: Examination, first: Posterior, chosen: list[tuple[Posterior, FittedCause]], after: Screen
-) -> Examination:
+def _named(examination: Examination, first: Posterior, chosen: Chosen, after: Screen) -> Examination:
     """The model extended by the chosen causes, with a verdict for each."""
     names = tuple(fit.extension for _, fit in chosen)
     extensions, extended = _bounded_in_depth(examination.model, names, chosen[-1][1].fit)
