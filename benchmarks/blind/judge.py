@@ -11,14 +11,15 @@ from benchmarks.blind.ideal.alike import INDISTINGUISHABLE, imitated, likely, sa
 from benchmarks.blind.ideal.ideal import Ideal, threshold
 from benchmarks.blind.ideal.of_case import ideal_of
 from benchmarks.blind.vocabulary import CAUSES, CLOSURE_P_VALUE, DISTINCT, NONE, UNKNOWN
-from benchmarks.blind.world import FOLDER, AnyCase, depths, place, present, world_of
+from benchmarks.blind.world import FOLDER, AnyCase, bit_stands, depths, place, present, world_of
 from benchmarks.kept import as_json
 from drillid.fleet.provenance import digest, source_hash
 
 _CODE_OF_IDEALS = source_hash("benchmarks.blind.ideal.alike", "benchmarks.blind.ideal.of_case")
 """Modules that compute the ideal test; those of their package that they import are hashed with them."""
 _PHYSICS = source_hash("drillid.physics.responses", "drillid.physics.nonlinear", "drillid.excitation.torques")
-_UNSIZED = ("stuck_slip_regimes",)
+_REGIME = "stuck_slip_regimes"
+_UNSIZED = (_REGIME,)
 """Causes whose size has another definition in the simulators than in the catalogue."""
 _TOGETHER = frozenset({"actuator_gain", "controller_gain", "speed_scale"})
 """Each of these is exactly equivalent to the other two together: speed times g, gains over g and torque times g."""
@@ -110,6 +111,9 @@ def ideals(case: AnyCase, *, thorough: bool = True) -> Ideals:
         near
     """
     ideal = ideal_of(case)
+    if _REGIME in case.hidden_names and not bit_stands(case):
+        # what remains is a torque that falls with speed
+        ideal = ideal.taking_as_linear(_REGIME)
     noncentrality, tones = ideal.noncentrality(case.hidden), ideal.tones(case.hidden)
     halves = [
         ideal.noncentrality((replace(hidden, size=hidden.size / 2),), _others(case, hidden)) for hidden in case.hidden
@@ -223,8 +227,8 @@ def judge(
 def _with_regime(same: tuple[str, ...], *, stands: bool) -> tuple[str, ...]:
     """Causes that cannot be distinguished, with what the bit's regime makes of them."""
     if stands:
-        return (*same, "stuck_slip_regimes")
-    return (*same, "stribeck_cutting") if "stuck_slip_regimes" in same else same
+        return (*same, _REGIME)
+    return (*same, "stribeck_cutting") if _REGIME in same else same
 
 
 def is_true(case: AnyCase, verdict: Claim, same: tuple[tuple[str, ...], ...]) -> bool:

@@ -46,6 +46,10 @@ class BaseRates:
         """Posterior probability of some causes against nothing wrong, from their log Bayes factor."""
         return float(expit(log_evidence + self.log_prior_odds(names)))
 
+    def probability_beside(self, log_evidence: float) -> float:
+        """Posterior probability of a certain second cause beside a first, from its log Bayes factor against none."""
+        return float(expit(log_evidence - self.pair_penalty))
+
     @property
     def pair_penalty(self) -> float:
         """Log odds against a certain second cause beside a first: any other of the catalogue may be the second."""

@@ -53,6 +53,12 @@ DETECTIONS_SHARE = Rule(
     "a quarter, so that a quarter is reserved: p-values come from draws and estimates",
     "make blind: false_alarm",
 )
+DATA_SHEET_SHARE = Rule(
+    0.15,
+    "share of the error rate given to causes beside which data sheets are believed that the base model rejects",
+    "of the quarter that is reserved, as much as a law leaves",
+    _ENGINE + "test_gains_are_named_though_one_of_them_is_stated_wrong",
+)
 LAW_SHARE = Rule(
     0.1,
     "share of the error rate given to the harmonics of the sweep's period, by which a law shows that is not linear",

@@ -79,6 +79,13 @@ class Ideal:
             self._theories[parts] = Theory(self.case, self.responses, parts)
         return self._theories[parts]
 
+    def taking_as_linear(self, name: str) -> "Ideal":
+        """The test where a cause never comes to what makes it not linear."""
+        other = copy(self)
+        other.effects = {**self.effects, name: replace(self.effects[name], linear=True)}
+        other._noncentrality = lru_cache(maxsize=None)(other._least_noncentrality)
+        return other
+
     def noncentrality(self, hidden: tuple[Hidden, ...], beside: tuple[Hidden, ...] = ()) -> float:
         """λ of causes: least squared distance, in units of noise and tolerances, to any rig without them.
 

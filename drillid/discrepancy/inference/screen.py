@@ -82,7 +82,7 @@ def screen(
     # estimated variances inflate scores a little beyond the projected information
     inflated = dispersion(model)
     by_candidate, by_channel, total = groups.evidence(projection.score[None] / np.sqrt(inflated))
-    draws = generator.standard_normal((_DRAWS, projection.score.size)) @ _root(projection.information).T
+    draws = generator.standard_normal((_DRAWS, projection.score.size)) @ root(projection.information).T
     p_value = tail_p_value(float(total[0]), groups.evidence(draws)[2])
     count = len(chosen)
     of_candidates = Projection(projection.score[:count], projection.information[:count, :count])
@@ -167,7 +167,7 @@ def dispersion(model: SetModel) -> float:
     return float(np.mean((freedom - 1) / (freedom - 2)))
 
 
-def _root(information: Floats) -> Floats:
+def root(information: Floats) -> Floats:
     """Factor R of R Rᵀ, accurate in every direction however much their units, and so their scales, differ."""
     scale = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))

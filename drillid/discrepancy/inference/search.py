@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import log_ndtr
 
-from drillid.discrepancy.catalogue import Cause
+from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import Cause, Size
 from drillid.discrepancy.inference.coordinates import SHARED, Extension, Point
 from drillid.discrepancy.inference.projection import secants
 from drillid.discrepancy.inference.screen import Screen
@@ -286,24 +287,38 @@ def _shapes(screened: Screen, name: str, most: int | None) -> list[Extension]:
 def _evidence(base: SetFit, fit: SetFit, cause: Cause) -> float:
     """Laplace's approximation with the size's normal or half-normal prior (Kass and Raftery 1995)."""
     place = SHARED + fit.point.sizes.size - 1
-    of_base = np.linalg.slogdet(base.information)[1] + base.windows_information
+    fall, of_base = base.cost - fit.cost, np.linalg.slogdet(base.information)[1] + base.windows_information
     if cause.size.fixed:
         others = np.delete(np.arange(len(fit.information)), place)
         of_fit = np.linalg.slogdet(fit.information[np.ix_(others, others)])[1] + fit.windows_information
-        return float(base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
+        return float(fall - 0.5 * (of_fit - of_base) - np.log(len(cause.shapes)))
     of_fit = np.linalg.slogdet(fit.information)[1] + fit.windows_information
-    wide = WIDE_PRIOR * cause.size.typical
-    evidence = base.cost - fit.cost - 0.5 * (of_fit - of_base) - np.log(wide)
     precision = 1 / np.linalg.inv(fit.information)[place, place]
-    if cause.size.low >= 0:
-        evidence += np.log(2.0) + log_ndtr(fit.point.sizes[-1] * np.sqrt(precision))
+    return float(evidence_of_size(fall, of_fit - of_base, fit.point.sizes[-1], precision, cause.size))
+
+
+def evidence_of_size(
+    fall: Floats | float, volume: Floats | float, size: Floats | float, precision: Floats | float, prior: Size
+) -> Floats:
+    """Log Bayes factors of a cause with a size, against none, by Laplace's approximation.
+
+    Parameters
+    ----------
+    fall : of the cost by the cause
+    volume : log determinant of the cost's curvature with the cause, minus that without it
+    size, precision : its estimate with the wide prior, and the precision of this
+    """
+    wide = WIDE_PRIOR * prior.typical
+    evidence = fall - 0.5 * np.asarray(volume) - np.log(wide)
+    if prior.low >= 0:
+        evidence += np.log(2.0) + log_ndtr(size * np.sqrt(precision))
     # estimate and variance of the size by the data alone, to replace the wide prior by the usual one
-    data_precision = max(precision - wide**-2.0, 1e-12 * precision)
-    estimate, variance = fit.point.sizes[-1] * precision / data_precision, 1 / data_precision
-    usual = _log_normal(estimate, cause.size.typical**2 + variance) - _log_normal(estimate, wide**2 + variance)
-    return float(evidence + np.logaddexp(0.0, usual) - np.log(2.0))
+    data_precision = np.maximum(precision - wide**-2.0, 1e-12 * precision)
+    estimate, variance = size * precision / data_precision, 1 / data_precision
+    usual = _log_normal(estimate, prior.typical**2 + variance) - _log_normal(estimate, wide**2 + variance)
+    return np.asarray(evidence + np.logaddexp(0.0, usual) - np.log(2.0), dtype=float)
 
 
-def _log_normal(value: float, variance: float) -> float:
-    """Log density of a normal variable of mean zero, up to a constant."""
-    return float(-0.5 * value**2 / variance - 0.5 * np.log(variance))
+def _log_normal(value: Floats | float, variance: Floats | float) -> Floats:
+    """Log density of normal variables of mean zero, up to a constant."""
+    return np.asarray(-0.5 * np.square(value) / variance - 0.5 * np.log(variance), dtype=float)

@@ -118,7 +118,7 @@ class SetFit:
         with its scale take a normal distribution that is half as wide again.
         """
         documented, sizes = list(DATA_SHEET), slice(SHARED, SHARED + self.point.sizes.size)
-        precision, _ = _priors(self.off_data_sheet, self.prior_error, self.heavy_tailed)
+        precision = prior_precision(self.off_data_sheet, self.prior_error, self.heavy_tailed)
         wide = (_HEAVY * self.prior_error[documented]) ** -2.0
         information = self.information.copy()
         information[documented, documented] -= np.maximum(precision[documented] - wide, 0.0)
@@ -252,11 +252,23 @@ def normal_equations(
     return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)
 
 
-def _priors(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """Precision of the priors of shared coordinates, sizes and shapes about a point, and their right side."""
-    precision = error**-2.0
+def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
+    """Precision (..., P) of the priors of shared coordinates, sizes and shapes that lie off them, in their units.
+
+    Parameters
+    ----------
+    off : (..., P) in standard deviations
+    error : (P,) these
+    """
+    precision = np.broadcast_to(error**-2.0, off.shape).copy()
     heavy = list(heavy_tailed)
-    precision[heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[heavy] ** 2)
+    precision[..., heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[..., heavy] ** 2)
+    return precision
+
+
+def _priors(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> tuple[Floats, Floats]:
+    """Precision of the priors about a point, and their right side, each (P,)."""
+    precision = prior_precision(off, error, heavy_tailed)
     return precision, -precision * off * error
 
 
@@ -269,10 +281,10 @@ def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]
 
 
 def off_cost(off: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
-    """Cost of coordinates that lie off their priors by so many standard deviations, each."""
+    """Cost of coordinates (..., P) that lie off their priors by so many standard deviations, each."""
     cost = 0.5 * off**2
     heavy = list(heavy_tailed)
-    cost[heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[heavy] ** 2 / STUDENT_TAIL)
+    cost[..., heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[..., heavy] ** 2 / STUDENT_TAIL)
     return np.asarray(cost, dtype=float)
 
 

@@ -1,13 +1,67 @@
 """Posterior of a cause's size, under the prior by which its evidence is counted."""
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import log_ndtr, ndtr, softmax
+from scipy.stats import norm
 
+from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import Size
+from drillid.discrepancy.inference.coordinates import DATA_SHEET, SHARED, Extension
+from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
+from drillid.discrepancy.inference.set_fit import SetFit, prior_precision
 from drillid.discrepancy.rules import WIDE_PRIOR
 
 _LEVEL = 0.95
+_TAILS = ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2)
+_REACH, _POINTS = 10.0, 201
+"""Standard errors on either side of an estimate that a posterior is computed for, and at how many sizes."""
+_FAR = 1e3
+"""Tolerances off at which a data sheet has no weight."""
+
+
+def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: int) -> tuple[float, float]:
+    """Central 95 % interval of the posterior of one of a fit's sizes.
+
+    What data sheets state has errors with heavy tails. Where two of them together tell a size, they may contradict each
+    other, and the posterior then has room for either being wrong: it is computed size by size, with all else at its
+    optimum there, its volume by Laplace's approximation.
+
+    Parameters
+    ----------
+    place : of the size among those of the fit
+    """
+    size = extensions[place].cause.size
+    estimate, error = float(fit.point.sizes[place]), float(fit.size_errors[place])
+    low, high = max(estimate - _REACH * error, size.low), min(estimate + _REACH * error, size.high)
+    sizes = np.linspace(low, high, _POINTS)
+    usual, wide = (norm.logpdf(sizes, scale=scale * size.typical) for scale in (1.0, WIDE_PRIOR))
+    # the fit has the wide prior alone
+    log_prior = np.logaddexp(usual, wide) - wide
+    log_density = _log_density(fit, extensions, SHARED + place, sizes) + log_prior
+    below = cumulative_trapezoid(np.exp(log_density - log_density.max()), sizes, initial=0.0)
+    low, high = np.interp(np.array(_TAILS) * below[-1], below, sizes)
+    return max(min(float(low), estimate), size.low), min(max(float(high), estimate), size.high)
+
+
+def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, values: Floats) -> Floats:
+    """Log density of a size at N values (N,), up to a constant, with its prior of the fit."""
+    at = np.append(fit.off_data_sheet * fit.prior_error, fit.point.coordinates(extensions)[SHARED:])
+    right = fit.information @ at
+    information = fit.information.copy()
+    rig = np.arange(SHARED)
+    information[rig, rig] -= prior_precision(fit.off_data_sheet, fit.prior_error, fit.heavy_tailed)
+    others = np.delete(np.arange(at.size), index)
+    error = np.append(fit.prior_error, np.full(at.size - SHARED, np.inf))
+    documented = tuple(sorted({*fit.heavy_tailed, *DATA_SHEET}))
+    equations = HeavyTailedFit(information, error, documented).of(others)
+    rest = right[others] - values[:, None] * information[others, index]
+    # each data sheet in turn is not believed
+    starts = [np.zeros(others.size), *(_FAR * error[one] * (others == one) for one in documented)]
+    optima = equations.optima(rest, [np.broadcast_to(start, rest.shape) for start in starts])
+    squares = 0.5 * information[index, index] * values**2 - right[index] * values
+    return np.asarray(-squares - optima.cost - 0.5 * optima.log_volume, dtype=float)
 
 
 def size_interval(estimate: float, error: float, size: Size) -> tuple[float, float]:
@@ -38,5 +92,5 @@ def size_interval(estimate: float, error: float, size: Size) -> tuple[float, flo
 
     reach = 10 * float(deviation.max())
     ends = max(float(mean.min()) - reach, least), float(mean.max()) + reach
-    low, high = (float(brentq(beyond, *ends, args=(share,))) for share in ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2))
+    low, high = (float(brentq(beyond, *ends, args=(share,))) for share in _TAILS)
     return max(min(low, estimate), size.low), min(max(high, estimate), size.high)

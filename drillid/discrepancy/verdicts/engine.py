@@ -11,11 +11,20 @@ from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain, pool
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.base_fit import at_interval_of, at_likeliest_interval, fit_base, interval_cost
+from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set, without_outlier_windows
 from drillid.discrepancy.inference.set_model import SetModel
-from drillid.discrepancy.rules import CLOSURE_RATE, DETECTIONS_SHARE, EVEN_ODDS, RESPONSES_SHARE, SHAPE_RESOLVED
+from drillid.discrepancy.rules import (
+    CLOSURE_RATE,
+    DATA_SHEET_SHARE,
+    DETECTIONS_SHARE,
+    EVEN_ODDS,
+    REJECTED_PULLS,
+    RESPONSES_SHARE,
+    SHAPE_RESOLVED,
+)
 from drillid.discrepancy.verdicts.examination import Examination, as_unknown, unextended
 from drillid.discrepancy.verdicts.explanations import Likeliest, base_model_rejected, likeliest_cause
 from drillid.discrepancy.verdicts.from_detections import combine_with_detections
@@ -97,6 +106,9 @@ def _by_responses(
     is_interval_free = bool(np.isnan(evidence.data_sheet.control_interval))
     found = _explained(begun, likeliest, causes, generator, is_interval_free=is_interval_free)
     p_value = min(begun.p_value, _bounded_p_value(found)) if rejected else begun.p_value
+    if p_value >= rate and begun.base.data_sheet_cost > REJECTED_PULLS and likeliest.evidence > 0:
+        chance = chance_of_evidence(begun.model, begun.base, causes, likeliest.evidence, generator)
+        p_value = min(p_value, chance * RESPONSES_SHARE / DATA_SHEET_SHARE)
     return replace(found if p_value < rate else begun, p_value=p_value)
 
 

@@ -13,7 +13,7 @@ from drillid.discrepancy.inference.screen import Screen, screen
 from drillid.discrepancy.inference.search import FittedCause
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
-from drillid.discrepancy.inference.size_posterior import size_interval
+from drillid.discrepancy.inference.size_posterior import fitted_size_interval, size_interval
 from drillid.discrepancy.inference.unknown import ON_DATA_SHEET, furthest_off_data_sheet
 from drillid.discrepancy.predictive_gain import PredictiveGain
 from drillid.discrepancy.rules import (
@@ -130,8 +130,7 @@ def _bounded_in_depth(
 
 def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: FittedCause) -> Verdict:
     evidence = result.model.evidence
-    size, error = _size(result, place)
-    low, high = (size, size) if fit.extension.cause.size.fixed else size_interval(size, error, fit.extension.cause.size)
+    size, low, high = _size(result, place)
     cause, rows = fit.extension.cause, result.extensions[place].windows
     depth = evidence.operating_points.hole_depth if rows is None else evidence.operating_points.hole_depth[list(rows)]
     without = tuple(other for number, other in enumerate(result.extensions) if number != place)
@@ -139,12 +138,13 @@ def _linear_verdict(result: Examination, place: int, posterior: Posterior, fit: 
         detection_gain([detection for detection in evidence.detections if detection.cause == cause.name])
     )
     members = _members(result, posterior, without)
+    rates, own = result.base_rates, fit.log_evidence
+    present = rates.probability_beside(own) if place > 0 else rates.probability([cause.name], own)
     own_evidence = {one.name: one.log_evidence for one in (*posterior.fitted_causes, fit)}
     return Verdict(
         verdict=class_name(members),
         family=cause.family,
-        probability=sum(posterior.share[name] for name in members)
-        * result.base_rates.probability([cause.name], fit.log_evidence),
+        probability=sum(posterior.share[name] for name in members) * present,
         from_m=float(depth.min()),
         to_m=float(depth.max()),
         cause=cause.name,
@@ -175,15 +175,17 @@ def _location(result: Examination, place: int, members: tuple[str, ...]) -> floa
     return extensions[place].shape * float(np.mean(model.length))
 
 
-def _size(result: Examination, place: int) -> tuple[float, float]:
-    """Size of an extension and its error; from its detection where it varies within the window, as the mean response
-    hardly determines it.
+def _size(result: Examination, place: int) -> tuple[float, float, float]:
+    """Size of an extension and its interval; from its detection where it varies within the window, as the mean
+    response hardly determines it.
     """
-    if result.extensions[place].cause.time_varying:
-        own = [detection for detection in result.detections if detection.cause == result.extensions[place].cause.name]
-        if own and np.isfinite(own[0].size_error):
-            return own[0].size, own[0].size_error
-    return float(result.extended.point.sizes[place]), float(result.extended.size_errors[place])
+    cause, size = result.extensions[place].cause, float(result.extended.point.sizes[place])
+    if cause.size.fixed:
+        return size, size, size
+    own = [detection for detection in result.detections if detection.cause == cause.name]
+    if cause.time_varying and own and np.isfinite(own[0].size_error):
+        return own[0].size, *size_interval(own[0].size, own[0].size_error, cause.size)
+    return size, *fitted_size_interval(result.extended, result.extensions, place)
 
 
 def _members(result: Examination, posterior: Posterior, others: tuple[Extension, ...]) -> tuple[str, ...]:

@@ -150,6 +150,15 @@ def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
         assert judge(case, always("stuck_slip_regimes"), ideal, stands=stands).right
 
 
+def test_a_bit_that_never_stands_has_the_ideal_test_of_a_torque_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = replace(other_plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
+    for stands in (False, True):
+        monkeypatch.setattr("benchmarks.blind.judge.bit_stands", lambda _, stands=stands: stands)
+        found = ideals(case, thorough=False)
+        assert np.isnan(found.detectability) == stands
+        assert stands or 0 < found.detectability < 100
+
+
 def test_what_two_others_make_exactly_is_not_taken_out() -> None:
     """A record times g with a control times 1/g is an actuator times g; no search has to find it."""
     ideal = Ideals(17.0, 1.0, 1.0, 1.0, 30.0, (("actuator_gain",),))
@@ -176,6 +185,17 @@ def test_a_length_that_fits_far_off_the_data_sheet_is_wrong_though_all_residuals
     (verdict,) = examine(evidence_of(case), catalogue=other, error_rate=ERROR_RATE, seed=case.seed).verdicts
     assert (verdict.verdict, verdict.family) == ("unknown", "data sheet")
     assert verdict.what_would_separate.startswith("the fitted length of the string lies")
+
+
+def test_gains_are_named_though_one_of_them_is_stated_wrong() -> None:
+    """The base model takes both for wrong statements, which linear theory about it does not doubt."""
+    case = hidden_case("controller_gain")
+    evidence, sheet = evidence_of(case), case.data_sheet
+    controller = replace(sheet.controller, proportional=1.15 * sheet.controller.proportional)
+    found = examine(replace(evidence, data_sheet=replace(sheet, controller=controller)), error_rate=ERROR_RATE)
+    assert found.before.p_value > ERROR_RATE
+    (verdict,) = found.verdicts
+    assert verdict.verdict == "controller_gain"
 
 
 def test_a_drift_that_the_catalogue_lacks_is_no_jump() -> None:

@@ -12,6 +12,7 @@ from drillid.discrepancy.evidence import OperatingPoints
 from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
+from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
 from drillid.discrepancy.inference.most_mass import bias_of_curvature, of_most_mass
 from drillid.discrepancy.inference.projection import columns, project
 from drillid.discrepancy.inference.screen import screen
@@ -64,6 +65,19 @@ def test_many_windows_of_two_periods_in_which_nothing_is_wrong_have_no_misfit() 
     damping, error = COORDINATES.index("damping_bha"), np.sqrt(np.diag(np.linalg.inv(base.information)))
     off = of_most_mass(model, base).shared[damping] - SOUND.bit.damping / 50.0
     assert abs(off) < 0.5 * error[damping]
+
+
+def test_evidence_where_data_sheets_are_far_off_is_as_rare_as_it_is_large() -> None:
+    """In the mean a Bayes factor is one where nothing is wrong, so that e^E is exceeded once in e^E (Markov)."""
+    model, base = _fitted(WINDOWS, seed=1)
+    causes = [CATALOGUE[name] for name in ("controller_gain", "drive_lag", "extra_section", "wave_speed")]
+    evidence = np.arange(-3.0, 6.0)
+    chances = [chance_of_evidence(model, base, causes, each, np.random.default_rng(0)) for each in evidence]
+    assert np.all(np.diff(chances) <= 0)
+    # of data sheets that are off by so much, and not for ever where no draw is
+    assert 0.01 < chances[0] < 0.5
+    assert 0 < chances[-1] < 0.01
+    assert np.all(chances <= len(causes) * np.exp(-evidence))
 
 
 class _Bent(SetModel):

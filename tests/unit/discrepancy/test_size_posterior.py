@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm, t
 
-from drillid.discrepancy.catalogue import Size
-from drillid.discrepancy.inference.size_posterior import size_interval
-from drillid.discrepancy.rules import WIDE_PRIOR
+from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import CATALOGUE, Size
+from drillid.discrepancy.inference.coordinates import COORDINATES, HEAVY_TAILED, SHARED, Extension, Point
+from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
+from drillid.discrepancy.inference.set_fit import SetFit, prior_precision
+from drillid.discrepancy.inference.size_posterior import fitted_size_interval, size_interval
+from drillid.discrepancy.rules import STUDENT_TAIL, WIDE_PRIOR
 
 ONE_SIDED, TWO_SIDED = Size("lag", "s", 1.0, 0.0, 1e3), Size("gain", "1", 1.0, -1e3, 1e3)
 
@@ -41,3 +46,45 @@ def test_a_size_that_the_data_tell_has_the_interval_of_the_data() -> None:
 def test_bounds_end_an_interval() -> None:
     assert size_interval(*_fitted(0.1, 0.5), ONE_SIDED)[0] >= 0
     assert size_interval(*_fitted(9.9, 0.5), Size("lag", "s", 1.0, 0.0, 10.0))[1] == 10.0
+
+
+GAIN = Extension(CATALOGUE["controller_gain"], 0.0)
+TOLERANCE, DATA_ERROR = 0.02, 0.005
+
+
+def _told_by_two_data_sheets(size: float, off: Floats, noise: Floats) -> SetFit:
+    """A fit of a size of which the data tell its sums with P and with I, (2,) each."""
+    gains = [COORDINATES.index("P"), COORDINATES.index("I")]
+    error, sums = np.ones(SHARED), np.zeros((2, SHARED + 1))
+    error[gains] = TOLERANCE
+    sums[[0, 1], gains], sums[:, SHARED] = 1.0, 1.0
+    information, wide = sums.T @ sums / DATA_ERROR**2, WIDE_PRIOR * GAIN.cause.size.typical
+    right = (size + off + noise) @ sums / DATA_ERROR**2
+    equations = HeavyTailedFit(information, np.append(error, wide), HEAVY_TAILED)
+    starts = np.zeros((3, SHARED + 1))
+    starts[[1, 2], gains] = 1.0
+    at = equations.optima(right[None], starts[:, None]).at[0]
+    point, off_prior = Point(at[:SHARED], np.zeros((1, 4)), at[SHARED:], np.zeros(1)), at[:SHARED] / error
+    precision = np.append(prior_precision(off_prior, error, HEAVY_TAILED), wide**-2.0)
+    return SetFit(point, 0.0, 0.0, information + np.diag(precision), 0.0, off_prior, HEAVY_TAILED, error)
+
+
+def _by_quadrature(seen: Floats) -> Floats:
+    """The same interval from the posterior of a size by its two sums with gains that are off, (2,)."""
+    sizes, noise = np.linspace(-1.0, 1.5, 5001), DATA_ERROR * np.linspace(-5.0, 5.0, 41)
+    density = sum(norm.pdf(sizes, scale=scale * GAIN.cause.size.typical) / 2 for scale in (1.0, WIDE_PRIOR))
+    for each in seen:
+        off = (each - sizes[:, None] - noise) / TOLERANCE
+        density = density * (t.pdf(off, float(STUDENT_TAIL)) @ norm.pdf(noise, scale=DATA_ERROR))
+    below = np.cumsum(density)
+    return np.interp([0.025, 0.975], below / below[-1], sizes)
+
+
+def test_an_interval_is_that_of_the_posterior_though_two_data_sheets_contradict_each_other() -> None:
+    generator = np.random.default_rng(2)
+    for apart in (0.0, 2.0, 4.0, 6.0, 10.0):
+        off = TOLERANCE * np.array([apart, 0.0])
+        noise = DATA_ERROR * generator.standard_normal(2)
+        found = fitted_size_interval(_told_by_two_data_sheets(0.3, off, noise), (GAIN,), 0)
+        exact = _by_quadrature(0.3 + off + noise)
+        assert found == pytest.approx(exact, abs=0.02 * np.ptp(exact))

@@ -1,0 +1,61 @@
+"""How often data sheets are so far off that a cause seems to be there where nothing is wrong.
+
+The errors of what data sheets state have heavy tails, of which linear theory about the fitted model knows nothing: a
+score test sees no difference between a value that is wrong outright and a cause that looks like it. Here errors are
+drawn from their priors, and each draw is fitted without and with each cause. All but the priors is linear.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from drillid.arrays import Floats
+from drillid.discrepancy.catalogue import Cause
+from drillid.discrepancy.inference.coordinates import SHARED
+from drillid.discrepancy.inference.heavy_tails import HeavyTailedFit
+from drillid.discrepancy.inference.projection import candidates, columns
+from drillid.discrepancy.inference.screen import root
+from drillid.discrepancy.inference.search import evidence_of_size
+from drillid.discrepancy.inference.set_fit import SetFit, normal_equations, off_cost
+from drillid.discrepancy.inference.set_model import SetModel
+from drillid.discrepancy.rules import REJECTED_PULLS, STUDENT_TAIL, WIDE_PRIOR
+
+_DRAWS = 2000
+
+
+def chance_of_evidence(
+    model: SetModel, base: SetFit, catalogue: Sequence[Cause], log_evidence: float, generator: np.random.Generator
+) -> float:
+    """Probability that data sheets are off by more than REJECTED_PULLS and some cause has at least so much evidence,
+    where nothing is wrong.
+    """
+    chosen = [candidate for candidate in candidates(catalogue) if not candidate.cause.size.fixed]
+    wide = [WIDE_PRIOR * candidate.cause.size.typical for candidate in chosen]
+    normal = normal_equations(model, base.point, (), columns(model, base, (), chosen))
+    information = normal.eliminated()[0] - np.diag(normal.prior)
+    everything = HeavyTailedFit(information, np.append(model.prior_error, wide), model.heavy_tailed)
+    true, right = _drawn(model, information, generator)
+    rig = np.arange(SHARED)
+    without = everything.of(rig).optima(right[:, rig], (np.zeros_like(true), true))
+    rejected = off_cost(without.at / model.prior_error, model.heavy_tailed).sum(axis=1) > REJECTED_PULLS
+    true, right, without = true[rejected], right[rejected], without.where(rejected)
+    starts = [np.pad(start, ((0, 0), (0, 1))) for start in (true, without.at)]
+    most = np.full(len(true), -np.inf)
+    for place, candidate in enumerate(chosen, SHARED):
+        own, size = np.append(rig, place), candidate.cause.size
+        fitted = everything.of(own).optima(right[:, own], starts)
+        fall, volume = without.cost - fitted.cost, fitted.log_volume - without.log_volume
+        estimate, precision = fitted.at[:, -1], 1 / np.linalg.inv(fitted.curvature)[:, -1, -1]
+        evidence = evidence_of_size(fall, volume, estimate, precision, size)
+        most = np.maximum(most, np.where(estimate >= size.low, evidence, -np.inf))
+    # as if the evidence at hand were one of the draws
+    return float((np.count_nonzero(most >= log_evidence) + 1) / (_DRAWS + 1))
+
+
+def _drawn(model: SetModel, information: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
+    """By how much data sheets are off (N, 14), and the right sides (N, P) of data with noise."""
+    off, heavy = generator.standard_normal((_DRAWS, SHARED)), list(model.heavy_tailed)
+    off[:, heavy] = generator.standard_t(float(STUDENT_TAIL), (_DRAWS, len(heavy)))
+    true = off * model.prior_error
+    noise = generator.standard_normal((_DRAWS, len(information))) @ root(information).T
+    return true, true @ information[:SHARED] + noise

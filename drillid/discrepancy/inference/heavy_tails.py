@@ -1,0 +1,73 @@
+"""Fits that are linear but for the heavy tails of their priors: many at once, by reweighted least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from drillid.arrays import Booleans, Floats, Indices
+from drillid.discrepancy.inference.set_fit import off_cost, prior_precision
+
+_ROUNDS = 12
+"""Of reweighted least squares from each start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optima:
+    """Least costs of N fits in P coordinates."""
+
+    at: Floats
+    """(N, P)"""
+    cost: Floats
+    """(N,) ½ xᵀ I x − bᵀ x, with the costs of the priors."""
+    curvature: Floats
+    """(N, P, P), of the priors as of the normal ones that give the same optimum."""
+
+    def where(self, chosen: Booleans) -> Optima:
+        """Some of them."""
+        return Optima(*(getattr(self, each.name)[chosen] for each in fields(self)))
+
+    @property
+    def log_volume(self) -> Floats:
+        """(N,) log determinants of the curvatures."""
+        return np.asarray(np.linalg.slogdet(self.curvature)[1], dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class HeavyTailedFit:
+    """Linear equations I x = b whose coordinates have priors about zero, some with heavy tails."""
+
+    information: Floats
+    """(P, P), I."""
+    error: Floats
+    """(P,) standard deviations or scales of the priors; infinite without one."""
+    heavy_tailed: tuple[int, ...]
+    """Indices of those whose prior is Student's t."""
+
+    def optima(self, right: Floats, starts: Sequence[Floats]) -> Optima:
+        """The best of the fits from some starts.
+
+        Parameters
+        ----------
+        right : (N, P), b
+        starts : (N, P) each
+        """
+        fits = [self._descended(right, start) for start in starts]
+        best = np.argmin([fit.cost for fit in fits], axis=0), np.arange(len(right))
+        return Optima(*(np.stack([getattr(fit, each.name) for fit in fits])[best] for each in fields(Optima)))
+
+    def of(self, coordinates: Indices) -> HeavyTailedFit:
+        """The same in some of its coordinates."""
+        heavy = tuple(np.flatnonzero(np.isin(coordinates, self.heavy_tailed)).tolist())
+        return HeavyTailedFit(self.information[np.ix_(coordinates, coordinates)], self.error[coordinates], heavy)
+
+    def _descended(self, right: Floats, start: Floats) -> Optima:
+        at: Floats = start
+        for _ in range(_ROUNDS):
+            precision = prior_precision(at / self.error, self.error, self.heavy_tailed)
+            curvature = self.information + precision[..., None] * np.eye(self.error.size)
+            at = np.asarray(np.linalg.solve(curvature, right[..., None])[..., 0], dtype=float)
+        squares = 0.5 * np.einsum("np,np->n", at @ self.information, at) - np.einsum("np,np->n", at, right)
+        return Optima(at, squares + off_cost(at / self.error, self.heavy_tailed).sum(axis=1), curvature)
