@@ -16,6 +16,7 @@ from drillid.simulation.parts import (
     LawTable,
     NodeFriction,
     Rock,
+    Scratch,
     SpatialGrid,
     State,
     compiled,
@@ -23,8 +24,9 @@ from drillid.simulation.parts import (
 
 
 @compiled
-def factorise(grid: SpatialGrid, held: np.ndarray, half_step: float, multiplier: Floats, inverse: Floats) -> None:
+def factorise(grid: SpatialGrid, held: np.ndarray, half_step: float, factors: tuple[Floats, Floats]) -> None:
     """LDLᵀ of inertia + half_step · damping without prescribed nodes: multipliers (n,), inverse pivots (n + 1,)."""
+    multiplier, inverse = factors
     count = grid.coupling.size
     carried = 0.0
     for i in range(count + 1):
@@ -141,28 +143,25 @@ def set_levels(friction: NodeFriction, rock: Rock, weight: float, state: State, 
 def settle(
     grid: SpatialGrid,
     nodes: np.ndarray,
-    levels: tuple[Floats, Floats],
+    scratch: Scratch,
     chips: float,
-    push: Floats,
     state: State,
-    factors: tuple[Floats, Floats],
     half_step: float,
     top_mean: float,
-    mean: Floats,
 ) -> None:
-    """Mean of old and new speeds, (n + 1,) rad/s into `mean`, with slip and stick determined for this step.
+    """Mean of old and new speeds with slip and stick determined for this step, from push and levels of the scratch.
 
-    A node comes to rest and breaks away at most once in a step, so that the iteration ends. `push` is momentum
-    plus impulse of all torques but friction; `chips` is the torque of the blades on the turning bit; `top_mean` is
-    the mean speed of a top drive whose speed is prescribed.
+    A node comes to rest and breaks away at most once in a step, so that the iteration ends. `chips` is the torque of
+    the blades on the turning bit; `top_mean` is the mean speed of a top drive whose speed is prescribed.
     """
-    static, sliding = levels
-    stopped = np.zeros(nodes.size, dtype=np.bool_)
-    released = np.zeros(nodes.size, dtype=np.bool_)
+    push, mean = scratch.push, scratch.mean
+    static, sliding = scratch.levels
+    stopped, released = scratch.turned
+    stopped[:] = released[:] = False
     bit = push.size - 1
     while True:
         _load(grid, nodes, sliding, chips, push, state, half_step, top_mean, mean)
-        substitute(factors[0], factors[1], mean)
+        substitute(scratch.factors[0], scratch.factors[1], mean)
         changed = False
         for k in range(nodes.size):
             i = nodes[k]
@@ -179,7 +178,7 @@ def settle(
                     released[k] = changed = True
         if not changed:
             return
-        factorise(grid, state.held, half_step, factors[0], factors[1])
+        factorise(grid, state.held, half_step, scratch.factors)
 
 
 @compiled
@@ -195,8 +194,9 @@ def _load(
     mean: Floats,
 ) -> None:
     """Right-hand side into `mean`: push less friction of slipping nodes, plus terms of nodes of prescribed speed."""
-    mean[:] = push
     bit = push.size - 1
+    for i in range(bit + 1):
+        mean[i] = push[i]
     for k in range(nodes.size):
         i = nodes[k]
         if state.slip[i] != 0:

@@ -26,8 +26,10 @@ from drillid.simulation.parts import (
     Machine,
     Memory,
     Mounts,
+    Scratch,
     SpatialGrid,
     State,
+    allocating,
     compiled,
 )
 from drillid.simulation.tables import coupling_compliance, law_torque
@@ -97,9 +99,11 @@ def _add_relaxations(memory: Memory, state: State, half_step: float, past: tuple
     for k in range(memory.series_decay.size):
         for i in range(in_springs.size):
             in_springs[i] += memory.series[k, i] * state.unrelaxed_twist[k, i]
-    push += half_step * on_nodes
-    push[:-1] -= half_step * in_springs
-    push[1:] += half_step * in_springs
+    for i in range(on_nodes.size):
+        push[i] += half_step * on_nodes[i]
+    for i in range(in_springs.size):
+        push[i] -= half_step * in_springs[i]
+        push[i + 1] += half_step * in_springs[i]
 
 
 @compiled
@@ -144,9 +148,12 @@ def _swing(mounts: Mounts, state: State, mean: Floats, half_step: float) -> None
 def _losses(machine: Machine, push: Floats, mean: Floats, half_step: float, past: tuple[Floats, Floats]) -> float:
     """Power dissipated in dampers and friction, W; energy stored in relaxations counts as lost until returned."""
     grid = machine.grid
-    twisting = mean[:-1] - mean[1:]
-    lost = float(np.sum(grid.viscous * mean * mean) + np.sum(grid.coupling * twisting * twisting))
-    lost += float(np.sum(past[1] * twisting) - np.sum(past[0] * mean))
+    lost = 0.0
+    for i in range(mean.size):
+        lost += (grid.viscous[i] * mean[i] - past[0][i]) * mean[i]
+    for i in range(mean.size - 1):
+        twisting = mean[i] - mean[i + 1]
+        lost += (grid.coupling[i] * twisting + past[1][i]) * twisting
     for node in machine.friction.nodes:
         lost += reaction(grid, push, mean, half_step, node) * mean[node]
     return lost
@@ -190,11 +197,12 @@ def _advance(machine: Machine, state: State, mean: Floats, step: float, n: int) 
         if machine.friction.rest[k] > 0.0:
             i = machine.friction.nodes[k]
             state.rested[i] *= np.exp(-step * abs(mean[i]) / machine.friction.rest_angle)
-    state.before[:] = state.speed
-    state.speed[:] = 2 * mean - state.speed
+    for i in range(mean.size):
+        state.before[i] = state.speed[i]
+        state.speed[i] = 2 * mean[i] - state.speed[i]
 
 
-@compiled
+@allocating
 def march(
     machine: Machine,
     inputs: Inputs,
@@ -219,16 +227,38 @@ def march(
     energy : (2,) J, supplied and dissipated, accumulated
     account : accumulate the energies, at some cost
     """
+    count, contacts = state.torque.size, machine.friction.nodes.size
+    scratch = Scratch(
+        np.empty(count + 1),
+        np.empty(count + 1),
+        (np.empty(count), np.empty(count + 1)),
+        (np.zeros(contacts), np.zeros(contacts)),
+        (np.zeros(contacts, dtype=np.bool_), np.zeros(contacts, dtype=np.bool_)),
+        (np.zeros(count + 1), np.zeros(count)),
+        np.zeros(machine.mounts.nodes.size),
+    )
+    _march(machine, inputs, state, scratch, steps, step, every, outputs, energy, account)
+
+
+@compiled
+def _march(
+    machine: Machine,
+    inputs: Inputs,
+    state: State,
+    scratch: Scratch,
+    steps: tuple[int, int],
+    step: float,
+    every: int,
+    outputs: Floats,
+    energy: Floats,
+    account: bool,
+) -> None:
     grid, rock, nodes = machine.grid, machine.rock, machine.friction.nodes
+    mean, push, swinging = scratch.mean, scratch.push, scratch.swinging
     half_step, imposed = step / 2, inputs.top_speed.size > 0
     past = state.command.size - inputs.sweep.size
     bit_friction = nodes.size > 0 and nodes[-1] == state.torque.size
-    mean, push = np.empty_like(state.speed), np.empty_like(state.speed)
-    factors = (np.empty_like(state.torque), np.empty_like(state.speed))
-    levels = (np.zeros(nodes.size), np.zeros(nodes.size))
-    relaxing = (np.zeros(state.speed.size), np.zeros(state.torque.size))
-    swinging = np.zeros(machine.mounts.nodes.size)
-    factorise(grid, state.held, half_step, factors[0], factors[1])
+    factorise(grid, state.held, half_step, scratch.factors)
     for n in range(steps[0], steps[1]):
         drive, top_mean, chips = 0.0, 0.0, 0.0
         if imposed:
@@ -240,8 +270,8 @@ def march(
             jitter = inputs.jitter[n % inputs.jitter.size]
             drive = drive_torque(machine.drive, step, state.command, past + n, jitter, state.memory)
         if _twist(machine, state, step):
-            factorise(grid, state.held, half_step, factors[0], factors[1])
-        set_levels(machine.friction, rock, inputs.weight[n], state, levels)
+            factorise(grid, state.held, half_step, scratch.factors)
+        set_levels(machine.friction, rock, inputs.weight[n], state, scratch.levels)
         if rock.blades:
             chips = chip_torque(rock, inputs.weight[n], state, n, step)
         rock_torque = inputs.bit_torque[n]
@@ -249,9 +279,9 @@ def march(
             rock_torque += law_torque(machine.law, acting_speed(machine.law, state))
         _push(grid, state, drive, rock_torque, half_step, push)
         if machine.memory.present:
-            _add_relaxations(machine.memory, state, half_step, relaxing, push)
+            _add_relaxations(machine.memory, state, half_step, scratch.relaxing, push)
         _add_mounts(machine.mounts, state, half_step, swinging, push)
-        settle(grid, nodes, levels, chips, push, state, factors, half_step, top_mean, mean)
+        settle(grid, nodes, scratch, chips, state, half_step, top_mean)
         if imposed:
             drive = -reaction(grid, push, mean, half_step, 0)
         if n % every == 0:
@@ -263,7 +293,7 @@ def march(
                 output[6] += reaction(grid, push, mean, half_step, state.torque.size)
         if account:
             energy[SUPPLIED] += step * (drive * mean[0] - inputs.bit_torque[n] * mean[-1])
-            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, relaxing)
+            energy[DISSIPATED] += step * _losses(machine, push, mean, half_step, scratch.relaxing)
             energy[DISSIPATED] += step * (rock_torque - inputs.bit_torque[n]) * mean[-1]
             for k in range(swinging.size):
                 energy[DISSIPATED] -= step * swinging[k] * mean[machine.mounts.nodes[k]]

@@ -8,8 +8,13 @@ from numpy.typing import NDArray
 from drillid.arrays import Booleans, Floats, Integers
 from drillid.compiled import compiler
 
-compiled = compiler("simulation", fastmath={"contract"})
-"""Compile a function of the simulator, with fused multiply-add where the processor has it."""
+compiled = compiler("simulation", fastmath={"contract"}, _nrt=False)
+"""Compile a function of the simulator, with fused multiply-add where the processor has it.
+
+It makes no arrays, so that none has its references counted, which takes several times as long as the sums of a step.
+"""
+allocating = compiler("simulation", fastmath={"contract"})
+"""The same for one that makes arrays."""
 
 
 class SpatialGrid(NamedTuple):
@@ -216,6 +221,25 @@ class Inputs(NamedTuple):
     """(steps,) s, variation of the drive's delay, or (1,) for all steps."""
     top_speed: Floats
     """(steps + 1,) rad/s, prescribed speed of the top drive, or (0,)."""
+
+
+class Scratch(NamedTuple):
+    """What one step computes on its way, overwritten by the next."""
+
+    mean: Floats
+    """(n + 1,) rad/s, of old and new speeds."""
+    push: Floats
+    """(n + 1,) N m s, momentum plus impulse of all torques but damping and friction."""
+    factors: tuple[Floats, Floats]
+    """(n,), (n + 1,) of the system of equations."""
+    levels: tuple[Floats, Floats]
+    """(contacts,) N m, static and sliding."""
+    turned: tuple[Booleans, Booleans]
+    """(contacts,) that have come to rest and have broken away in this step."""
+    relaxing: tuple[Floats, Floats]
+    """(n + 1,), (n,) N m, of the relaxations on nodes and in springs."""
+    swinging: Floats
+    """(M,) N m, of the mounted inertias on their nodes."""
 
 
 class State(NamedTuple):
