@@ -37,6 +37,7 @@ from tests.truth.discrepancy.window_records import (
     of_slower_samples,
     recorded,
     records,
+    standing_out,
 )
 
 NULL_RUNS, NULL_WINDOWS = 5, 12
@@ -183,21 +184,21 @@ QUIET = replace(SHALLOW, bit_noise=20.0, sweep_amplitude=400.0, bit=replace(SHAL
 @pytest.mark.parametrize("end", [90.0, 240.0])
 def test_parameter_drift(end: float) -> None:
     drifting = course(lambda share: _with_damping(30.0 + (end - 30.0) * share))
-    record = records(drifting, 55, truth=QUIET)[0]
-    detection = alone(record, "parameter_drift")
+    detections = detections_of(records(drifting, 55, truth=QUIET)[0])
+    detection = standing_out(detections, "parameter_drift")
     assert has_size(detection, end - 30.0)
     assert detection.size_error < 0.3 * detection.size
-    assert detection.misfit < 3 < detections_of(record)["trend"].score
+    assert detection.misfit < 3 < detections["trend"].score
 
 
 @pytest.mark.parametrize("after", [85.0, 200.0])
 def test_regime_change(after: float) -> None:
     jumping = course(lambda share: _with_damping(35.0 if share < 0.43 else after))
-    record = records(jumping, 56, truth=QUIET)[0]
-    detection = alone(record, "regime_change")
+    detections = detections_of(records(jumping, 56, truth=QUIET)[0])
+    detection = standing_out(detections, "regime_change")
     assert has_size(detection, after - 35.0)
     assert detection.size_error < 0.3 * detection.size
-    evenly = detections_of(record)["parameter_drift"]
+    evenly = detections["parameter_drift"]
     assert detection.misfit < 3 < evenly.misfit
     # the wrong course leaves half the square of their separation more than the right one, in the mean
     assert detection.log_ratio - evenly.log_ratio == pytest.approx(

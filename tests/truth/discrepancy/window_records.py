@@ -102,7 +102,11 @@ def detections_of(record: WindowRecord) -> dict[str, Detection]:
 
 def alone(record: WindowRecord, cause: str) -> Detection:
     """The detection of a cause that stands out, and more than that of any other."""
-    detections = detections_of(record)
+    return standing_out(detections_of(record), cause)
+
+
+def standing_out(detections: dict[str, Detection], cause: str) -> Detection:
+    """The same of detections."""
     assert detections[cause].score > 5
     assert detections[cause].score == max(
         detection.score for name, detection in detections.items() if name not in SYMPTOMS
