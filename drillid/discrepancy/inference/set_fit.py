@@ -260,7 +260,7 @@ def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -
     off : (..., P) in standard deviations
     error : (P,) these
     """
-    precision = np.broadcast_to(error**-2.0, off.shape).copy()
+    precision = np.ones_like(off) * error**-2.0
     heavy = list(heavy_tailed)
     precision[..., heavy] *= (STUDENT_TAIL + 1) / (STUDENT_TAIL + off[..., heavy] ** 2)
     return precision
