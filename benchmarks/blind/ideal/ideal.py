@@ -3,6 +3,7 @@
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtri, chndtr, chndtrinc, ndtr, ndtri
@@ -66,10 +67,7 @@ class Ideal:
         count, parts = len(self.windows), []
         for few in _FEW:
             if 2 * few <= count:
-                part = copy(self)
-                part.windows = tuple(np.linspace(0, count - 1, few).round().astype(int).tolist())
-                part._noncentrality = lru_cache(maxsize=None)(part._least_noncentrality)
-                parts.append(part)
+                parts.append(self._with(windows=tuple(np.linspace(0, count - 1, few).round().astype(int).tolist())))
         return parts
 
     def theory(self, names: frozenset[str]) -> Theory:
@@ -81,8 +79,12 @@ class Ideal:
 
     def taking_as_linear(self, name: str) -> "Ideal":
         """The test where a cause never comes to what makes it not linear."""
+        return self._with(effects={**self.effects, name: replace(self.effects[name], linear=True)})
+
+    def _with(self, **changed: Any) -> "Ideal":
+        """The test with some of its attributes changed, and its distances forgotten."""
         other = copy(self)
-        other.effects = {**self.effects, name: replace(self.effects[name], linear=True)}
+        vars(other).update(changed)
         other._noncentrality = lru_cache(maxsize=None)(other._least_noncentrality)
         return other
 
@@ -102,10 +104,9 @@ class Ideal:
         least = self._distance_without(hidden, beside)
         for each in self.priors.wrong:
             if least > each.cost:
-                other = copy(self)
                 shared = self.priors.shared.copy()
                 shared[list(each.spreads)] = list(each.spreads.values())
-                other.priors = replace(self.priors, shared=shared, wrong=())
+                other = self._with(priors=replace(self.priors, shared=shared, wrong=()))
                 least = min(least, each.cost + other._distance_without(hidden, beside))
         return least
 

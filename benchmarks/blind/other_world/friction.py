@@ -15,7 +15,7 @@ from drillid.compiled import compiler
 
 _FOLDER = Path(__file__).parent
 compiled = compiler(_FOLDER.name, root=_FOLDER.parent, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
-"""Compile a function of the second world's simulator; sums over modes may be reordered."""
+"""Compile a function of the second world's simulator, which makes no arrays; sums over modes may be reordered."""
 
 KARNOPP, DAHL = LAWS.index("karnopp"), LAWS.index("dahl")
 GAUSSIAN = FALLS.index("gaussian")

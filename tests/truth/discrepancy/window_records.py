@@ -106,7 +106,7 @@ def alone(record: WindowRecord, cause: str) -> Detection:
 
 
 def standing_out(detections: dict[str, Detection], cause: str) -> Detection:
-    """The same of detections."""
+    """That of a cause among the detections of a record."""
     assert detections[cause].score > 5
     assert detections[cause].score == max(
         detection.score for name, detection in detections.items() if name not in SYMPTOMS
