@@ -22,10 +22,18 @@ IN_MODELS = (
     Fault(
         "discrepancy",
         "drillid/discrepancy/inference/set_fit.py",
-        "windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())",
+        "windows = float(np.linalg.slogdet(normal.corner)[1].sum())",
         "windows = 0.0",
         ("tests/truth/discrepancy/test_evidence.py",),
         "evidence of the optimum of the windows' deviations, not integrated over them",
+    ),
+    Fault(
+        "discrepancy",
+        "drillid/discrepancy/inference/set_fit.py",
+        "each[:, DAMPING_BIT] -= self.below / PASSIVE",
+        "each[:, DAMPING_BIT] += self.below / PASSIVE",
+        ("tests/truth/discrepancy/test_passive_bit.py",),
+        "sign: steps lead to an ever more negative damping at the bit",
     ),
     Fault(
         "physics",

@@ -113,6 +113,9 @@ class WeakeningBitDetector(Detector):
 class WeakeningWallDetector(Detector):
     """Friction along the wall that weakens with speed."""
 
+    # where the bit stands, the swing of its limit cycle is larger than a curvature can describe
+    excluded_by = ("stuck_slip_regimes",)
+
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
         """Speed due to the curvature of the friction at a few places along the pipe."""
         motion, pipe = inspection.cached(Motion), inspection.residual.system.string[0]

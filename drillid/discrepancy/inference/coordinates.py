@@ -49,6 +49,12 @@ DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
 LOWEST = np.array([-20.0, -3.0, -0.5, -0.7, 0.0, 0.05, -40.0, -60.0, -0.9, -0.9, -20.0, 0.0, -10.0, -10.0])
 HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.0, 20.0, 10.0, 10.0])
 """Bounds of the shared coordinates: wider than any rig, and the model is defined within."""
+DAMPING_BIT = COORDINATES.index("damping_bha")
+"""Index of the damping at the bit."""
+PASSIVE = 0.04
+"""Standard deviation to which a window's damping at the bit may lie below zero, scaled, 2 N m s/rad: without a cause a
+bit is passive, and a torque that falls with speed is one. Small beside what windows show, but the cost stays smooth.
+"""
 FURTHEST_SHAPE = 2.5
 """Bound of the fitted coordinates of shapes, in standard deviations."""
 

@@ -26,7 +26,7 @@ def of_most_mass(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...]
     """
 
     def with_volumes(about: Expansion) -> Expansion:
-        return replace(about, cost=about.cost + float(_half_log(about.normal.corner).sum()))
+        return replace(about, cost=about.cost + float(_half_log(about.normal.unbounded.corner).sum()))
 
     def steps_from(about: Expansion) -> Callable[[float], Expansion]:
         own = about.normal.own.copy()

@@ -8,11 +8,13 @@ from scipy.special import ndtr, stdtrit
 
 from drillid.arrays import Complex, Floats, Indices
 from drillid.discrepancy.inference.coordinates import (
+    DAMPING_BIT,
     DATA_SHEET,
     FURTHEST_SHAPE,
     HIGHEST,
     LOCAL,
     LOWEST,
+    PASSIVE,
     SHARED,
     Extension,
     Point,
@@ -50,12 +52,31 @@ class Normal:
     """(W, 4) precision of the windows' deviations."""
     local: Floats
     """(W, 4) the deviations."""
+    below: Floats
+    """(W,) how far the damping at the bit lies below zero, in standard deviations PASSIVE; negative or 0."""
 
     @property
     def corner(self) -> Floats:
-        """(W, 4, 4) of the windows' deviations, with their prior."""
-        own: Floats = self.border[:, :, _PLACES] + self.local_precision[:, :, None] * _UNIT
+        """(W, 4, 4) of the windows' deviations, with their prior and bound."""
+        own: Floats = self._bounded_border[:, :, _PLACES] + self.local_precision[:, :, None] * _UNIT
         return own
+
+    @property
+    def unbounded(self) -> "Normal":
+        """The same without the bound of the damping, which is no curvature of the likelihood."""
+        return replace(self, below=np.zeros_like(self.below))
+
+    @property
+    def _bound(self) -> Floats:
+        """(W,) curvature of the bound."""
+        return np.where(self.below < 0, PASSIVE**-2.0, 0.0)
+
+    @property
+    def _bounded_border(self) -> Floats:
+        """(W, 4, P) the border with the bound."""
+        border = self.border.copy()
+        border[:, _PLACES.index(DAMPING_BIT), DAMPING_BIT] += self._bound
+        return border
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
         """The equations with the windows' deviations eliminated.
@@ -66,11 +87,13 @@ class Normal:
         own, border : (W, 4), (W, 4, P); the deviations are own − border @ step
         """
         corner = self.corner * (1 + damping * _UNIT)
-        border = self.border
-        right = self.own[:, _PLACES] - self.local_precision * self.local
+        border, total, each = self._bounded_border, self.total.copy(), self.own.copy()
+        total[DAMPING_BIT, DAMPING_BIT] += self._bound.sum()
+        each[:, DAMPING_BIT] -= self.below / PASSIVE
+        right = each[:, _PLACES] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
-        matrix = self.total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
-        vector = self.own.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
+        matrix = total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
+        vector = each.sum(0) + self.pull - np.einsum("wlp,wl->p", border, solved[..., -1])
         return matrix, vector, solved[..., -1], solved[..., :-1]
 
 
@@ -96,10 +119,10 @@ class SetFit:
 
     @property
     def pulls(self) -> Floats:
-        """(14,) the same as normal variables of the same log density relative to its peak: half their squares add to
-        the cost.
+        """(14 + W,) the same as normal variables of the same log density relative to its peak, and how far each
+        window's damping at the bit lies below zero: half their squares add to the cost.
         """
-        return np.sign(self.off_data_sheet) * np.sqrt(2 * self._off_costs)
+        return np.append(np.sign(self.off_data_sheet) * np.sqrt(2 * self._off_costs), below_zero(self.point))
 
     @property
     def data_sheet_cost(self) -> float:
@@ -139,8 +162,9 @@ def fit_set(model: SetModel, start: Point, extensions: tuple[Extension, ...] = (
     best = descend(expanded(model, within(start, extensions), extensions), steps_from, SET, SET_END, enough)
     point = best.point
     off_data_sheet = (point.shared - model.prior_mean) / model.prior_error
-    windows = float(np.linalg.slogdet(best.normal.corner)[1].sum())
-    information = best.normal.eliminated()[0]
+    normal = best.normal.unbounded
+    windows = float(np.linalg.slogdet(normal.corner)[1].sum())
+    information = normal.eliminated()[0]
     priors = off_data_sheet, model.heavy_tailed, model.prior_error
     return SetFit(point, best.cost, best.chi2, information, windows, *priors)
 
@@ -165,6 +189,9 @@ def fit_local(
         better = open_rows & (cost < least)
         each[better] = sums.each[better][:, places][:, :, places] + precision[better][:, :, None] * np.eye(4)
         own[better] = sums.own[better][:, places] - precision[better] * local[better]
+        below, damping_place = below_zero(trial)[better], places.index(DAMPING_BIT)
+        each[better, damping_place, damping_place] += np.where(below < 0, PASSIVE**-2.0, 0.0)
+        own[better, damping_place] -= below / PASSIVE
         fallen = np.where(better, least - cost, 0.0)
         best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
         damping = damping * np.where(better, DEVIATIONS.reduction, DEVIATIONS.growth)
@@ -201,9 +228,15 @@ def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Exte
 
 
 def _window_costs(model: SetModel, point: Point, squares: Floats) -> Floats:
-    """Cost of each window's squared residuals (W,) and of its deviations by Student's t, (W,)."""
+    """Cost (W,) of each window's squared residuals (W,), of its deviations by Student's t and of a negative damping."""
     pulls = (STUDENT_TAIL + 1) * np.sum(np.log1p((point.local / model.deviation) ** 2 / STUDENT_TAIL), axis=1)
-    return np.asarray(0.5 * (squares + pulls), dtype=float)
+    return np.asarray(0.5 * (squares + pulls + below_zero(point) ** 2), dtype=float)
+
+
+def below_zero(point: Point) -> Floats:
+    """(W,) how far each window's damping at the bit lies below zero, in standard deviations PASSIVE; never positive."""
+    damping = point.shared[DAMPING_BIT] + point.local[:, _PLACES.index(DAMPING_BIT)]
+    return np.asarray(np.minimum(damping, 0.0) / PASSIVE, dtype=float)
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:
@@ -249,7 +282,8 @@ def normal_equations(
         own[window] = rows @ real_rows(residual[window, lines])
     more = np.zeros(further.shape[1])
     precision = _precision(model, point)
-    return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local)
+    below = below_zero(point)
+    return Normal(total, border, own, np.append(prior, more), np.append(pull, more), precision, point.local, below)
 
 
 def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
@@ -315,7 +349,8 @@ def expanded(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -
     prior, pull = _priors(off, error, model.heavy_tailed)
     cost = float(np.sum(off_cost(off, model.heavy_tailed))) + float(np.sum(_window_costs(model, point, sums.squares)))
     normal = Normal(
-        sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own, prior, pull, _precision(model, point), point.local
+        *(sums.each.sum(0), sums.each[:, list(LOCAL)], sums.own),
+        *(prior, pull, _precision(model, point), point.local, below_zero(point)),
     )
     return Expansion(point, cost, normal, sums)
 

@@ -333,7 +333,7 @@ class _Quadratic:
         matrix, vector, step, _ = of_mobility.eliminated()
         # what the deviations of the windows still gain, integrated over them
         gained = 0.5 * float(np.einsum("wl,wlm,wm->", step, of_mobility.corner, step))
-        gained -= 0.5 * float(np.linalg.slogdet(of_mobility.corner)[1].sum())
+        gained -= 0.5 * float(np.linalg.slogdet(of_mobility.unbounded.corner)[1].sum())
         matrix[RIG, RIG] -= normal.prior[RIG]
         vector[RIG] -= normal.pull[RIG]
         matrix, vector, more = _eliminated(matrix, vector, RIG)

@@ -91,11 +91,12 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     ]
     names = {cause.name for cause, _ in possible}
+    # what another cause explains speaks against no third one either
+    possible = [(cause, detection) for cause, detection in possible if not _excluding(cause) & names]
     return [
         detection
         for cause, detection in possible
         if all(other.allows(cause) for other in named)
-        and not _excluding(cause) & names
         and not any(_takes_the_place(stronger, detection) for _, stronger in possible)
     ]
 

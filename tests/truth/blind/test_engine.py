@@ -93,6 +93,11 @@ def test_a_drift_whose_mean_is_more_damping_than_usual_is_no_zone() -> None:
     ] == ["parameter_drift"]
 
 
+def test_a_bit_that_stands_is_named_though_a_weakening_friction_of_the_wall_shows_more() -> None:
+    answer = asked(obvious(61018, "stuck_slip_regimes", 1, _DETECTABILITY))
+    assert [one.verdict for one in answer.verdicts] == ["stuck_slip_regimes"]
+
+
 def test_a_filter_whose_first_order_a_delay_hides_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     model = SetModel(evidence_of(obvious(_SEEDS["torque_filter"], "torque_filter", 1, 4.0)))
     base = fit_set(model, model.start())
