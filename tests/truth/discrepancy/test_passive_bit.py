@@ -47,7 +47,7 @@ def examined(damping: float, seed: int) -> Examination:
 @pytest.fixture(scope="module")
 def falling() -> Examination:
     """Windows of a bit whose torque falls with speed."""
-    return examined(-40.0, 21)
+    return examined(-60.0, 25)
 
 
 def test_a_torque_that_falls_with_speed_is_named(falling: Examination) -> None:
