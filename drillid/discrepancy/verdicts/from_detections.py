@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import logsumexp
 
-from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS, Cause
+from drillid.discrepancy.catalogue import CATALOGUE, SYMPTOMS
 from drillid.discrepancy.detectors.pooling import PooledDetection, detection_gain
 from drillid.discrepancy.rules import (
     CLASS_MASS,
@@ -90,9 +90,9 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         if all(cause.name != detection.cause and not may_be_trace(detection.cause, cause) for cause in named)
         and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     ]
-    names = {cause.name for cause, _ in possible}
     # what another cause explains speaks against no third one either
-    possible = [(cause, detection) for cause, detection in possible if not _excluding(cause) & names]
+    detected = [detection for _, detection in possible]
+    possible = [(cause, detection) for cause, detection in possible if not _is_explained(detection, detected)]
     return [
         detection
         for cause, detection in possible
@@ -109,9 +109,12 @@ def _takes_the_place(detection: PooledDetection, of: PooledDetection) -> bool:
     return detection.log_evidence > of.log_evidence and not (own.allows(other) and other.allows(own))
 
 
-def _excluding(cause: Cause) -> set[str]:
-    """Causes that make what the detector of this one takes for it."""
-    return set(cause.detector.excluded_by) if cause.detector else set()
+def _is_explained(detection: PooledDetection, detected: list[PooledDetection]) -> bool:
+    """Whether a cause that makes what its detector takes for it is detected too, and not as a side effect of it."""
+    detector = CATALOGUE[detection.cause].detector
+    makers = detector.excluded_by if detector else ()
+    least = SHADOW_OF_DETECTION * detection.log_evidence
+    return any(other.cause in makers and other.log_evidence >= least for other in detected)
 
 
 def _distorts_responses(examination: Examination, detections: list[PooledDetection]) -> bool:
