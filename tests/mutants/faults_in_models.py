@@ -30,8 +30,8 @@ IN_MODELS = (
     Fault(
         "discrepancy",
         "drillid/discrepancy/inference/set_fit.py",
-        "each[:, DAMPING_BIT] -= self.below / PASSIVE",
-        "each[:, DAMPING_BIT] += self.below / PASSIVE",
+        "0.0), -below / PASSIVE",
+        "0.0), below / PASSIVE",
         ("tests/truth/discrepancy/test_passive_bit.py",),
         "sign: steps lead to an ever more negative damping at the bit",
     ),

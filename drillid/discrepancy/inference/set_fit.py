@@ -67,15 +67,10 @@ class Normal:
         return replace(self, below=np.zeros_like(self.below))
 
     @property
-    def _bound(self) -> Floats:
-        """(W,) curvature of the bound."""
-        return np.where(self.below < 0, PASSIVE**-2.0, 0.0)
-
-    @property
     def _bounded_border(self) -> Floats:
         """(W, 4, P) the border with the bound."""
         border = self.border.copy()
-        border[:, _PLACES.index(DAMPING_BIT), DAMPING_BIT] += self._bound
+        border[:, _PLACES.index(DAMPING_BIT), DAMPING_BIT] += _bound(self.below)[0]
         return border
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
@@ -88,8 +83,9 @@ class Normal:
         """
         corner = self.corner * (1 + damping * _UNIT)
         border, total, each = self._bounded_border, self.total.copy(), self.own.copy()
-        total[DAMPING_BIT, DAMPING_BIT] += self._bound.sum()
-        each[:, DAMPING_BIT] -= self.below / PASSIVE
+        curvature, pull = _bound(self.below)
+        total[DAMPING_BIT, DAMPING_BIT] += curvature.sum()
+        each[:, DAMPING_BIT] += pull
         right = each[:, _PLACES] - self.local_precision * self.local
         solved = np.linalg.solve(corner, np.concatenate([border, right[..., None]], axis=-1))
         matrix = total + np.diag(self.prior) - np.einsum("wlp,wlq->pq", border, solved[..., :-1])
@@ -189,9 +185,10 @@ def fit_local(
         better = open_rows & (cost < least)
         each[better] = sums.each[better][:, places][:, :, places] + precision[better][:, :, None] * np.eye(4)
         own[better] = sums.own[better][:, places] - precision[better] * local[better]
-        below, damping_place = below_zero(trial)[better], places.index(DAMPING_BIT)
-        each[better, damping_place, damping_place] += np.where(below < 0, PASSIVE**-2.0, 0.0)
-        own[better, damping_place] -= below / PASSIVE
+        curvature, pull = _bound(below_zero(trial)[better])
+        damping_bit = places.index(DAMPING_BIT)
+        each[better, damping_bit, damping_bit] += curvature
+        own[better, damping_bit] += pull
         fallen = np.where(better, least - cost, 0.0)
         best, least = np.where(better[:, None], local, best), np.where(better, cost, least)
         damping = damping * np.where(better, DEVIATIONS.reduction, DEVIATIONS.growth)
@@ -237,6 +234,11 @@ def below_zero(point: Point) -> Floats:
     """(W,) how far each window's damping at the bit lies below zero, in standard deviations PASSIVE; never positive."""
     damping = point.shared[DAMPING_BIT] + point.local[:, _PLACES.index(DAMPING_BIT)]
     return np.asarray(np.minimum(damping, 0.0) / PASSIVE, dtype=float)
+
+
+def _bound(below: Floats) -> tuple[Floats, Floats]:
+    """Curvature of the cost of a negative damping at the bit, and its right side, each (W,)."""
+    return np.where(below < 0, PASSIVE**-2.0, 0.0), -below / PASSIVE
 
 
 def within(point: Point, extensions: tuple[Extension, ...]) -> Point:
