@@ -27,7 +27,8 @@ RATE = 1 / SAMPLE_INTERVAL
 WINDOW_S = 600.0
 LEAD_IN_S = 120.0
 """Simulated before each stand, so that what is recorded has settled."""
-_SPEED = 10.5
+SPEED = 10.5
+"""rad/s."""
 _START = pd.Timestamp("2025-03-03T06:00:00")
 
 
@@ -111,7 +112,7 @@ def drilled(truth: Truth, seconds: float, seed: int, sweep_period: float = 120.0
     result = simulate(
         truth.system,
         exponential_sweeps(time, truth.sweep_amplitude, period=sweep_period),
-        np.full(steps, _SPEED),
+        np.full(steps, SPEED),
         truth.bit_torque + noise,
         mean_bit_torque=truth.bit_torque,
     )
@@ -145,7 +146,7 @@ def write_records(folders: WellFolders, stands: Sequence[dict[str, Floats]], bit
         "depth_from": slow["hole_depth"][first],
         "depth_to": slow["hole_depth"][first + length - 1],
         "bit_depth": np.full(first.size, bit_depth),
-        "speed": np.full(first.size, _SPEED),
+        "speed": np.full(first.size, SPEED),
         "torque": np.full(first.size, joined["torque_command"].mean()),
         "weight_on_bit": np.full(first.size, np.nan),
         "flow": np.full(first.size, np.nan),

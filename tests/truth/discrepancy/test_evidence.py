@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from drillid.arrays import Complex
-from drillid.config.settings import Settings
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.coordinates import COORDINATES, Extension, Point
 from drillid.discrepancy.inference.far_off_data_sheet import chance_of_evidence
@@ -21,9 +18,10 @@ from drillid.discrepancy.inference.set_fit import SetFit, expanded
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.datasheet import DataSheet
 from drillid.physics.equipment import Bit, Controller, Section, TopDrive, polar_moment
-from tests.simulated import RATE, Truth, drilled
+from tests.simulated import Truth, drilled
+from tests.truth.discrepancy.wells import evidence_of
 
-WINDOWS, WINDOW_S, SPEED = 6, 300.0, 10.5
+WINDOWS, WINDOW_S = 6, 300.0
 STRONG = np.log(20.0)
 """Odds that are strong evidence (Kass and Raftery 1995)."""
 SOUND = Truth(
@@ -117,9 +115,4 @@ def test_an_effect_between_two_places_that_are_tried_is_seen_at_one_of_them(name
 
 
 def _fitted(windows: int, seed: int) -> tuple[SetModel, SetFit]:
-    channels = drilled(SOUND, windows * WINDOW_S, seed)
-    parts = (np.split(channels[name], windows) for name in ("torque_sweep", "speed", "torque_command"))
-    series = [Series(*each) for each in zip(*parts, strict=True)]
-    depth, same = np.full(windows, SOUND.bit_depth), np.ones(windows)
-    points = OperatingPoints(depth, depth, SPEED * same, SOUND.bit_torque * same, np.nan * same)
-    return fit_base(gather(series, RATE, points, SHEET, Settings(), detecting=False))
+    return fit_base(evidence_of(SOUND, [drilled(SOUND, windows * WINDOW_S, seed)], SHEET, WINDOW_S))

@@ -7,11 +7,8 @@ import pytest
 import xarray as xr
 
 from drillid.arrays import Complex
-from drillid.config.settings import Settings
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE, WindowModel
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.set_fit import SetFit, fit_set
 from drillid.discrepancy.inference.set_model import SetModel
@@ -24,14 +21,13 @@ from drillid.discrepancy.products.extended_model import extended_window_model, e
 from drillid.discrepancy.sets import ExaminedSet
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import Verdict
-from drillid.fits.datasheet import data_sheet
 from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.responses import laplace, string_admittance
-from tests.simulated import RATE, SHALLOW, WINDOW_S, Truth, drilled
+from tests.simulated import SHALLOW, WINDOW_S, Truth, drilled
 from tests.truth.discrepancy.test_catalogue import OPERATING_POINT, S, window_model
-from tests.truth.discrepancy.wells import DESCRIBED
+from tests.truth.discrepancy.wells import evidence_of
 
 MOUNT = MountedInertia(inertia=8.0, frequency=1.6, loss=0.3)
 DEPTH = 480.0
@@ -50,18 +46,8 @@ class Mounted(Truth):
 
 def fitted(truth: Truth, seed: int) -> tuple[SetModel, SetFit]:
     """Four windows of a rig and the base model's fit to them."""
-    samples = round(WINDOW_S * RATE)
     stands = [drilled(truth, 2 * WINDOW_S, seed), drilled(truth, 2 * WINDOW_S, seed + 1)]
-    channels = ("torque_sweep", "speed", "torque_command")
-    windows = [
-        Series(*(stand[name][first : first + samples] for name in channels))
-        for stand in stands
-        for first in (0, samples)
-    ]
-    depth = truth.bit_depth + np.zeros(len(windows))
-    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + truth.bit_torque, np.nan * depth)
-    sheet = data_sheet(DESCRIBED, truth.top_drive.controller, truth.bit_depth)
-    model = SetModel(gather(windows, RATE, points, sheet, Settings(), detecting=False))
+    model = SetModel(evidence_of(truth, stands))
     return model, min((fit_set(model, start) for start in (model.start(), model.expected())), key=lambda fit: fit.cost)
 
 

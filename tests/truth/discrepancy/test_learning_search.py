@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 
 from drillid.config.rig import Rig
-from drillid.config.settings import Settings
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.set_fit import SetFit
 from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.learning.elements import ELEMENTS
 from drillid.discrepancy.learning.search import best_of
-from drillid.fits.datasheet import data_sheet
 from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.equipment import DrillingSystem
-from tests.simulated import DEEP, RATE, WINDOW_S, Truth, drilled
+from tests.simulated import DEEP, WINDOW_S, Truth, drilled
+from tests.truth.discrepancy.wells import evidence_of
 
 MOUNT = MountedInertia(inertia=100.0, frequency=1.0, loss=0.06)
 PLACES = 0.4, 0.22, 0.62
@@ -52,17 +49,9 @@ class Mounted(Truth):
 
 def heavy(place: float) -> tuple[SetModel, SetFit]:
     """Four windows and the base model's fit to them."""
-    truth, samples = Mounted(**vars(replace(DEEP, bit_noise=200.0)), place=place), round(WINDOW_S * RATE)
+    truth = Mounted(**vars(replace(DEEP, bit_noise=200.0)), place=place)
     stands = [drilled(truth, 2 * WINDOW_S, seed) for seed in (51, 52)]
-    windows = [
-        Series(*(stand[name][first : first + samples] for name in ("torque_sweep", "speed", "torque_command")))
-        for stand in stands
-        for first in (0, samples)
-    ]
-    depth = truth.bit_depth + np.zeros(4)
-    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + truth.bit_torque, np.nan * depth)
-    sheet = data_sheet(Rig.checked(SHEETS, "deep"), truth.top_drive.controller, truth.bit_depth)
-    return fit_base(gather(windows, RATE, points, sheet, Settings(), detecting=False))
+    return fit_base(evidence_of(truth, stands, Rig.checked(SHEETS, "deep")))
 
 
 @pytest.mark.parametrize("place", PLACES)

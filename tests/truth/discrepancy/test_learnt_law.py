@@ -7,11 +7,9 @@ import pytest
 import xarray as xr
 
 from drillid.arrays import Floats
-from drillid.config.settings import Settings
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
+from drillid.discrepancy.gather import Series
 from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.learning import law_window
@@ -21,11 +19,10 @@ from drillid.discrepancy.products.extended_model import COORDINATES, extension_v
 from drillid.discrepancy.sets import ExaminedSet
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import Verdict
-from drillid.fits.datasheet import data_sheet
 from drillid.physics.nonlinear import NonlinearRig, SpeedLaw
 from drillid.simulation.simulate import simulate
 from tests.simulated import RATE, SHALLOW, WINDOW_S, Truth, drilled
-from tests.truth.discrepancy.wells import DESCRIBED
+from tests.truth.discrepancy.wells import evidence_of, windows_of
 
 DRAG = 6.0
 """N m s²/rad²."""
@@ -46,19 +43,13 @@ class Growing(Truth):
 
 def examined(truth: Truth, seed: int) -> tuple[Examination, list[Series]]:
     """Two windows of a rig, with an unknown verdict on them."""
-    samples = round(WINDOW_S * RATE)
-    stand = drilled(truth, 2 * WINDOW_S, seed)
-    channels = ("torque_sweep", "speed", "torque_command")
-    windows = [Series(*(stand[name][first : first + samples] for name in channels)) for first in (0, samples)]
-    depth = SHALLOW.bit_depth + np.zeros(2)
-    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + truth.bit_torque, np.nan * depth)
-    sheet = data_sheet(DESCRIBED, SHALLOW.top_drive.controller, SHALLOW.bit_depth)
-    model, base = fit_base(gather(windows, RATE, points, sheet, Settings(), detecting=False))
+    stands = [drilled(truth, 2 * WINDOW_S, seed)]
+    model, base = fit_base(evidence_of(truth, stands))
     before = screen(model, base, (), [CATALOGUE["drive_lag"]], np.random.default_rng(0))
     unknown = Verdict("unknown", "bit", 0.9, 0.0, 1000.0)
     return Examination(
         (unknown,), model, base, base, (), before, before, None, (), BaseRates(), before.p_value
-    ), windows
+    ), windows_of(stands)
 
 
 def learnt(examination: Examination, windows: list[Series]) -> LearntLaw:

@@ -10,11 +10,8 @@ import pytest
 import xarray as xr
 
 from drillid.arrays import Floats
-from drillid.config.settings import Settings
 from drillid.discrepancy.base_rates import BaseRates
 from drillid.discrepancy.catalogue import CATALOGUE
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.base_fit import fit_base
 from drillid.discrepancy.inference.held_out_gain import gain_on
 from drillid.discrepancy.inference.screen import screen
@@ -33,14 +30,13 @@ from drillid.discrepancy.products.prediction import held_out_predictions
 from drillid.discrepancy.sets import ExaminedSet
 from drillid.discrepancy.verdicts.examination import Examination
 from drillid.discrepancy.verdicts.verdict import Verdict
-from drillid.fits.datasheet import data_sheet
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.gaussian_process import COUNT, NODES, covariance, functions
 from drillid.physics.responses import laplace
 from drillid.physics.time_responses import bit_step_response
 from tests.simulated import RATE, SHALLOW, WINDOW_S, drilled
 from tests.truth.discrepancy.test_catalogue import OPERATING_POINT, S, window_model
-from tests.truth.discrepancy.wells import DESCRIBED
+from tests.truth.discrepancy.wells import evidence_of
 
 SHARE, LATE_S = 0.12, 0.7
 Case = tuple[SetModel, SetFit]
@@ -55,14 +51,8 @@ def echoed(speed: Floats, late: float, share: float) -> Floats:
 
 def fitted(seed: int, late: float = LATE_S, share: float = SHARE) -> Case:
     """Two windows of the small rig, and the base model's fit to them."""
-    samples = round(WINDOW_S * RATE)
     stand = drilled(SHALLOW, 2 * WINDOW_S, seed)
-    channels = stand["torque_sweep"], echoed(stand["speed"], late, share), stand["torque_command"]
-    windows = [Series(*(values[first : first + samples] for values in channels)) for first in (0, samples)]
-    depth = SHALLOW.bit_depth + np.zeros(len(windows))
-    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + SHALLOW.bit_torque, np.nan * depth)
-    sheet = data_sheet(DESCRIBED, SHALLOW.top_drive.controller, SHALLOW.bit_depth)
-    return fit_base(gather(windows, RATE, points, sheet, Settings(), detecting=False))
+    return fit_base(evidence_of(SHALLOW, [stand | {"speed": echoed(stand["speed"], late, share)}]))
 
 
 @pytest.fixture(scope="module")

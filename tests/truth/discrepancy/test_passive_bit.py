@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from drillid.config.rig import Rig
-from drillid.config.settings import Settings
-from drillid.discrepancy.evidence import OperatingPoints
-from drillid.discrepancy.gather import Series, gather
 from drillid.discrepancy.inference.coordinates import DAMPING_BIT, LOCAL
 from drillid.discrepancy.inference.set_fit import expanded
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.discrepancy.verdicts.examination import Examination
-from drillid.fits.datasheet import data_sheet
-from tests.simulated import DEEP, RATE, WINDOW_S, drilled
-from tests.truth.discrepancy.wells import DESCRIBED
+from tests.simulated import DEEP, WINDOW_S, drilled
+from tests.truth.discrepancy.wells import DESCRIBED, evidence_of
 
 WINDOWS = 4
 _SHEETS = {
@@ -30,18 +26,8 @@ RIG = Rig.checked(DESCRIBED.model_dump(exclude_none=True) | _SHEETS, "large rig 
 
 def examined(damping: float, seed: int) -> Examination:
     """A set of windows whose bit has a damping, N m s/rad, examined."""
-    samples = round(WINDOW_S * RATE)
     truth = replace(DEEP, bit=replace(DEEP.bit, damping=damping))
-    stand = drilled(truth, WINDOWS * WINDOW_S, seed)
-    channels = [stand[name] for name in ("torque_sweep", "speed", "torque_command")]
-    windows = [
-        Series(*(values[first : first + samples] for values in channels))
-        for first in range(0, WINDOWS * samples, samples)
-    ]
-    depth = truth.bit_depth + np.zeros(WINDOWS)
-    points = OperatingPoints(depth, depth, 0 * depth + 10.5, 0 * depth + truth.bit_torque, np.nan * depth)
-    sheet = data_sheet(RIG, truth.top_drive.controller, truth.bit_depth)
-    return examine(gather(windows, RATE, points, sheet, Settings(), detecting=False), error_rate=0.05, seed=seed)
+    return examine(evidence_of(truth, [drilled(truth, WINDOWS * WINDOW_S, seed)], RIG), error_rate=0.05, seed=seed)
 
 
 @pytest.fixture(scope="module")
