@@ -7,13 +7,13 @@ import logging
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from drillid.formats.counted_times import COUNTED, unit_named
 from drillid.formats.description import Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import date_among, is_no_unit, key_of, time_among
-from drillid.formats.written_times import UnclearDate, parse
+from drillid.formats.written_times import parse_one
 
 _DEPTHS = ("DEPT", "DEPTH", "MD", "TVD", "TDEP", "BDEP")
 _LENGTHS = ("M", "FT", "F", "FEET", "METER", "METRE", "METERS", "METRES", ".1IN")
@@ -135,6 +135,42 @@ def read_header(text: str, data_title: str) -> LasHeader:
     ValueError
         If it is no LAS header, or that of a log over depth.
     """
+    version, items, curves = _sections(text)
+    # other software names the curves beside the data's title alone
+    curves = curves or _named_in(data_title)
+    if not curves:
+        raise ValueError("its section ~C names no curves")
+    names = unique([curve.name or f"column {at}" for at, curve in enumerate(curves, 1)])
+    units = {name: curve.text for name, curve in zip(names, curves, strict=True) if not is_no_unit(curve.text)}
+    time = _time(names, units)
+    stated = _stated(items) if time is not None else {}
+    null = _number(_text(items, "NULL"))
+    return LasHeader(
+        names,
+        units,
+        _text(version, "WRAP").upper().startswith("Y"),
+        _text(version, "DLM").upper(),
+        time,
+        _moment(stated),
+        moment_in(stated.get("STRT", "")) is not None,
+        _date(stated),
+        None if time is None else _counts_from_day(f"{time} {curves[names.index(time)].description}"),
+        _number(_text(items, "STRT")),
+        _number(_text(items, "STOP")),
+        () if null is None else (null,),
+    )
+
+
+class _Item(NamedTuple):
+    """A line of the header; of a curve its text is the unit, of any other the value."""
+
+    name: str
+    text: str
+    description: str
+
+
+def _sections(text: str) -> tuple[dict[str, _Item], dict[str, _Item], list[_Item]]:
+    """Lines about the version and about well and parameters by their keys, and those of the curves."""
     import lasio
 
     # what it makes of lines that are none of a header shows in the curves
@@ -144,54 +180,45 @@ def read_header(text: str, data_title: str) -> LasHeader:
     text = _SECTION_OF_3.sub(lambda match: _AS_IN_2[match[1].upper()], text)
     try:
         las: Any = lasio.read(io.StringIO(text), ignore_data=True, ignore_header_errors=True, mnemonic_case="preserve")
-        version = {key_of(item.original_mnemonic): str(item.value).strip().upper() for item in las.version}
-        items = {key_of(str(item.original_mnemonic)): _value(item) for item in (*las.params, *las.well)}
-        described_first = next(
-            (str(item.descr).strip().replace(_COLON, ":") for item in las.well if item.original_mnemonic == "STRT"), ""
+        version, others = (
+            {key_of(item.name): item for item in (_item(line, line.value) for line in section)}
+            for section in (las.version, (*las.params, *las.well))
         )
-        of_the_file = {
-            key_of(str(item.original_mnemonic))
-            for item in (*las.params, *las.well)
-            if _OF_THE_FILE.search(str(item.descr))
-        }
-        curves = [
-            (str(curve.original_mnemonic).strip().replace(_COLON, ":"), str(curve.unit).strip()) for curve in las.curves
-        ]
-        descriptions = [str(curve.descr) for curve in las.curves]
+        curves = [_item(curve, curve.unit) for curve in las.curves]
     except Exception as error:  # lasio raises whatever it meets in a damaged header
         raise ValueError(f"its header is not that of a LAS file: {error}") from error
-    if not curves:
-        curves = [(name, "") for name in re.split(r"[\s,|]+", data_title.strip())[1:] if name]
-        curves = [] if re.match(r"~\s*LOG_DATA", data_title, re.IGNORECASE) else curves
-    if not curves:
-        raise ValueError("its section ~C names no curves")
-    names = unique([name or f"column {at}" for at, (name, _) in enumerate(curves, 1)])
-    units = {name: unit for name, (_, unit) in zip(names, curves, strict=True) if not is_no_unit(unit)}
-    time = _time(names, units)
-    stated = {name: value for name, value in items.items() if name not in of_the_file} if time is not None else {}
-    described = "" if time is None else f"{time} {' '.join(descriptions[names.index(time) :][:1])}"
-    of_day = True if _OF_DAY.search(described) else (False if _ELAPSED.search(described) else None)
-    null = _number(items.get("NULL", ""))
-    if "STRT" in stated and moment_in(stated["STRT"]) is None and moment_in(described_first) is not None:
-        stated = {"STRT": described_first}
-    return LasHeader(
-        names,
-        units,
-        version.get("WRAP", "").startswith("Y"),
-        version.get("DLM", ""),
-        time,
-        _stated(stated),
-        moment_in(stated.get("STRT", "")) is not None,
-        _date(stated),
-        of_day,
-        _number(items.get("STRT", "")),
-        _number(items.get("STOP", "")),
-        () if null is None else (null,),
-    )
+    return version, others, curves
 
 
-def _value(item: Any) -> str:
-    return str(item.value).strip().replace(_COLON, ":")
+def _item(line: Any, text: Any) -> _Item:
+    return _Item(*(str(part).strip().replace(_COLON, ":") for part in (line.original_mnemonic, text, line.descr)))
+
+
+def _text(items: dict[str, _Item], name: str) -> str:
+    return items[name].text if name in items else ""
+
+
+def _named_in(data_title: str) -> list[_Item]:
+    """Curves that the line names which begins the data."""
+    if re.match(r"~\s*LOG_DATA", data_title, re.IGNORECASE):
+        return []
+    return [_Item(name, "", "") for name in re.split(r"[\s,|]+", data_title.strip())[1:] if name]
+
+
+def _stated(items: dict[str, _Item]) -> dict[str, str]:
+    """What may be times of the data; where STRT is none but is described by one, that alone."""
+    stated = {name: item.text for name, item in items.items() if not _OF_THE_FILE.search(item.description)}
+    if "STRT" in stated and moment_in(stated["STRT"]) is None:
+        described = items["STRT"].description
+        return stated if moment_in(described) is None else {"STRT": described}
+    return stated
+
+
+def _counts_from_day(described: str) -> bool | None:
+    """Whether a curve that is so described counts from midnight; None where that says nothing."""
+    if _OF_DAY.search(described):
+        return True
+    return False if _ELAPSED.search(described) else None
 
 
 def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:
@@ -205,7 +232,7 @@ def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:
     return index if unit_named(unit) is not None or re.search(r"Y.*M.*D|H.*M.*S", unit) else None
 
 
-def _stated(items: dict[str, str]) -> Moment | None:
+def _moment(items: dict[str, str]) -> Moment | None:
     """STRT where it is a time, or a date with a time of day."""
     whole = next((found for name in _MOMENTS if (found := moment_in(items.get(name, ""))) is not None), None)
     if whole is not None:
@@ -221,15 +248,8 @@ def _date(items: dict[str, str]) -> Moment | None:
 
 def moment_in(text: str, dated: bool = False, timed: bool = False) -> Moment | None:
     """Text that holds a date and a time of day; or either alone, where that is asked for."""
-    import pyarrow as pa
-
-    if not text:
-        return None
-    try:
-        found = parse(pa.chunked_array([[text]]))
-    except UnclearDate:
-        return None
-    if found is None or found.wrong[0]:
+    found = parse_one(text)
+    if found is None:
         return None
     wanted = (dated, timed) if dated or timed else (True, True)
     moment = Moment(int(found.since[0]), found.zoned, found.offset)

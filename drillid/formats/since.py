@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from drillid.formats.written_times import UnclearDate, parse
+from drillid.formats.written_times import parse_one
 
 _SINCE = re.compile(r"^\s*\w+\s+since\s+(.+)$", re.IGNORECASE)
 
@@ -19,15 +19,10 @@ def start_of(text: str) -> np.datetime64 | None:
 
 def stated_start(text: str) -> tuple[np.datetime64, bool] | None:
     """The time in such a text, and whether it has a zone and is UTC; None of any other text."""
-    import pyarrow as pa
-
     match = _SINCE.match(text)
     stamp = re.sub(r"(\d)\.?0* ?(?:UTC|GMT)$", r"\1Z", (match[1] if match else text).strip())
-    try:
-        found = parse(pa.chunked_array([[stamp]]))
-    except UnclearDate:
-        return None
-    if found is None or found.wrong[0] or not found.dated:
+    found = parse_one(stamp)
+    if found is None or not found.dated:
         return None
     return np.datetime64(int(found.since[0]), "ns"), found.zoned
 

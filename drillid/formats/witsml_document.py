@@ -6,10 +6,11 @@ import codecs
 import csv
 import itertools
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
+from xml.sax.handler import ContentHandler
 
 from drillid.formats.description import Unusable
 from drillid.formats.mnemonics import time_among
@@ -108,18 +109,12 @@ def documents(path: Path, lines: bool) -> Iterator[tuple[LogObject, list[str]]]:
     A log is yielded once for each piece, or once without lines where only headers are wanted.
     """
     from defusedxml import DefusedXmlException
-    from defusedxml.expatreader import DefusedExpatParser
 
-    def new_parser(handler: Any) -> Any:
-        parser = DefusedExpatParser(forbid_dtd=True)
-        parser.setContentHandler(handler)
-        return parser
-
-    handler = _handler(lines, new_parser)
-    parser = new_parser(handler)
+    handler = _Handler(lines=lines)
+    parser = _parser(handler)
     try:
         with opened(path) as content:
-            yield from _fed(parser, handler, content, path)
+            yield from _fed(parser, handler, content)
     except DefusedXmlException as error:
         raise Unusable(
             "declares entities or a document type, which no WITSML log needs and attacks use",
@@ -127,7 +122,7 @@ def documents(path: Path, lines: bool) -> Iterator[tuple[LogObject, list[str]]]:
         ) from error
 
 
-def _fed(parser: Any, handler: Any, content: IO[bytes], path: Path) -> Iterator[tuple[LogObject, list[str]]]:
+def _fed(parser: Any, handler: _Handler, content: IO[bytes]) -> Iterator[tuple[LogObject, list[str]]]:
     from xml.sax import SAXException, SAXParseException
 
     try:
@@ -172,88 +167,94 @@ def _undeclared(start: bytes) -> str | None:
     return None if actual == "utf-8" and name in (b"utf-8", b"utf8") else actual
 
 
-def _handler(lines: bool, new_parser: Callable[[Any], Any]) -> Any:
-    """A handler of XML events that collects logs; made here so that the library is imported late."""
-    from xml.sax.handler import ContentHandler
+class _Handler(ContentHandler):
+    """Fills logs from the events of a parser, whatever the elements' namespace."""
 
-    class Handler(ContentHandler):
-        """Fills logs from elements, whatever their namespace."""
+    def __init__(self, *, lines: bool) -> None:
+        super().__init__()
+        self.lines = lines
+        self.log: LogObject | None = None
+        self.curve: Curve | None = None
+        self.text: list[str] | None = None
+        self.rows: list[str] = []
+        self.ready: list[tuple[LogObject, list[str]]] = []
+        self.seen = False
+        self.number, self.root = 0, ""
 
-        def __init__(self) -> None:
-            super().__init__()
-            self.log: LogObject | None = None
-            self.curve: Curve | None = None
-            self.text: list[str] | None = None
-            self.rows: list[str] = []
-            self.ready: list[tuple[LogObject, list[str]]] = []
+    def taken(self) -> list[tuple[LogObject, list[str]]]:
+        """What is complete since the last time."""
+        if self.log is not None and len(self.rows) >= _LINES:
+            self._hand_over(self.log)
+        ready, self.ready = self.ready, []
+        return ready
+
+    def startElement(self, name: str, attrs: Any) -> None:
+        """Begin of an element."""
+        local = name.rpartition(":")[2]
+        self.root = self.root or local
+        if local in _OF_VERSION_2:
+            raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
+        if local == "log":
+            self.number += 1
+            self.log, self.seen = LogObject((self.number, 0), uid=attrs.get("uid", "")), False
+        elif local == "logCurveInfo":
+            self.curve = Curve(attrs.get("uid", ""))
+        elif local == "indexCurve" and self.log is not None:
+            self.log.index_column = int(attrs.get("columnIndex", "0") or 0) if "columnIndex" in attrs else 0
+        self.text = []
+
+    def characters(self, content: str) -> None:
+        """Text of an element, in pieces."""
+        if self.text is not None:
+            self.text.append(content)
+
+    def endElement(self, name: str) -> None:
+        """End of an element."""
+        local = name.rpartition(":")[2]
+        text, self.text = "".join(self.text or ()), None
+        if local.lower() == "xmlout" and text.strip():
+            # the answer of a WITSML server holds the document as text
+            inner = _parser(self)
+            inner.feed(_DECLARATION.sub("", text, count=1).encode())
+            inner.close()
+        if self.log is not None:
+            self._end_in(self.log, local, text.strip())
+
+    def _end_in(self, log: LogObject, element: str, text: str) -> None:
+        """End of an element of a log."""
+        if element == "mnemonicList" and log.mnemonics:
+            # further data of the log, which may list other curves
+            self._hand_over(log)
+            number, block = log.place
+            log = self.log = replace(log, place=(number, block + 1), units=[])
             self.seen = False
-            self.number, self.root = 0, ""
+        if element == "data":
+            self.rows += [text] if self.lines else []
+        elif element == "log":
+            if self.rows or not self.seen:
+                self._hand_over(log)
+            self.log = None
+        elif element == "logCurveInfo":
+            log.curves += [] if self.curve is None else [self.curve]
+            self.curve = None
+        elif self.curve is not None:
+            _fill_curve(self.curve, element, text)
+        else:
+            _fill_log(log, element, text)
 
-        def taken(self) -> list[tuple[LogObject, list[str]]]:
-            """What is complete since the last time."""
-            if self.log is not None and len(self.rows) >= _LINES:
-                self._hand_over()
-            ready, self.ready = self.ready, []
-            return ready
+    def _hand_over(self, log: LogObject) -> None:
+        """Make what is collected of a log ready to be taken."""
+        self.ready.append((log, self.rows))
+        self.rows, self.seen = [], True
 
-        def _hand_over(self) -> None:
-            assert self.log is not None
-            self.ready.append((self.log, self.rows))
-            self.rows, self.seen = [], True
 
-        def startElement(self, name: str, attrs: Any) -> None:
-            """Begin of an element."""
-            local = name.rpartition(":")[2]
-            self.root = self.root or local
-            if local in _OF_VERSION_2:
-                raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
-            if local == "log":
-                self.number += 1
-                self.log, self.seen = LogObject((self.number, 0), uid=attrs.get("uid", "")), False
-            elif local == "logCurveInfo":
-                self.curve = Curve(attrs.get("uid", ""))
-            elif local == "indexCurve" and self.log is not None:
-                self.log.index_column = int(attrs.get("columnIndex", "0") or 0) if "columnIndex" in attrs else 0
-            self.text = []
+def _parser(handler: _Handler) -> Any:
+    """A parser that refuses documents with a DTD."""
+    from defusedxml.expatreader import DefusedExpatParser
 
-        def characters(self, content: str) -> None:
-            """Text of an element, in pieces."""
-            if self.text is not None:
-                self.text.append(content)
-
-        def endElement(self, name: str) -> None:
-            """End of an element."""
-            local = name.rpartition(":")[2]
-            text, self.text = "".join(self.text or ()), None
-            if local.lower() == "xmlout" and text.strip():
-                # the answer of a WITSML server holds the document as text
-                inner = new_parser(self)
-                inner.feed(_DECLARATION.sub("", text, count=1).encode())
-                inner.close()
-            if self.log is None:
-                return
-            if local == "mnemonicList" and self.log.mnemonics:
-                # further data of the log, which may list other curves
-                self._hand_over()
-                number, block = self.log.place
-                self.log, self.seen = replace(self.log, place=(number, block + 1), units=[]), False
-            if local == "data":
-                if lines:
-                    self.rows.append(text.strip())
-            elif local == "log":
-                if self.rows or not self.seen:
-                    self._hand_over()
-                self.log = None
-            elif local == "logCurveInfo":
-                if self.curve is not None:
-                    self.log.curves.append(self.curve)
-                self.curve = None
-            elif self.curve is not None:
-                _fill_curve(self.curve, local, text.strip())
-            else:
-                _fill_log(self.log, local, text.strip())
-
-    return Handler()
+    parser = DefusedExpatParser(forbid_dtd=True)
+    parser.setContentHandler(handler)
+    return parser
 
 
 def _fill_curve(curve: Curve, element: str, text: str) -> None:

@@ -167,6 +167,17 @@ def parse(cells: Any, order: str | None = None) -> Written | None:
     return _from_parts(_Parts(parts, _filled(pc.is_null(parts), True)), order)
 
 
+def parse_one(text: str) -> Written | None:
+    """A single text as a column of one row; None where it is no time, or not clear about day and month."""
+    import pyarrow as pa
+
+    try:
+        found = parse(pa.chunked_array([[text]]))
+    except UnclearDate:
+        return None
+    return None if found is None or found.wrong[0] else found
+
+
 @dataclass(frozen=True)
 class _Parts:
     """Parts of all cells, as text; `missing`: cells that are not of the form."""
