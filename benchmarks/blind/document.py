@@ -3,9 +3,11 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from benchmarks.blind import blocks
+from benchmarks.blind.at_best import at_best
 from benchmarks.blind.scores import TARGETS, confusion, holds, right_by_cause
 from benchmarks.blind.world import OFF_DOCUMENTS
 
@@ -95,21 +97,28 @@ false alarms as the engine.
 
 A proof is registered before its first case is drawn (`make blind REGISTER=1`): commit and hashes of
 engine and judge, seeds, and a size from a power calculation (`benchmarks/blind/blocks.py`), at which all limits hold
-with a chance of 90 % each if the true rates are as assumed. A block may take several runs (`MINUTES=…`): judgements are
-kept, and the next run goes on where one ended. Blocks before seed {first_free} were frozen by hand or not at all, and
-were held to point values.
+with a chance of 90 % each if the true rates are as assumed:
+
+| figure | cases that its limit needs |
+|---|---|
+{needed}
+
+A smaller block, as time allows, cannot hold all of them: what it could hold at best is given beside its scores. A block
+may take several runs (`MINUTES=…`): judgements are kept, and the next run goes on where one ended. Blocks before seed
+{first_free} were frozen by hand or not at all, and were held to point values.
 
 {blocks}
 """
 _PART = """## Scores in {title}
 
-| score | engine | target | holds | at random |
-|---|---|---|---|---|
+| score | engine | target | holds | at best | at random |
+|---|---|---|---|---|---|
 {rows}
 
 Limits are one-sided 95 % ones: of Clopper and Pearson for shares, over {nulls} cases without a hidden cause, {at_2x} at
 twice the size, {removed_at_2x} that the catalogue lacks, {covered_of} intervals, {located_of} places; of resampled
-cases for the others.
+cases for the others. *At best*: what an engine without fault would reach on as many cases, each of its answers
+right, its intervals holding the truth in 95 %, its verdicts true as often as their probabilities say.
 
 | engine | false alarms | power ratio | right at twice the size |
 |---|---|---|---|
@@ -153,7 +162,7 @@ def write_part(
     table : judgements of the engine
     beside : scores of the other engines at the engine's rate of false alarms
     """
-    causes = right_by_cause(table)
+    causes, best = right_by_cause(table), at_best(table)
     parts = folder / "discovery"
     parts.mkdir(parents=True, exist_ok=True)
     for name in _PICTURES:
@@ -162,7 +171,7 @@ def write_part(
         **{name: int(reached[name]) for name in _COUNTS},
         title=_TITLES[world],
         world=world,
-        rows="\n".join(_row(name, reached[name], guessed[name]) for name in reached),
+        rows="\n".join(_row(name, reached[name], guessed[name], best.get(name, np.nan)) for name in reached),
         beside="\n".join(_of_engine(name, values) for name, values in beside.items()),
         causes="\n".join(f"| {name} | {row.cases:.0f} | {row.share:.2f} |" for name, row in causes.iterrows()),
         confusion=_markdown(confusion(table)),
@@ -180,20 +189,29 @@ def write_page(folder: Path) -> None:
         large=blocks.LEAST_PER_CAUSE,
         off=OFF_DOCUMENTS,
         first_free=blocks.FIRST_FREE,
+        needed=_needed(),
         blocks=blocks.markdown(),
     )
     (folder / "discovery.md").write_text("\n".join([page, *(part.read_text() for part in parts if part.is_file())]))
+
+
+def _needed() -> str:
+    """Rows of the cases that the limits need, the fewest first."""
+    _, needed = blocks.size()
+    counts = sorted(needed.items(), key=lambda item: item[1])
+    return "\n".join(f"| {name} | {count} |" for name, count in counts)
 
 
 def _of_engine(name: str, values: dict[str, float]) -> str:
     return f"| {name} | {values['false_alarm']:.3g} | {values['power_ratio']:.3g} | {values['right_at_2x']:.3g} |"
 
 
-def _row(name: str, value: float, guess: float) -> str:
+def _row(name: str, value: float, guess: float, best: float) -> str:
     relation, target = TARGETS.get(name, ("", ""))
     verdict = {None: "", True: "yes", False: "no"}[holds(name, value)]
     wanted = f"{relation} {target}".replace("<=", "≤").replace(">=", "≥").strip()
-    return f"| {name} | {value:.4g} | {wanted} | {verdict} | {guess:.4g} |"
+    bound = f"{best:.4g}" if np.isfinite(best) else ""
+    return f"| {name} | {value:.4g} | {wanted} | {verdict} | {bound} | {guess:.4g} |"
 
 
 def _markdown(table: pd.DataFrame) -> str:

@@ -64,10 +64,10 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
     - causes_right: causes of which at least RIGHT_SHARE of the cases at twice the size, or that show, are right;
       causes_seen: those that have any, causes_least: cases of the rarest
     """
-    columns = _columns(table)
+    of_shares = columns(table)
     found: dict[str, float] = {"cases": len(table)}
     for name in SHARES:
-        values = columns[name].dropna().astype(float)
+        values = of_shares[name].dropna().astype(float)
         count, cases = round(float(values.sum())), len(values)
         found[name] = float(values.mean())
         found[f"{name}_low"], found[f"{name}_high"] = lower_limit(count, cases), upper_limit(count, cases)
@@ -94,15 +94,15 @@ def scores(table: pd.DataFrame) -> dict[str, float]:
         "nulls": int((~hidden).sum()),
         "removed": len(removed),
         "at_2x": len(large),
-        "removed_at_2x": len(columns["unknown_share"]),
+        "removed_at_2x": len(of_shares["unknown_share"]),
         "without_ideal": int(table[hidden]["detectability"].isna().sum()),
         "covered_of": int(kept["covered"].notna().sum()),
-        "detections_of": len(columns["detections_named"]),
+        "detections_of": len(of_shares["detections_named"]),
         "located_of": int(kept["location_error"].notna().sum()),
     }
 
 
-def _columns(table: pd.DataFrame) -> dict[str, pd.Series]:
+def columns(table: pd.DataFrame) -> dict[str, pd.Series]:
     """For every score that is a share, its cases."""
     nulls, with_cause = table[table["hidden"] == NONE], table[table["hidden"] != NONE]
     kept, removed = with_cause[~with_cause["removed"]], with_cause[with_cause["removed"]]

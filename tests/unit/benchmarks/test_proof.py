@@ -13,6 +13,7 @@ import typer
 from benchmarks.blind import __main__ as proof
 from benchmarks.blind import blocks, limits
 from benchmarks.blind.answer import Claim
+from benchmarks.blind.at_best import at_best
 from benchmarks.blind.baselines import _coordinates
 from benchmarks.blind.blocks import Block, judged, markdown, register, registered
 from benchmarks.blind.document import write_page
@@ -144,6 +145,25 @@ def test_scores_have_limits_on_either_side() -> None:
     assert holds("causes_right", found["causes_right"]) is False
     assert holds("unknown_share_low", found["unknown_share_low"]) is False
     assert set(TARGETS) <= set(found)
+
+
+def test_a_faultless_engine_reaches_what_is_possible_at_best_and_another_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(limits, "_DRAWS", 50)
+    # right more often than it states, but right whenever the cause is large
+    table = _table()
+    best, reached = at_best(table), scores(table)
+    large = int(table["large"].sum())
+    assert best["accuracy_at_2x_low"] == reached["accuracy_at_2x_low"] == lower_limit(large, large)
+    assert best["coverage95_low"] < best["coverage95_high"] < 1.0
+    assert reached["calibration_error_high"] > 1.5 * best["calibration_error_high"]
+    generator = np.random.default_rng(1)
+    honest = [tuple((*each[:3], generator.random() < each[2]) for each in row) for row in table["claims"]]
+    calibrated = scores(table.assign(claims=honest))
+    assert calibrated["calibration_error_high"] == pytest.approx(best["calibration_error_high"], rel=0.4)
+    wrong = scores(table.assign(right=False))
+    assert wrong["accuracy_at_2x_low"] == 0.0
 
 
 def test_times_of_examinations_are_kept_for_either_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
