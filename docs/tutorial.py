@@ -5,8 +5,8 @@
 #
 # This page walks through the paper *Identification While Drilling of Drill-string Dynamic Model for Diagnostics and
 # Optimization*: its equations, the parameters of its Table 1, what they say about the bit, the identification of a
-# simulated rig from ten minutes of its log, and a speed controller tuned to what was found. It is a script that is run
-# from top to bottom (`make tutorial`); every number and figure below comes from the code above it.
+# simulated rig from ten minutes of its log, and a speed controller tuned to what was found. It is a script run from top
+# to bottom (`make tutorial`); every number and figure below comes from the code above it.
 
 # %%
 from dataclasses import replace
@@ -51,13 +51,13 @@ BAND = (0.05, 5.0)
 # %% [markdown]
 # ## A length of pipe
 #
-# Angular speed plays voltage and torque plays current. With the damping κ of mud and wall and the internal damping δ
-# of the steel, equations 1 and 2 are
+# Angular speed plays the part of voltage, and torque that of current. With the damping κ of mud and wall and the
+# internal damping δ of the steel, equations 1 and 2 are
 #
 # $$\alpha = \rho s + \kappa, \qquad \beta = \frac{G}{s} + \delta,$$
 #
 # and a uniform length *L* of polar moment *IP* has the propagation coefficient γ = √(α/β) per metre and the
-# characteristic admittance Y₀ = IP √(αβ). Equation 5 joins its two ends:
+# characteristic admittance Y₀ = IP √(αβ). Equation 5 relates its two ends:
 #
 # $$\begin{bmatrix}\omega_1\\T_1\end{bmatrix} = \begin{bmatrix}\cosh\gamma L & Z_0\sinh\gamma L\\
 # Y_0\sinh\gamma L & \cosh\gamma L\end{bmatrix}\begin{bmatrix}\omega_2\\T_2\end{bmatrix}.$$
@@ -75,8 +75,8 @@ for f, g, y in zip(frequency, gamma, admittance, strict=True):
     )
 
 # %% [markdown]
-# The paper builds the same string of many lumped fractions (figures 2 to 4). Each element below has half of its inertia
-# at either end. One element, the lumped model of most controllers, is right about nothing above the first mode.
+# The paper builds the same string from many lumped fractions (figures 2 to 4). Each element below has half of its
+# inertia at either end. One element, the lumped model of most controllers, gets nothing right above the first mode.
 
 # %%
 frequency = np.geomspace(*BAND, 400)
@@ -106,8 +106,8 @@ for elements in (1, 10, 100, 1000):
 # ## Command mobility
 #
 # The top drive of figure 1 has the inertia J_td, a drive with the delay T_d, and a speed controller A = P + I/s, here
-# with P = 1500 N m s/rad and I = 800 N m/rad. The sweep is added to the torque that the controller commands; how much
-# speed answers is the command mobility
+# with P = 1500 N m s/rad and I = 800 N m/rad. The sweep is added to the torque that the controller commands; the
+# response of the speed to it is the command mobility
 #
 # $$M = \frac{\omega_{td}}{T_{sweep}} = \frac{e^{-sT_d}}{J_{td}s + Y_{in} + e^{-sT_d}A}.$$
 #
@@ -132,7 +132,7 @@ below.set_ylabel("Phase [°]")
 # %% [markdown]
 # The dips lie near the modes of the string with its upper end clamped: there the string holds the top drive still. The
 # peaks lie near the modes of the whole rig under control. Modes are poles in the complex plane, found without a
-# frequency grid; damping moves a peak away from its pole a little, the more so the heavier it is.
+# frequency grid; damping moves a peak slightly away from its pole, the more so the heavier it is.
 
 # %%
 fine = np.geomspace(0.05, 2.0, 40000)
@@ -151,9 +151,9 @@ print("their damping    ", " ".join(f"{one:5.1%}" for one in controlled.damping_
 # %% [markdown]
 # ## What the bit feels
 #
-# The bit's mobility is its speed per torque on it. No measurement at the surface shows it, but the model does. With a
-# stiff top drive the string rings; the reported controller, a soft torque, takes the first mode away and leaves
-# the higher ones, because there the top drive's inertia stands in its way.
+# The bit's mobility is its speed per unit of torque on it. No measurement at the surface shows it, but the model does.
+# With a stiff top drive the string rings; the reported controller, a soft torque, removes the first mode and leaves the
+# higher ones, where the top drive's inertia stands in its way.
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 4.0), num="Bit mobility and step response")
@@ -178,10 +178,10 @@ for name, stiff in (("stiff top", True), ("soft torque", False)):
 # %% [markdown]
 # ## Ten minutes of a log, and what they tell
 #
-# A rig with the parameters of row A, and a bit that damps, drills for twelve minutes in the time-domain simulator.
-# That shares no formula with the model above: it moves waves through some hundred inertias and springs, step by step.
-# Three exponential sweeps of 500 N m each go into the torque command; the rock shakes the bit with 500 N m rms below
-# 2 Hz. The log is written at 50 Hz, with the units and the rounding of a rig.
+# A rig with the parameters of row A, and a bit that damps, drills for twelve minutes in the time-domain simulator. The
+# simulator shares no formula with the model above: it moves waves through several hundred inertias and springs, step by
+# step. Three exponential sweeps of 500 N m each go into the torque command; the rock shakes the bit with 500 N m rms
+# below 2 Hz. The log is written at 50 Hz, with a rig's units and rounding.
 
 # %%
 truth = first_sample(replace(row_a, bit=Bit(85.98, 40.0)))
@@ -230,11 +230,11 @@ with TemporaryDirectory() as results:
 print(f"{measured.frequency.size} frequencies, {int((measured.gate == 0).sum())} of them pass the coherence gate")
 
 # %% [markdown]
-# Beside each estimate stand its standard error and the least error that any unbiased method could have, the Cramér–Rao
-# bound of this sweep, this noise and this time. Length, polar moment, delay and the top drive's inertia are well known
-# after ten minutes. The dampings are not, neither to this fit nor to the bound; that of δ may even be undercut, as the
-# fit starts from the usual size of δ, within a factor of three. Where noise makes the resonances look sharper than they
-# are, their places, and with them the length, look better known than they are.
+# Beside each estimate stand its standard error and the smallest error that any unbiased method could have, the
+# Cramér–Rao bound for this sweep, noise and duration. Length, polar moment, delay and the top drive's inertia are well
+# known after ten minutes. The dampings are not, by this fit or by the bound; the bound on δ may even be undercut, as
+# the fit has a prior on δ: its usual size, within a factor of three. Where noise makes the resonances look sharper than
+# they are, their frequencies, and with them the length, look better known than they are.
 
 # %%
 shaking_frequency = np.geomspace(0.005, 25.0, 600)
@@ -269,9 +269,9 @@ axis.legend()
 # %% [markdown]
 # ## A controller for this string
 #
-# The controller is tuned to what was found and to how well it was found. Of twelve draws from the fit's uncertainty the
-# worst decides: its largest bit mobility between 0.05 and 3 Hz is made least, while all of them keep gain, phase and
-# modulus margins of the whole loop with its delay.
+# The controller is tuned to what was found and to how well it was found. The worst of twelve draws from the fit's
+# uncertainty decides: its largest bit mobility between 0.05 and 3 Hz is minimised, while all draws keep the gain, phase
+# and modulus margins of the whole loop with its delay.
 
 # %%
 correlation = fitted["correlation"].to_numpy()
@@ -313,13 +313,13 @@ right.set(
 )
 
 # %% [markdown]
-# A bit whose torque falls with speed damps negatively, and below some speed more than string and controller can bear:
-# stick-slip sets in. The map shows that speed for a bit whose torque falls from 60 to 30 N m per kN of weight, by the
-# linear model that was identified. The bars, all of 100 kN, span the draws from its uncertainty. The circles are the
-# speeds below which a small vibration of the true rig grows in the time-domain simulator.
+# A bit whose torque falls with speed has negative damping, and below some speed more of it than string and controller
+# can absorb: stick-slip sets in. The map shows that speed for a bit whose torque falls from 60 to 30 N m per kN of
+# weight, by the identified linear model. The bars, all at 100 kN, span the draws from the model's uncertainty. The
+# circles are the speeds below which a small vibration of the true rig grows in the time-domain simulator.
 #
-# Under a stiff top drive nothing but the string's own damping opposes the bit. Ten minutes hardly tell that damping, so
-# the prediction is wide. A controller that takes up the waves brings a damping of its own, which is known.
+# Under a stiff top drive nothing but the string's own damping opposes the bit. Ten minutes hardly determine that
+# damping, so the prediction is wide. A controller that absorbs the waves brings a damping of its own, which is known.
 
 # %%
 cutting = Cutting(0.06, 0.03, Weakening(6.0))

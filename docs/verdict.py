@@ -3,10 +3,10 @@
 # %% [markdown]
 # # From raw logs to a verdict
 #
-# A rig logs torque and speed of its top drive while a small torque sweep is injected. This page takes two such logs to
-# the parameters of the string, and asks what the model gets wrong. The logs are simulated, so that the answer is known:
-# the drive's torque loop has a lag of 50 ms that no data sheet mentions. Every number and figure below comes from the
-# code above it (`make tutorial`).
+# A rig logs the torque and speed of its top drive while a small torque sweep is injected. This page goes from two such
+# logs to the parameters of the string, and asks what the model gets wrong. The logs are simulated, so that the answer
+# is known: the drive's torque loop has a lag of 50 ms that no data sheet mentions. Every number and figure below comes
+# from the code above it (`make tutorial`).
 
 # %%
 from pathlib import Path
@@ -27,7 +27,7 @@ folder = Path(mkdtemp())
 # ## The rig, and what is wrong with it
 #
 # 1820 m of 5½" pipe and 80 m of collars hang on a top drive under soft speed control. `lag` is the time constant of the
-# torque loop: what the controller asks for arrives late and softened.
+# torque loop: what the controller asks for arrives late and smoothed.
 
 # %%
 pipe = Section(1820.0, polar_moment(0.1397, 0.1214), kappa=150.0, delta=2.5e8)
@@ -39,7 +39,7 @@ rig = DrillingSystem(TopDrive(1100.0, 0.035, control, lag=0.05), (pipe, collars)
 # ## Two logs
 #
 # Each log is a stand of twenty minutes at 120 rpm. Three exponential sweeps of 500 N m go into the torque command, and
-# the rock shakes the bit with 300 N m rms. The rig's recorder writes 50 rows a second, rounds, and stamps them.
+# the rock shakes the bit with 300 N m rms. The rig's recorder writes 50 rows a second, rounded and time-stamped.
 
 
 # %%
@@ -71,8 +71,8 @@ print(logs[0].read_text()[:330])
 # %% [markdown]
 # ## What the data sheets say
 #
-# The description names the log's columns with their units, and whatever is known with its tolerance. All of it but the
-# channels may be missing.
+# The description names the log's columns with their units, and states whatever is known with its tolerance. Everything
+# but the channels may be left out.
 
 # %%
 DESCRIPTION = """\
@@ -94,7 +94,7 @@ print(well.windows[["start", "end", "hole_depth"]].to_dataframe().to_string())
 
 # %% [markdown]
 # Two stands of twenty minutes hold four windows of ten. `drillid inspect` drafts such a description from a log, and
-# `well.problems` lists whatever was mended or rejected on the way. Here the fits have something to say:
+# `well.problems` lists whatever was corrected or rejected on the way. Here the fits have something to say:
 
 # %%
 what = well.problems["what"].str.replace(r" \(p-value.*?\)|; it counts.*", "", regex=True)
@@ -103,8 +103,8 @@ print(what.value_counts().rename_axis("what").to_string())
 # %% [markdown]
 # ## The parameters, and a first doubt
 #
-# Each window is fitted with the eight parameters of the paper's model. Where that is right, χ² per degree of freedom is
-# about 1, and what is found differs from what is true by about the stated errors.
+# Each window is fitted with the eight parameters of the paper's model. Where that model is right, χ² per degree of
+# freedom is about 1, and estimates differ from the true values by about the stated errors.
 
 # %%
 truth = {"length": 1820.0, "polar_moment": pipe.polar_moment, "delay": 0.035, "inertia_td": 1100.0}
@@ -116,15 +116,14 @@ for name, true in truth.items():
 print("χ² per degree of freedom", well.fits["chi2_per_dof"].values.round(2))
 
 # %% [markdown]
-# The model has no lag, so it puts the drive's lateness into the delay, far outside of the data sheet's tolerance of
-# 3 ms, and bends inertia and length to make up for the rest. The residuals are twice as large as the noise, and the
-# fits are not accepted.
+# The model has no lag, so it puts the drive's lateness into the delay, far outside the data sheet's tolerance of 3 ms,
+# and distorts inertia and length to make up for the rest. The squared residuals are twice what noise
+# would leave, and the fits are not accepted.
 #
 # ## The verdict
 #
-# The engine fits all windows together, beside what the data sheets say, with each cause of its catalogue in turn, and
-# names one only where it explains the misfit, where nothing else does so as well, and where it predicts windows that it
-# was not fitted to.
+# The engine fits all windows and the data sheets together, with each cause of its catalogue in turn. It names a cause
+# only if it explains the misfit, nothing else explains it as well, and it predicts windows that it was not fitted to.
 
 # %%
 verdict = well.verdicts.iloc[0]
@@ -139,5 +138,5 @@ evidence = well.draw("evidence")
 
 # %% [markdown]
 # The lag is found, with its size. What to do about it is up to the rig: have the drive's torque loop checked, or
-# describe the drive as it is. Either way, the depth dataset of a run of the workflow holds the string's parameters by
-# the extended model, and the report says how much better that predicts the top drive's speed.
+# describe the drive as it is. Either way, the depth dataset of a workflow run holds the string's parameters from the
+# extended model, and the report says how much better that model predicts the top drive's speed.
