@@ -1,8 +1,8 @@
 """What is new since the last report: windows, joint fits, verdicts, wells that failed or recovered, problems.
 
 The last report is remembered in `<results>/reported.json`, which holds what the wells were like when it was written and
-what they are like now. A run that ends before its report leaves what was reported as it is, so that the next report
-tells of that run's changes too; a report that is written again over the same wells tells the same changes again.
+what they are like now. A run that ends before its report leaves the reported state as it is, so that the next report
+covers that run's changes too; a report that is written again for the same wells gives the same changes again.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from drillid.fleet.manifest import stored, write_whole
 
 _STATE = "reported.json"
 _MUCH = 0.1
-"""Change of a verdict's probability that is told."""
+"""Change of a verdict's probability that is reported."""
 _WITH_SIZE = ("size", "size_low", "size_high")
 _KEPT: dict[str, Any] = {"windows": {}, "verdicts": [], "joint": {}, "origin": {}}
-"""What a well that fails keeps: windows by their starts, verdicts, the joint fit in brief, and what they come from."""
+"""What is kept of a well that fails: windows by their starts, verdicts, the joint fit in brief, and their origin."""
 _VERDICT = ("verdict", "cause", "from_m", "to_m", "probability", *_WITH_SIZE, "unit")
 
 Row = dict[str, Any]
 State = Mapping[str, Any]
-"""One well: its name, why it failed, its problems, and of `_KEPT` what it has."""
+"""One well: its name, why it failed, its problems, and those items of `_KEPT` that it has."""
 
 
 def write_changes(results: Path, wells: Sequence[str], problems: pd.DataFrame, failed: Mapping[str, str]) -> None:
@@ -42,9 +42,9 @@ def write_changes(results: Path, wells: Sequence[str], problems: pd.DataFrame, f
 
     Parameters
     ----------
-    wells : their folders
+    wells : folders of the wells
     problems : of all wells
-    failed : reason of each well that failed, by its folder
+    failed : reason for each failure, by the well's folder
     """
     path = Path(results) / _STATE
     remembered = _read(path)
@@ -58,7 +58,7 @@ def write_changes(results: Path, wells: Sequence[str], problems: pd.DataFrame, f
 
 
 def mark_reported(results: Path) -> None:
-    """Remember that the report tells of the wells as they are now."""
+    """Record that the report covers the wells as they are now."""
     path = Path(results) / _STATE
     remembered = _read(path)
     if remembered and not remembered["reported"]:
@@ -66,12 +66,12 @@ def mark_reported(results: Path) -> None:
 
 
 def has_earlier_report(results: Path) -> bool:
-    """Whether there was a report with which the changes compare the wells."""
+    """Whether there was an earlier report with which to compare the wells."""
     return _read(Path(results) / _STATE).get("before") is not None
 
 
 def read_changes(results: Path) -> pd.DataFrame:
-    """The table as it was written; texts are empty where they do not apply, times are UTC."""
+    """The table of changes as it was written; texts are empty where they do not apply, times are UTC."""
     texts = ("well", "change", "stage", "where", "before", "now", "reason")
     times, numbers = ["from_time", "to_time", "since"], ("from_m", "to_m", "count")
     table = read_table(
@@ -80,7 +80,7 @@ def read_changes(results: Path) -> pd.DataFrame:
         keep_default_na=False,
         na_values={name: [""] for name in (*numbers, *times)},
     )
-    # a table of an earlier version lacks columns
+    # a table written by an earlier version may lack columns
     lacking = {name: "" for name in texts if name not in table}
     return table.assign(**{name: pd.to_datetime(table[name]) for name in times}, **lacking)
 
@@ -100,7 +100,7 @@ def _through_json(content: Any) -> Any:
 def _state(
     results: Path, well: str, problems: pd.DataFrame, failed: Mapping[str, str], earlier: State | None
 ) -> dict[str, Any]:
-    """A well as it is now; one that failed keeps the results that it had."""
+    """State of a well now; one that failed keeps the results that it had."""
     folders = WellFolders(results, well)
     name = str(stored(folders.stage("records")).get("name", well))
     own = problems[problems["well"].isin([name, well])]
@@ -124,7 +124,7 @@ def _kept(folders: WellFolders, has_failed: bool, earlier: State) -> dict[str, A
 
 
 def _windows(folders: WellFolders) -> dict[str, list[Any]]:
-    """End, depths and content of each window by its start; times in ns since 1970."""
+    """End and depths of each window by its start; times in ns since 1970."""
     if not folders.has("windows", "windows"):
         return {}
     windows = folders.read("windows", "windows", ("start", "end", "depth_from", "depth_to"))
@@ -142,7 +142,7 @@ def _verdicts(folders: WellFolders) -> list[Row]:
 
 
 def _or_none(value: Any) -> Any:
-    """None in the place of NaN, which is not equal to itself."""
+    """None in place of NaN, which is not equal to itself."""
     return None if pd.isna(value) else value
 
 
@@ -161,7 +161,7 @@ def _changes_of_well(old: State | None, new: State | None) -> Iterator[Row]:
     if old is None:
         yield {"change": "new_well"}
         old = {"failed": "", "problems": []}
-    # the state of an earlier version lacks what was not kept then
+    # the state saved by an earlier version lacks what was not kept then
     old = _KEPT | dict(old)
     if new["failed"] and new["failed"] != old["failed"]:
         yield {"change": "failed", "before": old["failed"], "now": new["failed"]}
@@ -178,7 +178,7 @@ def _changes_of_well(old: State | None, new: State | None) -> Iterator[Row]:
 
 
 def _newest(state: State | None) -> Any:
-    """End of the newest window that the last report knew; nothing for a well that it did not know."""
+    """End of the newest window in the last report; empty for a well that was not in it."""
     ends = [row[0] for row in state["windows"].values()] if state else []
     return _time(max(ends)) if ends else ""
 
@@ -229,7 +229,7 @@ def _overlap(one: Row, other: Row) -> bool:
 
 
 def _moved(old: Row, new: Row) -> bool:
-    """Whether the probability has changed much, or the size lies outside of the interval that it had."""
+    """Whether the probability has changed much, or the size lies outside its earlier interval."""
     if abs(new["probability"] - old["probability"]) >= _MUCH:
         return True
     size, low, high = new["size"], old["size_low"], old["size_high"]
@@ -248,7 +248,7 @@ def _words(row: Row) -> str:
 
 
 def _new_problems(old: Iterable[Sequence[str]], new: Iterable[Sequence[str]]) -> Iterator[Row]:
-    """One row for each kind, whose texts differ in their numbers only."""
+    """One row for each kind of problem; problems of one kind differ in their numbers only."""
     known = {(stage, _place(where), _kind(what)) for stage, where, what in old}
     kinds: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for stage, where, what in new:
@@ -263,7 +263,7 @@ def _kind(what: str) -> str:
 
 
 def _place(where: str) -> str:
-    """The place without the numbers of windows, which a late log before them changes."""
+    """The place without the numbers of windows, which change when a late log adds windows before them."""
     return re.sub(r"windows? [\d, to]+ at", "window at", where)
 
 

@@ -11,17 +11,17 @@ from drillid.datasets.store import WellFolders
 from drillid.physics.parameters import PARAMETERS
 
 _APART_M = 100.0
-"""One window is kept for so much depth, over which parameters hardly change."""
+"""Length of the depth intervals, over which parameters hardly change; one window is kept of each."""
 _DIGITS = 6
 _LEAST = 10.0 ** (1 - _DIGITS)
-"""Least half of a band that is taken as such, relative to the value: as much as rounding changes."""
+"""Least half-width assumed for a band, relative to the value: as much as rounding changes."""
 
 Levels = Mapping[str, Mapping[str, Any]]
-"""By piece of depth: the `depth` of its window, and of each parameter value and 95 % band; None where unknown."""
+"""By depth interval: the `depth` of its window, and the value and 95 % band of each parameter; None where unknown."""
 
 
 def joint_levels(folders: WellFolders) -> dict[str, dict[str, Any]]:
-    """Of the first window of each piece of depth, which stays so as a well grows."""
+    """Levels of the first window of each depth interval, which remains the first as a well grows."""
     if not folders.has("fits", "joint"):
         return {}
     joint = folders.read("fits", "joint", ("value", "lower", "upper", "parameter", "hole_depth")).load()
@@ -41,7 +41,7 @@ def _rounded(value: float) -> float | None:
 
 
 def moved_levels(old: Levels, new: Levels) -> Iterator[dict[str, Any]]:
-    """Parameters that lie outside of their earlier band, where they do so, and by how much at most."""
+    """Parameters that lie outside their earlier band, at which depths, and the largest move."""
     both = [piece for piece in new if piece in old]
     for name, (unit, meaning) in PARAMETERS.items():
         moves = {piece: _move(name, old[piece], new[piece]) for piece in both}
@@ -61,13 +61,13 @@ def moved_levels(old: Levels, new: Levels) -> Iterator[dict[str, Any]]:
 
 
 def _move(name: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> float:
-    """Change of a parameter over the part of the earlier band on that side; above one it lies outside."""
+    """Change of a parameter relative to the part of the earlier band on that side; above one it lies outside."""
     (value, low, high), now, depths = old[name], new[name][0], (old["depth"], new["depth"])
     if None in (value, low, high, now):
         return 0.0
     change = now - value
     if name == "length" and None not in depths:
-        # the window may be another one of the same piece
+        # the window may be another one in the same interval
         change -= depths[1] - depths[0]
     reach = high - value if change > 0 else value - low
     return abs(change) / max(reach, _LEAST * max(abs(value), abs(now))) if change else 0.0

@@ -1,4 +1,4 @@
-"""What a well's results were made from, by the keys of its stages, and what of that is other than before."""
+"""What a well's results were made from, by the keys of its stages, and how that differs from before."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from drillid.fleet.stages import STAGES
 
 _RIG_FILE = ".yaml"
 _NAMED = 3
-"""Settings, or logs of one kind, that a reason names."""
+"""Number of settings, or of logs of one kind, that a reason names."""
 
 Origin = Mapping[str, Any]
 """Code, settings, rig description and versions by `stages`, and checksums of the `logs` by their paths."""
 
 
 def origin(folders: WellFolders) -> dict[str, Any]:
-    """Of the stages that have finished."""
+    """Origin of the results of the stages that have finished."""
     keys = {stage: stored(folders.stage(stage)) for stage in STAGES}
     parts = ("source", "settings", "rig", "versions")
     return {
@@ -31,11 +31,11 @@ def origin(folders: WellFolders) -> dict[str, Any]:
 
 
 def reason(before: Origin, now: Origin, stage: str) -> str:
-    """What is other than before in what a stage and those before it worked on; empty where nothing of that is known.
+    """What has changed in the inputs of a stage and of those before it; empty where none of the inputs is known.
 
     Parameters
     ----------
-    before, now : of `origin`, or empty
+    before, now : as returned by `origin`, or empty
     """
     old, new = before.get("stages", {}), now.get("stages", {})
     known = [name for name in list(STAGES)[: list(STAGES).index(stage) + 1] if name in old and name in new]
@@ -60,7 +60,7 @@ def reason(before: Origin, now: Origin, stage: str) -> str:
 
 
 def _differing(old: Any, new: Any, name: str = "") -> Iterator[tuple[str, str]]:
-    """Names of values that differ, with the words on how."""
+    """Names of the values that differ, each with a phrase on how."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in sorted(old.keys() | new.keys()):
             yield from _differing(old.get(key), new.get(key), f"{name}.{key}".lstrip("."))
@@ -69,7 +69,7 @@ def _differing(old: Any, new: Any, name: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _other_logs(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
-    """Logs whose content is other than before; one that lies elsewhere now is the same."""
+    """Logs whose content has changed; one that has only moved counts as unchanged."""
     same = set(old.values()) & set(new.values())
     before = {path for path, checksum in old.items() if checksum not in same}
     now = {path for path, checksum in new.items() if checksum not in same}

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 
 
 _BLOCK = 1_000_000
-"""Samples of the states that are in memory at once."""
+"""Number of samples of the states in memory at once."""
 _JOINT_ENDS = {"": "value", "_lower": "lower", "_upper": "upper"}
 """Endings of the variables from the joint fit, and the variables of its dataset."""
 
 
 def _unstable(dataset: xr.Dataset) -> list[Problem]:
-    """A row for the windows with a model but without a step response."""
+    """A row for the windows that have a model but no step response."""
     modelled = np.isfinite(dataset["bit_mobility_controlled"].values).all(axis=1)
     placed = dataset.rename(depth="hole_depth")
     return [
@@ -65,9 +65,9 @@ def joint_variables(joint: xr.Dataset) -> dict[str, tuple[str, Floats]]:
 
 
 def parameters_for_settings(fits: xr.Dataset, joint: xr.Dataset) -> Floats:
-    """Parameters from all windows together, (window, 8), or from the window alone where they determine not all.
+    """Parameters from all windows together, (window, 8), or from the window alone where those do not give all eight.
 
-    Settings that are tuned to them change with depth as the string does, and not with the noise of single windows.
+    Settings tuned to these change with depth as the string does, and not with the noise of single windows.
     """
     together = joint["value"].values
     return np.asarray(np.where(np.isnan(together).any(axis=1, keepdims=True), fits["value"].values, together))

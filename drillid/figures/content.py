@@ -1,6 +1,6 @@
-"""What figures of a part of a well draw, so that those of which nothing has changed are kept as they are.
+"""What the figures of part of a well draw, so that figures without changes are kept as they are.
 
-Figures that are not named here draw all windows, and change with every new one.
+Figures that are not listed here draw all windows, and change with every new one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MODELS = ["accepted", "command_mobility_fitted", "bit_mobility_stiff", "bit_mob
 
 
 def drawn_content(results: WellResults, name: str) -> list[Any] | None:
-    """Everything that a figure draws, as JSON holds it; None where that is all of the well."""
+    """Everything that a figure draws, in a form that JSON can hold; None where it draws all of the well."""
     if name not in _CONTENTS:
         return None
     return [results.name, *results.band, *_CONTENTS[name](results)]
@@ -31,7 +31,7 @@ def _middle_window(results: WellResults) -> list[Any]:
 
 
 def _models(results: WellResults, rows: list[int]) -> xr.Dataset:
-    """The models of windows, whose joint fit changes with every new window."""
+    """Models of the windows, without their joint fit, which changes with every new window."""
     return results.depth[_MODELS].isel(depth=rows)
 
 
@@ -53,7 +53,7 @@ def _several_sets(results: WellResults) -> list[Any]:
 
 
 def _of_sets(results: WellResults, numbers: Sequence[int]) -> list[Any]:
-    """Sets with their windows, and the verdicts that their titles tell."""
+    """Sets with their windows, and the verdicts that their titles state."""
     examination = results.examination.drop_vars(["set", "window_set", "extension_set"])
     content: list[Any] = []
     for number in numbers:
@@ -80,7 +80,7 @@ _CONTENTS: dict[str, Callable[[WellResults], list[Any]]] = {
 
 
 def _hash(dataset: xr.Dataset) -> str:
-    """Of names, shapes and values of all variables."""
+    """Hash of the names, shapes and values of all variables."""
     found = hashlib.sha256()
     for name, variable in sorted(dataset.variables.items(), key=lambda item: str(item[0])):
         values = variable.values

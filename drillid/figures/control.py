@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _LOOKS = ((INK, "-"), (FLAGGED, "--"), ("#4f8f6b", "-."), (DATA_SHEET, ":"), (MUTED, (0, (5, 1, 1, 1, 1, 1))))
-"""Colours and dashes of the controllers' lines, which a grey print distinguishes too."""
+"""Colours and dashes of the controllers' lines, distinguishable in greyscale too."""
 _RPM = 30 / np.pi
 
 

@@ -108,7 +108,7 @@ class WellResults:
 
     @property
     def middle(self) -> int:
-        """Row of the middle window; in a long well of one near it, which stays as the well grows by up to a quarter."""
+        """Row of the middle window; in a long well one near it, the same while the well grows by up to a quarter."""
         windows = self.windows.sizes["window"]
         coarse = max(windows.bit_length() - 3, 0)
         return (windows >> coarse << coarse) // 2
@@ -122,7 +122,7 @@ class WellResults:
 
 
 def stored_results(settings: Settings, name: str) -> WellResults:
-    """The datasets of a well of the sheets, as a run has left them.
+    """The datasets of a well listed in the sheets, as a run has left them.
 
     Raises
     ------

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _UNIT = "rad/(N m s)"
 _BAR = 1.0
-"""Inches that a colour bar takes with its numbers and its name."""
+"""Room for a colour bar with its numbers and its name, inches."""
 _COLUMNS = 200
 """Frequencies, evenly spaced on the logarithmic axis, that determine the range of colours."""
 _RESIDUAL_LIMIT = 4.0

@@ -29,19 +29,19 @@ if TYPE_CHECKING:
     from drillid.figures.data import WellResults
 
 _HEADING: dict[str, Any] = {"size": 12, "weight": "bold", "parse_math": False}
-"""Look of headings; the name of a well is no formula."""
+"""Look of headings; the name of a well is not a formula."""
 _HEADING_HEIGHT = 0.3
 _CAPTION_LINE_HEIGHT = 0.165
 _CHARACTERS = 15.5
 """Characters of a caption per inch."""
 _CHARACTER = 0.067
-"""Inches that a character of a label beside an axis takes."""
+"""Width of a character of a label beside an axis, inches."""
 TITLED = 0.23
 """Top margin of panels with titles, inches."""
 _BESIDE = 0.12
-"""Inches from an axis to its labels."""
+"""Distance from an axis to its labels, inches."""
 _THIRD, _NUMBERS = 2.6, 0.6
-"""Inches of the panel beside two images, and of its numbers and name to the left of it."""
+"""Width of the panel beside two images, and of its numbers and name to the left of it, inches."""
 _SHARE = 0.92
 """Length of a colour bar, as a share of its panels'."""
 _THICKNESS = 0.15
@@ -153,7 +153,7 @@ def save(figure: Figure, path: Path, dpi: int, *, heading: bool = True) -> None:
     Parameters
     ----------
     dpi : resolution of a PNG, and of the images in the other formats
-    heading : False for the panels alone, as a publication with a caption of its own takes them
+    heading : False for the panels alone, for a publication with a caption of its own
 
     Raises
     ------

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _BASE, _EXTENDED = FLAGGED, INK
 _BASE_WIDTH, _EXTENDED_WIDTH = 3.2, 1.1
-"""Of lines: the base model shows on both sides of an extended one that is drawn over it."""
+"""Line widths: the base model shows on both sides of an extended one that is drawn over it."""
 _LIMIT = 4.0
 """Standard deviations at the ends of the residuals' colours."""
 _SEGMENT = 0.25

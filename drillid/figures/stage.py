@@ -59,8 +59,9 @@ def draw(results: WellResults, name: str) -> Figure:
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Draw all figures of a well into its figures folder, but those that an earlier run drew from the same content; a
-    well without windows has none.
+    """Draw all figures of a well into its figures folder, except those that an earlier run drew from the same content.
+
+    A well without windows has none.
     """
     if not folders.has("windows", "windows") or not folders.read("windows", "windows").sizes["window"]:
         return []
@@ -89,5 +90,5 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
 
 def _checksum(path: Path) -> str:
-    """Of a file's bytes; empty where it is not there, which no file's is."""
+    """Checksum of a file's bytes; empty, unlike that of any file, where there is none."""
     return checksum(path) if path.exists() else ""

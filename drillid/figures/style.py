@@ -59,7 +59,7 @@ ROOM = 0.012
 """Margin above and below the markers, as a share of the depths, so that the outermost are whole."""
 
 _COLUMNS = 400
-"""Of an image; about as many as it has pixels in a row."""
+"""Columns of an image; about as many as it has pixels in a row."""
 _LABEL_SPACING = 0.034
 """Least distance of labels beside an axis, as a share of its height."""
 
@@ -98,7 +98,7 @@ def depth_axis(
 
 
 def apart(begin: Floats, end: Floats) -> Floats:
-    """Ends of lines behind each other with gaps between them: a single path is drawn faster than a line each."""
+    """Ends of successive lines with gaps between them: a single path is drawn faster than one for each line."""
     return np.stack([begin, end, np.full_like(begin, np.nan)], axis=-1).ravel()
 
 
@@ -111,7 +111,7 @@ def horizontal(axis: Axes, height: Floats, begin: Floats, end: Floats, colour: s
 def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, **colours: Any) -> QuadMesh:
     """Rows (window, point) as an image over the points and the depths of the windows; grey where there are no data.
 
-    Of points that are closer than can be seen, some are left out.
+    Points that are too close to be distinguished are thinned out.
     """
     cells, seen = results.cells, _seen(points)
     points, rows = points[seen], rows[:, seen]
@@ -122,7 +122,7 @@ def depth_image(axis: Axes, results: WellResults, points: Floats, rows: Floats, 
 
 
 def _seen(points: Floats) -> Integers:
-    """Places of the points; of many, those nearest to an even grid on the logarithmic axis, or that of times from 0."""
+    """Places of the points; of many, those nearest to a logarithmic grid, or to an even one where they begin at 0."""
     if points.size <= _COLUMNS:
         return np.arange(points.size)
     first, last = float(points[0]), float(points[-1])

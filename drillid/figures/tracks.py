@@ -24,7 +24,7 @@ _SHARE_SHOWN = (2.0, 98.0)
 _ORDER = ("inertia_bha", "damping_bha", "kappa", "delta", "length", "polar_moment", "inertia_td", "delay")
 """From parameters that change with the hole to those of the rig."""
 _SMALLEST_P_VALUE = 1e-6
-"""Smaller p-values are drawn here."""
+"""Smaller p-values are drawn at this value."""
 
 
 def parameters(results: WellResults) -> Figure:

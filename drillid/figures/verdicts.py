@@ -30,26 +30,26 @@ _CHANNELS = (("linear responses", INK, 0.19), ("detections in the records", FLAG
 """Channels of evidence with the colours of their bars, and the bars' places beside a cause."""
 _UNTESTED: dict[str, Any] = {"va": "center", "size": 5, "style": "italic", "color": MUTED}
 _LEAST_SHOWN = -10.0
-"""Smaller evidence is drawn here: it is clearly against the cause."""
+"""Smaller evidence is drawn at this value: it is clearly against the cause."""
 _TITLE_CHARACTERS = 58
-"""Of the title of a set's panel."""
+"""Longest title of a set's panel, characters."""
 _LINEAR_ABOVE = 10.0
 """The evidence axis is linear up to here and logarithmic beyond."""
 
 
 def verdict_colour(verdict: str) -> str:
-    """Grey for none, else by whether it has a name."""
+    """Grey for no cause, else a colour for a named cause or for an unknown one."""
     return {"none": MUTED, "unknown": _UNKNOWN}.get(verdict, _NAMED)
 
 
 def note_missing(axis: Axes, words: str) -> None:
-    """A note in position of missing data."""
+    """A note in place of missing data."""
     axis.grid(False)
     axis.text(0.5, 0.5, words, transform=axis.transAxes, ha="center", va="center", color=MUTED)
 
 
 def set_title(results: WellResults, number: int) -> str:
-    """Depths of a set and what verdicts.csv says of them, the likeliest first, with its probability.
+    """Depths of a set and its verdicts in verdicts.csv, the likeliest first, with its probability.
 
     The examination's own verdict is that of the set alone; an interval within the set may have another.
     """
@@ -69,7 +69,7 @@ def set_title(results: WellResults, number: int) -> str:
 
 
 def _narrower(row: pd.Series, begin: float, end: float) -> bool:
-    """Whether a verdict holds for a part of the set only."""
+    """Whether a verdict holds for only part of the set."""
     return bool(row["from_m"] > begin + _SAME_DEPTH_M or row["to_m"] < end - _SAME_DEPTH_M)
 
 

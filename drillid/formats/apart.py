@@ -27,9 +27,9 @@ from typing import IO, Any, cast
 from drillid.formats.description import Dialect, Header, LogFormat, Unusable
 
 _CPU_S, _CPU_S_PER_MB = 5.0, 2.0
-"""Time of the processor that reading may take; logs are read at more than 10 MB/s."""
+"""Processor time that reading may take; logs are read at more than 10 MB/s."""
 _PATIENCE = 20.0
-"""A silence of so many times as long is a hang, on however busy a machine."""
+"""A silence this many times as long counts as a hang, however busy the machine is."""
 _SPACE_MB, _SPACE_MB_PER_MB = 2000.0, 60.0
 """Address space beyond that of an idle process; compressed logs take 37 times their size."""
 _MB = 2**20
@@ -38,7 +38,7 @@ _PACKAGE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class _Limits:
-    """What reading one file may take: time of the processor and address space."""
+    """What reading one file may take: processor time and address space."""
 
     seconds: float
     megabytes: float
@@ -51,7 +51,7 @@ class _Limits:
 
 @dataclass(frozen=True)
 class Apart:
-    """The interface of a reader whose work is done in the other process."""
+    """Reader interface whose work is done in the other process."""
 
     module: str
     SUFFIXES: tuple[str, ...]
@@ -72,12 +72,12 @@ class Apart:
     def read_columns(
         self, path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
     ) -> Any:
-        """Columns as an Arrow table; it raises what `headers` does."""
+        """Columns as an Arrow table; the errors are those of `headers`."""
         return _PROCESS.call(self.module, "read_columns", path, header, list(columns), list(text), rows)
 
 
 def apart(reader: Any) -> LogFormat:
-    """The reader itself, or where it is declared FRAGILE, one that works in the other process."""
+    """The reader itself or, where it is declared FRAGILE, one that works in the other process."""
     if getattr(reader, "FRAGILE", False):
         return cast(LogFormat, Apart(reader.__name__, reader.SUFFIXES))
     return cast(LogFormat, reader)
@@ -129,7 +129,7 @@ class _Process:
         return process
 
     def _ended(self) -> int:
-        """Exit code of the process, which is waited for a moment and then killed."""
+        """Exit code of the process, which is given a moment to end and is then killed."""
         assert self.started is not None
         _, process = self.started
         self.started = None
@@ -166,7 +166,7 @@ def serve() -> None:
     """Answer requests on standard input until there are no more."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with os.fdopen(os.dup(0), "rb") as requests, os.fdopen(os.dup(1), "wb") as answers:
-        # what C libraries print must not come between the answers
+        # output of C libraries must not come between the answers
         os.dup2(2, 1)
         while (request := _next(requests)) is not None:
             module, function, arguments, limits = request
@@ -198,7 +198,7 @@ def _limit(limits: _Limits) -> None:
 
 
 def _told(error: Exception, limits: _Limits) -> Exception:
-    """The error as it crosses to the other process: what a library raises is damage, all else is a fault of ours."""
+    """The error as it is passed to the parent process: one from a library means damage, any other a fault of ours."""
     if isinstance(error, MemoryError):
         return ValueError(f"reading it takes more than {limits.megabytes:.0f} MB of memory")
     if isinstance(error, Unusable):

@@ -1,4 +1,4 @@
-"""Arrow tables out of arrays, for formats that hold arrays."""
+"""Arrow tables from arrays, for formats that hold arrays."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ _NOTES = b"drillid"
 """Key of the notes in the metadata of a table's schema."""
 _EXCESS_BYTES = 2**30
 _LARGEST_RATIO = 1000
-"""A file may claim arrays of 1 GiB, or of so many times its own size; more is damage and not compression."""
+"""A file may claim arrays of 1 GiB, or of this many times its own size; more means damage, not compression."""
 
 
 def table_of(arrays: Mapping[str, Any], text: Sequence[str]) -> Any:
-    """Columns out of one-dimensional arrays: those in `text` as they are, the others as float64 where possible."""
+    """Columns from one-dimensional arrays: those in `text` unchanged, the others as float64 where possible."""
     import pyarrow as pa
 
     return pa.table({name: _column(np.asarray(values), name in text) for name, values in arrays.items()})
 
 
 def with_floats(table: Any, text: Sequence[str]) -> Any:
-    """An Arrow table whose numbers, of any width, are float64, but for the columns in `text`."""
+    """An Arrow table with numbers of any width as float64, except for the columns in `text`."""
     import pyarrow as pa
 
     for position, field in enumerate(table.schema):
@@ -43,12 +43,12 @@ def _is_number(kind: Any) -> bool:
 
 
 def with_notes(table: Any, notes: Sequence[Note]) -> Any:
-    """An Arrow table whose schema carries what was decided while reading its rows."""
+    """An Arrow table whose schema carries the decisions taken while reading its rows."""
     return table.replace_schema_metadata({_NOTES: json.dumps(notes)}) if notes else table
 
 
 def notes_of(table: Any) -> list[Note]:
-    """What `with_notes` attached."""
+    """The notes attached by `with_notes`."""
     held = (table.schema.metadata or {}).get(_NOTES)
     return [] if held is None else [(what, remedy) for what, remedy in json.loads(held)]
 
@@ -59,14 +59,14 @@ def check_size(cells: float, file_size: int) -> None:
     Raises
     ------
     ValueError
-        If they are.
+        If they are larger.
     """
     if 8 * cells > max(_EXCESS_BYTES, _LARGEST_RATIO * file_size):
         raise ValueError(f"it claims {cells:.3g} values, far more than a file of its size holds")
 
 
 def by_length(lengths: Mapping[str, int]) -> list[list[str]]:
-    """Names of arrays that are equally long and longer than 1, the longest first."""
+    """Names of arrays longer than 1, grouped by equal length, the longest first."""
     found: dict[int, list[str]] = {}
     for name, length in lengths.items():
         if length > 1:
@@ -75,7 +75,7 @@ def by_length(lengths: Mapping[str, int]) -> list[list[str]]:
 
 
 def as_text(values: Iterable[Any]) -> list[str | None]:
-    """Cells as text, bytes in UTF-8 or else Latin-1."""
+    """Cells as text; bytes are decoded as UTF-8, else as Latin-1."""
     return [None if value is None else _decoded(value) for value in values]
 
 

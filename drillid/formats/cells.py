@@ -15,11 +15,11 @@ NULL_VALUES = (-999.25, -9999.0, -9999.25)
 """Numbers that drilling recorders write for missing values."""
 
 _MOST_WORDS = 5
-"""Different words among numbers that are taken for missing values."""
+"""Largest number of different words among numbers that are taken as missing values."""
 
 
 def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ...] = ()) -> tuple[Floats, list[Note]]:
-    """Cells as floats, the recorders' null values and `null_values` as NaN, shape (row,); and words taken for missing.
+    """Cells as floats, shape (row,), the recorders' null values and `null_values` as NaN; and notes on missing values.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
 def _words(cells: Any, wrong: Integers) -> dict[str, int]:
     """Words among numbers that a historian writes for missing values, such as 'No Data', with their counts.
 
-    They are few and without digits, each is repeated, and most cells are numbers; none where that is not so.
+    They are few and without digits, each is repeated, and most cells are numbers; otherwise there are none.
     """
     found = cells.iloc[wrong].astype(str).str.strip().value_counts()
     known = int(cells.notna().sum())

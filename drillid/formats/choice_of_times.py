@@ -13,19 +13,19 @@ from drillid.formats.places import Places
 from drillid.formats.stated_times import StatedTimes
 
 _DEFAULT_TIME = "TIME"
-"""Name of a time column that needs no mention."""
+"""Name of a time column that needs no note."""
 
 
 def choose_times(
     reader: LogFormat, file: Path, described: TimeColumn, places: Places
 ) -> tuple[StatedTimes, list[Note]]:
     """The columns that state the times, by the rig description, else the format, else their names; and notes on those
-    that nobody stated.
+    that were not stated.
 
     Raises
     ------
     LogError
-        If a stated column is not there, or none can be told.
+        If a stated column is missing, or none can be identified.
     """
     header, notes = places.header, list[Note]()
     parts = () if described.column is not None or described.date is not None else _parts(header)

@@ -31,12 +31,12 @@ def column_in(header: Header, name: str) -> str | None:
 
 
 def column_named(name: str, header: Header, path: Path) -> str:
-    """As `column_in`.
+    """As `column_in`, but required.
 
     Raises
     ------
     LogError
-        If there is none, with the likely one.
+        If there is no such column; the message suggests the likely one.
     """
     found = column_in(header, name)
     if found is not None:
@@ -50,7 +50,7 @@ def column_named(name: str, header: Header, path: Path) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names as a message quotes them: not all of very many, and not all of a very long one."""
+    """Names as a message quotes them: very many, and very long ones, are shortened."""
     shown = [f"'{shortened(name)}'" for name in names[:_MOST_NAMES]]
     more = [f"and {len(names) - _MOST_NAMES} more"] if len(names) > _MOST_NAMES else []
     return ", ".join(shown + more) or "none"

@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"^[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?$")
 
 
 def of_numbers(of: StatedTimes, column: Any) -> Naive:
-    """Counts, whose unit and start are stated or follow from their size."""
+    """Times from counts, whose unit and start are stated or follow from their size."""
     import pyarrow as pa
 
     of.check_complete(column)
@@ -37,7 +37,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
     start = of.start()
     is_stated = of.described.start is not None or unit_since(stated) != stated
     if start is not None and not is_stated and are_dates(values, header_unit, start[0]):
-        # the start of the log, which the times do not count from
+        # the start of the log, from which the times do not count
         start = None
     try:
         found = from_numbers(values, of.described.unit, start, header_unit)
@@ -129,7 +129,7 @@ def parsed(of: StatedTimes, column: Any, wrong: int | None, short: bool, pc: Any
 
 
 def _iso(of: StatedTimes, column: Any) -> Naive | int:
-    """ISO stamps, or the first row that is none."""
+    """ISO stamps, or the first row that is not one."""
     import pandas as pd
 
     cells = column.to_pandas()
@@ -144,7 +144,7 @@ def _iso(of: StatedTimes, column: Any) -> Naive | int:
 
 
 def _with_fractions(cells: Any, stated: str) -> tuple[Any, str]:
-    """Cells and their format, where cells have decimals of a second, which a file's unit leaves out."""
+    """Cells and their format, with the decimals of a second that cells have but a file's unit leaves out."""
     has = cells.str.contains(_BEFORE_FRACTION, na=False)
     if not stated.endswith("%S") or not has.any():
         return cells, stated
@@ -152,7 +152,7 @@ def _with_fractions(cells: Any, stated: str) -> tuple[Any, str]:
 
 
 def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
-    """Times in the format that is stated."""
+    """Times in the stated format."""
     import pandas as pd
 
     cells = column.to_pandas().str.strip()

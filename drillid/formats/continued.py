@@ -17,19 +17,19 @@ from drillid.formats.places import shortened
 from drillid.formats.time_columns import Stamps
 
 _ROWS = b"drillid rows"
-"""Key of the numbers of rows of each part in the metadata of a table's schema."""
+"""Key, in the metadata of a table's schema, of the number of rows of each part."""
 _LONGEST_LIST = 120
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """What is kept as the layout of a table that consists of others."""
+    """Layout kept for a table that consists of others."""
 
     headers: tuple[Header, ...]
 
 
 class Continuing:
-    """The interface of a reader, whose tables may consist of several."""
+    """Reader interface whose tables may each consist of several."""
 
     def __init__(self, reader: LogFormat) -> None:
         self.reader, self.SUFFIXES = reader, reader.SUFFIXES
@@ -42,7 +42,7 @@ class Continuing:
     def read_columns(
         self, path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
     ) -> Any:
-        """Columns as an Arrow table; `rows` of each part."""
+        """Columns as an Arrow table; `rows` limits each part."""
         if not isinstance(header.layout, _Parts):
             return self.reader.read_columns(path, header, columns, text, rows)
         parts = [each for each in header.layout.headers if each.rows != 0]
@@ -52,13 +52,13 @@ class Continuing:
         return whole.replace_schema_metadata({**(whole.schema.metadata or {}), _ROWS: counts})
 
     def line_of(self, path: Path, header: Header, row: int) -> int:
-        """Line of a row of data, counted from 1; 0 of formats without lines and of several tables read as one."""
+        """Line of a row of data, counted from 1; 0 for formats without lines and for several tables read as one."""
         line_of = getattr(self.reader, "line_of", None)
         return 0 if line_of is None or isinstance(header.layout, _Parts) else int(line_of(path, header, row))
 
 
 def as_one(tables: Sequence[Header]) -> Header | None:
-    """Tables as one, in their order; None where anything but their names, rows and order of columns differs."""
+    """Tables as one, in their order; None where they differ in more than names, number of rows and order of columns."""
     first = tables[0]
     if any(_without_rows(each) != _without_rows(first) for each in tables[1:]):
         return None
@@ -78,7 +78,7 @@ def names_of(header: Header) -> tuple[str, ...]:
 
 
 def overlap(table: Any, stamps: Stamps) -> bool:
-    """Whether the times of tables that are read as one lie among one another, so that none continues the other.
+    """Whether the times of tables that are read as one interleave, so that none continues the other.
 
     Parameters
     ----------

@@ -23,11 +23,11 @@ COUNTED: dict[str, tuple[float, int]] = {
     "ticks": (100, 0),
     "filetime": (100, 0),
 }
-"""Units of times that are numbers: ns of each, and ns from 1970 to their zero where ns can hold that."""
+"""Units of times that are numbers: ns of each, and ns from 1970 to its zero where ns can hold that."""
 LOCAL = ("excel", "matlab", "ticks")
-"""Units whose times are those of a clock on the wall."""
+"""Units whose times are local clock times."""
 _AT_1970 = {"matlab": 719529, "ticks": 621_355_968_000_000_000, "filetime": 116_444_736_000_000_000}
-"""What other counts, whose zero ns cannot hold, are at the start of 1970."""
+"""Values at the start of 1970 of counts whose zero ns cannot hold."""
 _SPELLINGS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), "ms"),
@@ -52,7 +52,7 @@ _SIZES = (
 _LAST = 2.53e18
 """Ns from 1970 to 2050."""
 _LONGEST_STEP_DAYS = 6e-5
-"""Largest usual step of times in days, 5 s; the smallest of times in seconds is larger."""
+"""Largest usual step of times in days, 5 s; as a number, the smallest step of times in seconds is larger."""
 
 _DECIDED = {
     "excel": "days of a workbook",
@@ -61,16 +61,16 @@ _DECIDED = {
     "ticks": "ticks of .NET, 100 ns since the year 1",
     "filetime": "file times of Windows, 100 ns since 1601",
 }
-"""How numbers that do not count from 1970 are told to be read."""
+"""How a note describes numbers that do not count from 1970."""
 
 
 @dataclass(frozen=True)
 class Counted:
-    """Times out of numbers.
+    """Times from numbers.
 
     since : ns since 1970, shape (row,)
-    zoned : whether they are UTC; else those of a clock on the wall
-    decided : what was taken from the numbers' size, else empty
+    zoned : whether they are UTC; else local clock times
+    decided : what was inferred from the numbers' size, else empty
     """
 
     since: Integers
@@ -79,7 +79,7 @@ class Counted:
 
 
 class NoStart(ValueError):
-    """Numbers that count from a time that nobody states."""
+    """Numbers that count from an unstated time."""
 
 
 def unit_named(text: str) -> str | None:
@@ -90,21 +90,21 @@ def unit_named(text: str) -> str | None:
 def from_numbers(
     values: Floats | Integers, unit: str | None, start: tuple[int, bool] | None, header_unit: str | None
 ) -> Counted:
-    """Times out of numbers.
+    """Times from numbers.
 
     Parameters
     ----------
     values : shape (row,), all finite
-    unit : of `COUNTED`, as the user states it
+    unit : one of `COUNTED`, as the user states it
     start : time of zero, ns since 1970, and whether that is UTC
-    header_unit : unit by the file's header
+    header_unit : unit in the file's header
 
     Raises
     ------
     NoStart
         If the numbers count from an unknown time.
     ValueError
-        If a time is out of the years that nanoseconds can hold.
+        If a time is outside the years that nanoseconds can hold.
     """
     if start is not None:
         used = unit or header_unit or "s"
@@ -119,14 +119,14 @@ def from_numbers(
 
 
 def are_dates(values: Floats | Integers, unit: str | None, start: int) -> bool:
-    """Whether numbers are times from 1990 to 2050 by their size, although a start is stated beside them.
+    """Whether numbers are, by their size, times from 1990 to 2050 although a start is stated beside them.
 
-    Those that may as well be s and the like from the start are only where they would lie after 2050 if counted from it.
+    Those that may equally be s or the like from the start count only where they would then lie after 2050.
 
     Parameters
     ----------
     values : shape (row,), all finite
-    unit : of `COUNTED`, by the file's header; s where None
+    unit : one of `COUNTED`, from the file's header; s where None
     start : ns since 1970
     """
     found = size_of(values)
@@ -135,7 +135,7 @@ def are_dates(values: Floats | Integers, unit: str | None, start: int) -> bool:
 
 
 def size_of(values: Floats | Integers) -> str | None:
-    """The unit in which the numbers are times between 1990 and 2050, None where they are in none."""
+    """The unit in which the numbers are times between 1990 and 2050; None where there is none."""
     middle = float(np.median(values))
     steps = np.abs(np.diff(values[:1000]))
     usual = float(np.median(steps)) if steps.size else 0.0

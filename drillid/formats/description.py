@@ -15,13 +15,13 @@ Note = tuple[str, str]
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """How a log states the time of its rows; what is None is taken from the file where that is unambiguous.
+    """How a log states the time of its rows; where None, it is taken from the file if that is unambiguous.
 
     column : name of the column of times
     date : name of the column of dates, where they stand apart from the times of day
     zone : time zone of stamps without one
     format : strptime format of written times, or 'day first' or 'month first'
-    unit : unit of times that are numbers, of `COUNTED`
+    unit : unit of times that are numbers, one of `COUNTED`
     start : ISO time that seconds, minutes and the like are counted from, or the date of times of day; in `zone` where
         it names no zone itself
     """
@@ -36,7 +36,7 @@ class TimeColumn:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a file is laid out; what is None is found out from the file.
+    """How a file is laid out; where None, it is found from the file.
 
     delimiter : character between the columns of a text file; ' ' for any number of spaces
     decimal : character before the decimals
@@ -71,13 +71,13 @@ class Header:
     time : column of times, where the format itself says which that is
     date : column of dates that belongs to `time`, where the format itself says so
     start : time from which the column `time` counts, where the file states it
-    start_is_utc : whether that is UTC; else it is of the zone of the rig's clock
+    start_is_utc : whether that is UTC; else it is in the zone of the rig's clock
     start_offset : offset from UTC of the zone in which the file writes the start, ns
-    nulls : numbers that stand for missing values by the file's own statement, by the columns in which they do
+    nulls : numbers that the file itself states as missing values, by column
     layout : what the reader keeps for `read_columns`
     notes : decisions that were taken
     rows : number of rows, where it is known without reading them
-    aliases : columns by other names that the file states for them
+    aliases : columns by the other names that the file states for them
     """
 
     columns: tuple[str, ...]
@@ -96,7 +96,7 @@ class Header:
 
 
 class Unusable(ValueError):
-    """A sound file that is no log to use, or not yet: what is wrong, and the remedy."""
+    """A sound file that cannot be used as a log, or not yet: what is wrong, and the remedy."""
 
     def __init__(self, what: str, remedy: str) -> None:
         self.what, self.remedy = what, remedy

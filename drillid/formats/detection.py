@@ -1,4 +1,4 @@
-"""Which reader a file is for: by its name, and by its content where that says otherwise."""
+"""Choice of the reader for a file: by its name, and by its content where that says otherwise."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MAGIC: tuple[tuple[bytes, tuple[str, ...]], ...] = (
 """First bytes of formats, and endings of the readers that take them, the usual one first."""
 _PLAIN_TEXT = (".csv",)
 _SAVED_AS_TEXT = (".xls",)
-"""An ending of the readers whose files other programs save as text."""
+"""Endings of readers that other programs also give to files saved as text."""
 _WITS = re.compile(rb"^[ \t]*&&[ \t]*\r?\n[ \t]*\d{4}", re.MULTILINE)
 _XML = re.compile(rb"<(?:\w+:)?(?:logs|WITSML|log)\b", re.IGNORECASE)
 
@@ -81,7 +81,7 @@ def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
 
 
 def _agree(named: LogFormat, suffixes: tuple[str, ...]) -> bool:
-    """Whether the content does not contradict the name; text is what it is called, but for workbooks."""
+    """Whether the content does not contradict the name; text is taken as what it is called, except for workbooks."""
     readers_of = [formats()[suffix] for suffix in suffixes]
     if suffixes == _PLAIN_TEXT and set(_SAVED_AS_TEXT).isdisjoint(named.SUFFIXES):
         return True
@@ -99,12 +99,12 @@ def _by_name(path: Path) -> LogFormat | None:
 
 
 def _by_content(path: Path) -> tuple[str, ...]:
-    """Endings of the readers that the content is for; none where it does not show.
+    """Endings of the readers that suit the content; none where it does not show its format.
 
     Raises
     ------
     Unusable
-        If it is an archive of which no one log can be taken.
+        If it is an archive from which no single log can be taken.
     """
     if not path.is_file():
         return ()

@@ -44,7 +44,7 @@ class HeaderRows:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number in any country's writing."""
+    """Whether a cell is a number in any country's notation."""
     return _NUMBER.fullmatch(cell.strip()) is not None
 
 
@@ -99,11 +99,11 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
 
 
 def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: Dialect) -> Iterator[Note]:
-    """A note on the lines that names and units are taken from, unless that is the first alone, or stated.
+    """A note on the lines that hold names and units, unless these are in the first line alone, or stated.
 
     Parameters
     ----------
-    line_of : line of a row, both counted from where their user does: lines from 1, rows from 0
+    line_of : line of a row, both counted as their users do: lines from 1, rows from 0
     """
     if header.names_row is None:
         return
@@ -165,7 +165,7 @@ def _fits(row: Cells, width: int) -> bool:
 
 
 def _goes_on(rows: Sequence[Cells], at: int) -> bool:
-    """Whether data follow, if anything does: one row of numbers among junk begins no table."""
+    """Whether data follow, if anything does: a single row of numbers among junk does not begin a table."""
     behind = [row for row in rows[at + 1 : at + 3] if any(map(str.strip, row))]
     return not behind or any(is_data(row) or not _is_text(row) for row in behind)
 
@@ -189,7 +189,7 @@ def _mostly_numbers(row: Cells) -> bool:
 
 
 def _are_units(row: Cells, names: Cells) -> bool:
-    """Whether a row holds units, nearly all of which are known, of the names above it."""
+    """Whether a row holds units, nearly all of them known, for the names above it."""
     held = [cell.strip() for cell in row if cell.strip()]
     bracketed = [cell for cell in held if re.fullmatch(r"\[.*\]|\(.*\)|\{.*\}", cell)]
     known = sum(is_unit(cell.strip("[](){}")) for cell in held)

@@ -29,19 +29,19 @@ _SECTION_OF_3 = re.compile(
 _AS_IN_2 = {"DEFINITION": "~Curve", "PARAMETER": "~Parameter"}
 """Sections of LAS 3.0 by their names in LAS 2.0."""
 _OF_THE_FILE = re.compile(r"export|creat|print|written|report|file", re.IGNORECASE)
-"""Words about a date that is that of the file and not of its data."""
+"""Words in the description of a date that is that of the file and not of its data."""
 _NUMBERED = re.compile(r"^([^\S\r\n]*[^.:~#\s][^.:\r\n]*):(\d+(?=[^\S\r\n]*\.))", re.MULTILINE)
 _COLON = "\x1f"
-"""Stands for the colon in 'TQ:2' and in clocks, of which lasio knows nothing."""
+"""Stands for the colon in 'TQ:2' and in times of day, which lasio cannot handle."""
 _CLOCK = re.compile(r"(?<![\d:.])\d{1,2}:\d{2}:\d{2}(?!\d)|(?<=:)[^\S\r\n]*\d{1,2}:\d{2}(?=[^\S\r\n]*$)", re.MULTILINE)
 _CLOCK_UNIT = re.compile(r"H.*M.*S", re.IGNORECASE)
-"""Units of times of day that are written as numbers, which count nothing."""
+"""Units of times of day written as numbers, which are not counts."""
 _OF_DAY = re.compile(r"of (the )?day|midnight", re.IGNORECASE)
 _ELAPSED = re.compile(r"^ET\b|^ETIME?\b|elapsed|since|cumul|from start", re.IGNORECASE)
 """Names and descriptions of a curve of times that counts from the log's start."""
 _DAY_S = 86_400.0
 _FAR_FROM_START_S = 600.0
-"""First value from which a count can be none from the log's start."""
+"""First value from which times cannot count from the log's start."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +62,14 @@ class Moment:
 class LasHeader:
     """Curves of a LAS file and what the other sections say about its times.
 
-    names : of the curves, each once
+    names : names of the curves, each once
     units : by the curves' names
     wrapped : whether a row takes several lines
     delimiter : COMMA, TAB or SPACE where the file says so, else empty
     time : the curve of times, where there is no doubt
-    moment : the time that the file states for its first row, and whether STRT itself is that
+    moment, moment_is_first : the time that the file states for its first row, and whether STRT itself is that
     day : midnight of the date that the file states
-    counts_from_day : whether the file says that the curve counts from there; None where it says nothing
+    counts_from_day : whether the file says that the curve counts from midnight; None where it says nothing
     first, last : STRT and STOP, the first and the last value of the index, where they are numbers
     nulls : numbers for missing values
     """
@@ -90,12 +90,12 @@ class LasHeader:
     def start(self, index: Sequence[float]) -> Moment | None:
         """The time that the curve of times counts from; None where the file leaves it open.
 
-        The moment is that of STRT, the first value; of values from zero on it is that of zero, from which the first may
-        be a step away.
+        The moment belongs to STRT, the first value; where the values begin at zero it belongs to zero, from which the
+        first may be a step away.
 
         Parameters
         ----------
-        index : the first values of the curve, empty where they are no numbers
+        index : the first values of the curve; empty where they are not numbers
         """
         unit = self.units.get(self.time or "", "s")
         if not index:
@@ -127,16 +127,16 @@ def read_header(text: str, data_title: str) -> LasHeader:
 
     Parameters
     ----------
-    text : all sections but the data
+    text : all sections except the data
     data_title : the line that begins the data, which may name the curves
 
     Raises
     ------
     ValueError
-        If it is no LAS header, or that of a log over depth.
+        If it is not a LAS header, or is that of a log over depth.
     """
     version, items, curves = _sections(text)
-    # other software names the curves beside the data's title alone
+    # other software names the curves in the title of the data alone
     curves = curves or _named_in(data_title)
     if not curves:
         raise ValueError("its section ~C names no curves")
@@ -162,7 +162,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
 
 
 class _Item(NamedTuple):
-    """A line of the header; of a curve its text is the unit, of any other the value."""
+    """A line of the header; the text is the unit of a curve, else the value."""
 
     name: str
     text: str
@@ -170,10 +170,10 @@ class _Item(NamedTuple):
 
 
 def _sections(text: str) -> tuple[dict[str, _Item], dict[str, _Item], list[_Item]]:
-    """Lines about the version and about well and parameters by their keys, and those of the curves."""
+    """Version lines and the well and parameter lines, both by their keys, and the curve lines."""
     import lasio
 
-    # what it makes of lines that are none of a header shows in the curves
+    # what lasio makes of lines that do not belong to a header shows in the curves
     logging.getLogger("lasio").setLevel(logging.CRITICAL)
     text = _NUMBERED.sub(rf"\1{_COLON}\2", text)
     text = _CLOCK.sub(lambda match: match[0].replace(":", _COLON), text)
@@ -199,14 +199,14 @@ def _text(items: dict[str, _Item], name: str) -> str:
 
 
 def _named_in(data_title: str) -> list[_Item]:
-    """Curves that the line names which begins the data."""
+    """Curves named in the line that begins the data."""
     if re.match(r"~\s*LOG_DATA", data_title, re.IGNORECASE):
         return []
     return [_Item(name, "", "") for name in re.split(r"[\s,|]+", data_title.strip())[1:] if name]
 
 
 def _stated(items: dict[str, _Item]) -> dict[str, str]:
-    """What may be times of the data; where STRT is none but is described by one, that alone."""
+    """What may be times of the data; where STRT is not a time but its description holds one, that alone."""
     stated = {name: item.text for name, item in items.items() if not _OF_THE_FILE.search(item.description)}
     if "STRT" in stated and moment_in(stated["STRT"]) is None:
         described = items["STRT"].description
@@ -215,7 +215,7 @@ def _stated(items: dict[str, _Item]) -> dict[str, str]:
 
 
 def _counts_from_day(described: str) -> bool | None:
-    """Whether a curve that is so described counts from midnight; None where that says nothing."""
+    """Whether a curve with this description counts from midnight; None where it does not say."""
     if _OF_DAY.search(described):
         return True
     return False if _ELAPSED.search(described) else None
@@ -247,7 +247,7 @@ def _date(items: dict[str, str]) -> Moment | None:
 
 
 def moment_in(text: str, dated: bool = False, timed: bool = False) -> Moment | None:
-    """Text that holds a date and a time of day; or either alone, where that is asked for."""
+    """The date and time of day in a text; or either alone, where that is asked for."""
     found = parse_one(text)
     if found is None:
         return None

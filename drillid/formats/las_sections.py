@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _LARGEST_HEADER = 2**22
-"""Bytes of a section before the data."""
+"""Largest size of a section before the data, bytes."""
 _MOST_SECTIONS = 1000
 _LONGEST_TITLE = 400
 _BEFORE_TITLE = b" \t\xef\xbb\xbf\x1a"
-"""Bytes that may stand before a title: spaces, the mark of UTF-8, the end of a file in front of this one."""
+"""Bytes that may precede a title: spaces, the byte-order mark of UTF-8, the end-of-file mark of a preceding file."""
 _VERSION = re.compile(r"~\s*V", re.IGNORECASE)
 _OTHER = re.compile(r"~\s*O", re.IGNORECASE)
 _LOG_DATA = re.compile(r"~\s*(?:A(?!\w*_(?:DEFINITION|PARAMETER))|LOG_DATA)", re.IGNORECASE)
@@ -53,18 +53,18 @@ class Section:
 
     @property
     def kind(self) -> str:
-        """What its name says that it is about, in capitals, with its number: LOG[1] of '~Log_Data[1]'."""
+        """Subject of the section by its name, in capitals, with its number: LOG[1] of '~Log_Data[1]'."""
         match = _KIND.match(self.title)
         return match["kind"].upper() + (match["number"] or "") if match else ""
 
 
 def sections_of(content: mmap.mmap, encoding: str) -> list[Section]:
-    """All sections but remarks, in the file's order.
+    """All sections except remarks, in the file's order.
 
     Raises
     ------
     ValueError
-        If one without data is too large for that.
+        If a section without data is too large to be one.
     """
     begins, ends = list[int](), list[int]()
     at = content.find(b"~")
@@ -88,17 +88,17 @@ def sections_of(content: mmap.mmap, encoding: str) -> list[Section]:
 
 
 def data_among(sections: Sequence[Section]) -> tuple[list[Section], list[Section]]:
-    """Sections with the rows of logs, else of whatever holds rows; and those with rows that are none of these."""
+    """Sections with the rows of logs, else all that hold rows; and the others that hold rows."""
     data = [section for section in sections if section.is_data]
     logs = [section for section in data if section.is_log] or data
     return logs, [section for section in data if section not in logs]
 
 
 def describing(data: Section, sections: Sequence[Section]) -> list[Section]:
-    """The sections that describe one with data.
+    """The sections that describe a section of data.
 
-    Those of the same file, as several may be one behind the other; of definitions and parameters by kind, those that
-    the data's title names, or those of its kind.
+    They belong to the same file, as several files may be concatenated; definitions and parameters are those that the
+    data's title names, or those of its kind.
     """
     own = _of_one_file(data, sections)
     reference = _REFERENCE.search(data.title)
@@ -110,7 +110,7 @@ def describing(data: Section, sections: Sequence[Section]) -> list[Section]:
 
 
 def _of_one_file(data: Section, sections: Sequence[Section]) -> list[Section]:
-    """Sections of the file that holds some data, which begins with its version where several are in one."""
+    """Sections of the file that holds a section of data; where several are in one, each begins with its version."""
     begins = [section.begin for section in sections if _VERSION.match(section.title)][1:]
     before = max((begin for begin in begins if begin <= data.begin), default=0)
     behind = min((begin for begin in begins if begin > data.begin), default=data.end + sections[-1].end)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 _ROWS_OF_START = 1000
 """Rows among which a log's earliest time stamp is sought."""
 _SHORT_OF_MEMORY = (os.strerror(errno.ENOMEM), os.strerror(errno.EAGAIN))
-"""What libraries that cannot get memory, or a thread with its stack, say of it in errors of their own."""
+"""Messages of libraries that cannot get memory, or a thread with its stack, in errors of their own."""
 PLAIN = Dialect()
 
 
@@ -88,7 +88,7 @@ def read_log(
     Parameters
     ----------
     path : the log, or its URL
-    time : its time column, or the name of that
+    time : its time column, or the name of that column
     columns : names of the numeric columns
     zone : time zone of stamps without one, where `time` is a name
     dialect : how the file is laid out
@@ -125,7 +125,7 @@ def first_stamp(
     dialect: Dialect = PLAIN,
     columns: Sequence[str] = (),
 ) -> np.datetime64:
-    """Earliest of a log's first time stamps, by which logs are sorted; the rest of the log is read where it must be.
+    """Earliest of a log's first time stamps, by which logs are sorted; more of the log is read only where needed.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def first_stamp(
         try:
             return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
         except LogError:
-            # what the first rows leave open, such as the order of day and month, later ones may show
+            # what the first rows leave open, such as the order of day and month, later rows may show
             return _earliest(times, _columns(path, file, reader, header, times, [], None))
 
 
@@ -171,7 +171,7 @@ def table_with(path: Path, columns: Sequence[str], dialect: Dialect = PLAIN) -> 
 
 
 def _line_of(path: Path, header: Header, row: int) -> int:
-    """Line of a row in the file as it is now, packed or elsewhere; 0 of formats without lines."""
+    """Line of a row in the file as it is now, packed or remote; 0 for formats without lines."""
     with _reading(path) as (reader, file, _):
         return reader.line_of(file, header, row)
 
@@ -211,7 +211,7 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
 
 _KNOWN: OrderedDict[tuple[Any, ...], list[Header]] = OrderedDict()
 _MOST_KNOWN = 64
-"""Headers are kept while a log is sorted, checked and read, as finding them may take a pass over the file."""
+"""Number of headers kept while logs are sorted, checked and read, as finding them may take a pass over the file."""
 
 
 def _of_a_library(error: Exception) -> bool:
@@ -221,7 +221,7 @@ def _of_a_library(error: Exception) -> bool:
 
 
 def _headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> list[Header]:
-    """The tables of a log, of which a stated one is chosen."""
+    """The tables of a log, or the stated one of them."""
     key = (path, dialect, *_version(path))
     if key not in _KNOWN or path.is_dir():
         _KNOWN[key] = _read_headers(path, file, reader, dialect)
@@ -231,7 +231,7 @@ def _headers(path: Path, file: Path, reader: LogFormat, dialect: Dialect) -> lis
 
 
 def _version(path: Path) -> tuple[int, int]:
-    """What changes when a file does; of a file elsewhere, its copy is looked at instead."""
+    """What changes when a file does; for a remote file, its local copy is examined instead."""
     with local_file(path) as local:
         status = local.stat()
     return status.st_size, status.st_mtime_ns
@@ -258,7 +258,7 @@ def _table_of(path: Path, found: list[Header], columns: Sequence[str]) -> Header
     Raises
     ------
     LogError
-        If several hold all, and something but their rows differs.
+        If several hold all of them and differ in more than their rows.
     """
     if len(found) == 1:
         return found[0]

@@ -23,7 +23,7 @@ def noted(header: Header) -> Header:
 
 
 def note_on(columns: Sequence[str]) -> Note | None:
-    """That columns look like those of long form, and how to make a log of it; None where they do not."""
+    """A note that columns look like the long form, and how to make a log of it; None where they do not."""
     by_key = {key_of(name): name for name in reversed(columns)}
     tag, value = (next((by_key[key] for key in keys if key in by_key), None) for keys in (_TAGS, _VALUES))
     if tag is None or value is None or any(key in by_key for keys in MNEMONICS.values() for key in keys):

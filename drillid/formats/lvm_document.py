@@ -15,14 +15,14 @@ from drillid.formats.streams import in_utf_8, lines_of
 from drillid.formats.text_layout import decoded
 
 X = "X_Value"
-"""Name of columns of times."""
+"""Name of the columns of times."""
 _COMMENT = "Comment"
 _END = "***End_of_Header***"
 _BEGIN_SPECIAL, _END_SPECIAL = "***Start_Special***", "***End_Special***"
 _OF_FILE, _OF_SEGMENT = "LabVIEW Measurement", "Channels"
-"""First cells of a header of the file, which an appended recording repeats, and of a segment."""
+"""First cells of a file's header, which an appended recording repeats, and of a segment's header."""
 _UNSET, _LAST = np.datetime64("1905"), np.datetime64("2200")
-"""A start that nobody set is before the first, and no log begins after the other."""
+"""A start before the first of these was never set, and no log begins after the second."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Segment:
     number : its place in the file, from 1
     line : number of the line with the names of its columns, from 1
     delimiter : between cells
-    names : of the columns, without that of comments
-    stated : cells of its header by their first one
-    of_file : the same of the header of the file
+    names : names of the columns, without that of comments
+    stated : cells of its header by their first cell
+    of_file : the same for the header of the file
     rows : lines of data
-    lines : their numbers
+    lines : line numbers of the rows
     """
 
     number: int
@@ -50,7 +50,7 @@ class Segment:
 
     @property
     def channels(self) -> list[int]:
-        """Places of the columns that are no times."""
+        """Places of the columns that do not hold times."""
         return [at for at, name in enumerate(self.names) if name and name != X]
 
     def times_of(self, channel: int) -> int | None:
@@ -60,11 +60,11 @@ class Segment:
         return max((at for at, name in enumerate(self.names[:channel]) if name == X), default=None)
 
     def setting(self, key: str) -> str:
-        """What the header of the file states, in lower case; empty where it does not."""
+        """Setting in the header of the file, in lower case; empty where it is not stated."""
         return next(iter(self.of_file.get(key, ())[1:2]), "").lower()
 
     def of(self, key: str, channel: int) -> str:
-        """What its header, else that of the file, states of a channel; empty where neither does."""
+        """What its header, else that of the file, states about a channel; empty where neither does."""
         at = channel + (0 if self.names[0] in (X, "") else 1)
         cells = self.stated.get(key, ())
         if at < len(cells) and cells[at]:
@@ -73,7 +73,7 @@ class Segment:
         return cells[1] if len(cells) > 1 else ""
 
     def number_of(self, key: str, channel: int) -> float | None:
-        """The same as a number; None where it is none."""
+        """The same as a number; None where it is not one."""
         try:
             return float(self.of(key, channel).replace(",", "."))
         except ValueError:
@@ -104,7 +104,7 @@ def segments_of(path: Path, encoding: str | None) -> Iterator[Segment]:
 
 
 class _Parser:
-    """Takes lines one by one and gives out whole segments."""
+    """Takes lines one by one and yields whole segments."""
 
     def __init__(self) -> None:
         self.delimiter = "\t"

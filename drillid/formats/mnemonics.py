@@ -40,8 +40,8 @@ MNEMONICS = {
     "standpipe_pressure": ("SPPA", "SPP", "STANDPIPEPRESSURE", "SPPRESS", "PUMPPRESSURE", "STANDPIPE", "SPPAVG"),
     "hook_load": ("HKLA", "HKLX", "HKLD", "HKL", "HOOKLOAD", "HKLO", "HOOKLOADAVG", "HAKENLAST", "KROKLAST"),
 }
-"""Names under which WITS, WITSML, recorders and offices keep a channel, the likelier first, in capitals without signs.
-An injected sweep has none."""
+"""Names under which WITS, WITSML, recorders and offices keep a channel, the likelier first, in capitals without
+punctuation. An injected sweep has none."""
 SURE = {
     "torque_command": ("TQA",),
     "speed": ("RPMA",),
@@ -52,9 +52,9 @@ SURE = {
     "standpipe_pressure": ("SPPA",),
     "hook_load": ("HKLA",),
 }
-"""Of these, the mnemonics of WITS, which nothing else is called."""
+"""Those of them that are WITS mnemonics, which denote nothing else."""
 WITHOUT_UNIT = {"speed": "rpm", "speed_set": "rpm"}
-"""Channels that WITS has in one unit only, metric or not."""
+"""Channels that have a single unit in WITS, metric or not."""
 
 _TIMES = (
     *("time", "timestamp", "datetime", "dateandtime", "dateandtimeutc", "timedate", "timeutc", "utctime", "utc"),
@@ -98,7 +98,7 @@ _LAST_WORD = re.compile(r".*\S (\S+)")
 _FEWEST_WITH_UNITS = 3
 _LONGEST_UNCLEAR = 2
 _WORDS = frozenset(("in", "at", "a", "c", "d", "k", "r", "u", "v"))
-"""Units that are words or letters of names as well."""
+"""Units that are also words or letters in names."""
 _NO_UNIT = {"", "-", "--", "---", "none", "unitless", "n/a", "na", "_", "."}
 _OF_OTHER_LOGS = frozenset(
     ("api", "gapi", "degc", "degf", "ppm", "ohmm", "ohm", "euc", "mv", "v", "a", "ma", "us", "gal")
@@ -132,7 +132,7 @@ def units_at_ends(names: Sequence[str]) -> dict[str, str]:
 
 
 def _is_unit_at_end(word: str) -> bool:
-    """Whether a last word is a unit and nothing else, unlike those of 'Flow In' and 'Drive A'."""
+    """Whether a last word can only be a unit, unlike those of 'Flow In' and 'Drive A'."""
     exact = word in known_units() or len(word) > _LONGEST_UNCLEAR
     return is_unit(word) and exact and word.lower() not in _WORDS
 
@@ -162,7 +162,7 @@ def _looks_like_date_format(text: str) -> bool:
 
 
 def key_of(name: str) -> str:
-    """A name in capitals, without its unit and without signs."""
+    """A name in capitals, without its unit and without punctuation."""
     return re.sub(r"[\W_]", "", split_unit(name)[0]).upper()
 
 
@@ -208,7 +208,7 @@ def milliseconds_among(columns: Iterable[str]) -> str | None:
 
 
 def parts_among(columns: Sequence[str]) -> tuple[str, ...]:
-    """Columns of year, month, day, hour, minute and second; empty where one is not there."""
+    """Columns of year, month, day, hour, minute and second; empty where one is missing."""
     found = [next(iter(_named(names, columns)), None) for names in _PARTS]
     whole = tuple(name for name in found if name is not None)
     return whole if len(whole) == len(_PARTS) else ()

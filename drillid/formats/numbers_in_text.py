@@ -10,23 +10,23 @@ from drillid.formats.description import Unusable
 from drillid.formats.text_layout import decimal_of
 
 _SPACES = "\u00a0\u202f\u2009 '’"
-"""Characters between thousands that are never decimals."""
+"""Characters that separate thousands and are never decimal marks."""
 _UNCLEAR = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 
 
 def with_numbers(table: Any, columns: Sequence[str], decimal: str | None, thousands: str | None, delimiter: str) -> Any:
-    """A table of text with those of the columns as float64 that hold nothing but numbers.
+    """A table of text in which those of the columns that hold nothing but numbers are float64.
 
     Parameters
     ----------
     columns : columns of numbers
-    decimal, thousands : the characters, where they are known
-    delimiter : between the cells; numbers of a file with commas between its cells have points
+    decimal, thousands : decimal mark and thousands separator, where they are known
+    delimiter : between the cells; numbers of a file with commas between its cells have decimal points
 
     Raises
     ------
     Unusable
-        If commas may be decimals or thousands, and nothing in the file shows which.
+        If commas may be decimal marks or thousands separators, and nothing in the file shows which.
     """
     decimal = decimal or _decimal(table, columns, delimiter, thousands)
     for name in columns:
@@ -38,7 +38,7 @@ def with_numbers(table: Any, columns: Sequence[str], decimal: str | None, thousa
 
 
 def _decimal(table: Any, columns: Sequence[str], delimiter: str, thousands: str | None) -> str:
-    """The character before the decimals, from all cells of all columns."""
+    """The decimal mark, from all cells of all columns."""
     import pyarrow.compute as pc
 
     if thousands is not None:
@@ -62,7 +62,7 @@ def _decimal(table: Any, columns: Sequence[str], delimiter: str, thousands: str 
 
 
 def _as_numbers(column: Any, decimal: str, thousands: str | None) -> Any:
-    """The column as float64; None where a cell is no number."""
+    """The column as float64; None where a cell is not a number."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -75,7 +75,7 @@ def _as_numbers(column: Any, decimal: str, thousands: str | None) -> Any:
     joined = pc.replace_substring_regex(cells, rf"[{spaces}{re.escape(between)}]", "")
     cells = pc.if_else(separated, joined, cells)
     if decimal == ",":
-        # a point that stands for no thousands is no number here
+        # a cell with a point that does not separate thousands is not a number here
         cells = pc.if_else(pc.match_substring(cells, "."), "not a number", pc.replace_substring(cells, ",", "."))
     cells = pc.if_else(pc.equal(cells, ""), pa.scalar(None, pa.string()), cells)
     try:

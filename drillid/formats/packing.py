@@ -20,19 +20,19 @@ PACKED = (".gz", ".gzip", ".bz2", ".xz", ".zst", ".zstd", ".zip")
 """Endings of packed files."""
 _MAGIC = {b"\x1f\x8b": "gzip", b"BZh": "bz2", b"\xfd7zXZ\x00": "xz", b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
 _MOST_NAMES = 4
-"""Files of an archive that a message lists."""
+"""Number of files of an archive that a message lists."""
 _BESIDE = re.compile(
     r"(?:read[ _-]?me|licen[cs]e|about|copying|manifest|checksums?|md5sums?|sha\d+sums?)(?:\.\w+)?"
     r"|.*\.(?:md|pdf|docx?|rtf|html?|png|jpe?g|gif|md5|sha\d+|sfv)|thumbs\.db|desktop\.ini",
     re.IGNORECASE,
 )
-"""Files of an archive that are no logs."""
+"""Files of an archive that are not logs."""
 _TAR_MAGIC = slice(257, 262), b"ustar"
-"""Place and content of what tells archives of tar."""
+"""Position and content of the bytes that identify tar archives."""
 _ALLOWED_BYTES = 256 * 2**20
 """Content of this size is allowed whatever it is packed into."""
 _LARGEST_RATIO = 250
-"""Larger content may be at most so many times as large as the file: logs of rigs pack 3 to 50 times."""
+"""Larger content may be at most this many times the size of the file: logs of rigs pack 3 to 50 times."""
 _BLOCK = 2**20
 
 
@@ -106,7 +106,7 @@ def _unpacked(path: Path, packing: str, stack: contextlib.ExitStack) -> Any:
 
 
 def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
-    """The one file of an archive, whatever folders, hidden files and texts for its reader lie beside it.
+    """The one log in an archive, whatever folders, hidden files and texts for its reader lie beside it.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
 
 
 def _files(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    """Files of an archive but for hidden ones."""
+    """Files of an archive, without hidden ones."""
     return [
         member
         for member in archive.infolist()
@@ -140,7 +140,7 @@ def _is_beside(member: zipfile.ZipInfo) -> bool:
 
 
 def notes_on(path: Path) -> tuple[Note, ...]:
-    """A note on the files that lie beside the log in an archive and are no logs, if there are any."""
+    """A note on the files beside the log in an archive that are not logs, if there are any."""
     if not path.name.lower().endswith(PACKED) or packing_of(path) != "zip":
         return ()
     with zipfile.ZipFile(path) as archive:
@@ -202,7 +202,7 @@ def unpacked_file(path: Path, suffix: str, streams: bool) -> Iterator[Path]:
 
 
 def check_no_tar(start: bytes) -> None:
-    """Refuse an archive of tar, by the first bytes of the unpacked content.
+    """Refuse a tar archive, by the first bytes of the unpacked content.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def check_archive(path: Path) -> None:
     Raises
     ------
     ValueError
-        If it is no zip file or a bomb.
+        If it is not a zip file, or is a bomb.
     """
     with zipfile.ZipFile(path) as archive:
         size = sum(member.file_size for member in archive.infolist())

@@ -14,7 +14,7 @@ from drillid.formats.stated_times import Naive, StatedTimes
 _BOUNDS = ((0, 2200), (1, 12), (1, 31), (0, 23), (0, 59), (0, 60.999999))
 """Least and largest values of each part; a second of 60 is a leap second, or rounded."""
 _CENTURY, _FIRST_OF_1900S = 100, 80
-"""Years below the first are of this century, from the second on of the last one."""
+"""Years below the first belong to this century, those from the second on to the last one."""
 
 
 def of_parts(of: StatedTimes, columns: Sequence[Any]) -> Naive:
@@ -23,7 +23,7 @@ def of_parts(of: StatedTimes, columns: Sequence[Any]) -> Naive:
     Raises
     ------
     LogError
-        With the place of a cell that is no part of a date or a time of day.
+        With the place of a cell that is not part of a date or a time of day.
     """
     year, month, day, hour, minute, second = (
         _part(replace(of, column=name, parts=()), column, *bounds, whole=name != of.parts[-1])

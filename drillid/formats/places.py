@@ -15,7 +15,7 @@ _FIRST_ROW = 1
 
 @dataclass(frozen=True)
 class Places:
-    """Names of places in one table of a file, for messages; `line_of`: line of a row, 0 where there are no lines."""
+    """Names of places in one table of a file, for messages; `line_of` gives a row's line, 0 without lines."""
 
     path: Path
     header: Header
@@ -27,7 +27,7 @@ class Places:
         return f"{self.whole}, column '{column}', row {line or row + _FIRST_ROW}"
 
     def in_line(self, row: int) -> str:
-        """The line of a text file that holds a row, as part of a remedy; empty of other files."""
+        """The line of a text file that holds a row, as part of a remedy; empty for other files."""
         line = 0 if self.header.table else self.line_of(self.path, self.header, row)
         return f" in line {line} of the file" if line else ""
 

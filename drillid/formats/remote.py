@@ -1,4 +1,4 @@
-"""Logs elsewhere: `s3://bucket/log.parquet` and whatever else fsspec knows, as local copies."""
+"""Remote logs: `s3://bucket/log.parquet` and whatever else fsspec supports, as local copies."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from drillid.formats.places import first_line
 
 _URL = re.compile(r"^([a-z][a-z0-9+.-]+):/+([^/].*)$")
 _KEPT_BYTES = 2**31
-"""Local copies of a process take up to so much; the oldest are deleted first."""
+"""Largest total size of a process's local copies; the oldest are deleted first."""
 _KEPT_S = 60.0
 """How long the listing of a folder is kept."""
 
 
 def url_of(path: Path) -> str | None:
-    """The URL that a path stands for, as paths hold one of its two slashes; None of a local file."""
+    """The URL that a path stands for, as paths keep one of its two slashes; None for a local file."""
     match = _URL.match(str(path))
     return None if match is None else f"{match[1]}://{match[2]}"
 
@@ -101,10 +101,10 @@ def _copy_of(url: str) -> Path:
 
 
 def states(paths: Iterable[Path]) -> dict[Path, str]:
-    """Size and version of each remote file, empty of one that is not there or may not be read.
+    """Size and version of each remote file; empty for one that is not there or may not be read.
 
-    A folder, such as a zarr store, has the size of all its files and a version that is made of theirs. Folders are
-    listed once a minute: a file that changes meanwhile changes at the next look.
+    A folder, such as a zarr store, has the size of all its files and a version that is made from theirs. Folders are
+    listed once a minute: a file that changes in between is seen to have changed at the next listing.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def states(paths: Iterable[Path]) -> dict[Path, str]:
 
 
 def size_of(state: str) -> int:
-    """Bytes of a file by its state; 0 where they are not known."""
+    """Size of a file by its state, bytes; 0 where it is not known."""
     size = state.partition(" ")[0]
     return int(size) if size.isdigit() else 0
 
@@ -164,7 +164,7 @@ def _answering(place: str) -> Iterator[None]:
 
 
 def _state(system: Any, entry: dict[str, Any]) -> str:
-    """What changes with a file's content: its size, its tag or its time; of a folder, with that of any of its files."""
+    """What changes with a file's content: its size, its tag or its time; for a folder, with that of any file in it."""
     if entry.get("type") == "directory":
         system.invalidate_cache(entry["name"])
         files = system.find(entry["name"], detail=True)
@@ -180,7 +180,7 @@ def _version(entry: dict[str, Any]) -> str:
 
 
 def _fresh(system: Any) -> dict[str, bool]:
-    """The option by which a system looks again instead of answering from memory."""
+    """The option that makes a file system look again instead of answering from memory."""
     import inspect
 
     return {"refresh": True} if "refresh" in inspect.signature(system.info).parameters else {}

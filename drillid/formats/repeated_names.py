@@ -1,4 +1,4 @@
-"""Columns of one name in one table: which is read, and whether each channel has times of its own."""
+"""Columns of the same name in one table: which is read, and whether each channel has times of its own."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check_repeated_times(times: StatedTimes, wanted: Sequence[str], read: Callab
     ----------
     times : columns of the times by which the table is read
     wanted : columns of numbers
-    read : reads some columns as they are into an Arrow table
+    read : reads some columns unchanged into an Arrow table
 
     Raises
     ------
@@ -59,7 +59,7 @@ def check_repeated_times(times: StatedTimes, wanted: Sequence[str], read: Callab
 def _other_times(times: StatedTimes, wanted: Sequence[str]) -> dict[tuple[str, str | None], str]:
     """Repeats of the columns of times and dates before wanted columns, each with the first column that follows it.
 
-    Where no column follows the times themselves, those beside them are the same in another form.
+    Where no column follows the times themselves, those beside them are the same in another form, and none are returned.
     """
     used = times.column, times.date
     column, date = used
@@ -87,7 +87,7 @@ def _in_file(name: str) -> str:
 
 
 def _first_difference(times: StatedTimes, others: StatedTimes, table: Any) -> tuple[int, str, str] | None:
-    """The first row whose times differ, and both, UTC; rows without other times hold none of the columns after them."""
+    """The first row whose times differ, and both, UTC; rows without the other times have no values in their columns."""
     import pyarrow.compute as pc
 
     pairs = [(times.column, others.column)] + ([(times.date, others.date)] if times.date else [])

@@ -11,9 +11,9 @@ from drillid.formats.header_rows import Cells, is_datum
 from drillid.formats.places import shortened
 
 _LONGEST_FOOTER = 100
-"""Rows with numbers but without a time that the end of a table may have; more are a column of times that is none."""
+"""Largest number of rows with numbers but no time at a table's end; with more, the column of times is not one."""
 _MOST_APART = 20
-"""Largest number of rows that are each told; of more, the first ones and their number are."""
+"""Largest number of rows that are reported each; of more, the first ones and the number of the rest."""
 _REMEDY = "None needed where it is a header, a remark or a total; else correct it"
 
 
@@ -22,7 +22,7 @@ class WithoutData:
     """Rows that are left out.
 
     rows : their places, in order
-    texts : the first ones as they are
+    texts : the first ones, unchanged
     others : number of rows of data
     """
 
@@ -32,7 +32,7 @@ class WithoutData:
 
     @property
     def credible(self) -> bool:
-        """Whether there are any, and fewer than rows of data: else the table is another than it seems."""
+        """Whether there are any, and fewer than rows of data: otherwise the table is not what it seems."""
         return 0 < len(self.rows) < self.others
 
     def notes(self, place: Callable[[int], str]) -> list[Note]:
@@ -51,9 +51,9 @@ def rows_without_data(
 
     Parameters
     ----------
-    rows : place and cells of each row behind the header, and whether it is whole; the end of a table may not be
+    rows : place and cells of each row behind the header, and whether it is complete; the last one may not be
     above : rows of the header and what stands above it
-    times : columns of the times; without them, the end of the table is as the rest
+    times : columns of the times; without them, rows at the end of the table are treated like the others
     """
     found, behind, others = list[tuple[int, str]](), list[tuple[int, str]](), 0
     for at, cells, whole in rows:

@@ -15,10 +15,10 @@ _ANY, _LAST_CENTURY, _THIS_CENTURY = (
 
 
 def with_long_years(cells: Any) -> tuple[Any, bool]:
-    """Cells with years of four digits, from 1980 to 2079, where all are such dates, alone or with a time of day.
+    """Cells with four-digit years, from 1980 to 2079, where all are such dates, alone or with a time of day.
 
-    And whether they are. Cells of any others are as they were, and so are those whose last number changes and whose
-    first does not, as it may be that of the year.
+    And whether the years were changed. Any other cells stay as they are, and so do those whose last number varies and
+    whose first does not, as the first may be the year.
 
     Parameters
     ----------
@@ -39,6 +39,6 @@ def with_long_years(cells: Any) -> tuple[Any, bool]:
 
 
 def of_short_years(column: str) -> Note:
-    """That dates with years of two digits are read."""
+    """A note that dates with two-digit years are read."""
     what = f"the dates in column '{column}' are read as day, month and year of two digits, from 1980 to 2079"
     return what, "State time.format in the rig description where that is wrong"

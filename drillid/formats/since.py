@@ -12,13 +12,13 @@ _SINCE = re.compile(r"^\s*\w+\s+since\s+(.+)$", re.IGNORECASE)
 
 
 def start_of(text: str) -> np.datetime64 | None:
-    """The time in such a text, UTC where it has a zone; None of any other text."""
+    """The time in such a text, UTC where it has a zone; None for any other text."""
     found = stated_start(text)
     return None if found is None else found[0]
 
 
 def stated_start(text: str) -> tuple[np.datetime64, bool] | None:
-    """The time in such a text, and whether it has a zone and is UTC; None of any other text."""
+    """The time in such a text, and whether it has a zone and is UTC; None for any other text."""
     match = _SINCE.match(text)
     stamp = re.sub(r"(\d)\.?0* ?(?:UTC|GMT)$", r"\1Z", (match[1] if match else text).strip())
     found = parse_one(stamp)

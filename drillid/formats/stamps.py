@@ -28,12 +28,12 @@ def utc_stamps(of: StatedTimes, table: Any, ambiguous: bool | None = None) -> tu
     Parameters
     ----------
     table : Arrow table with the columns
-    ambiguous : whether stamps of an hour that comes twice are the first; inferred from the rows' order where None
+    ambiguous : whether stamps of a repeated hour are of its first pass; inferred from the rows' order where None
 
     Raises
     ------
     LogError
-        With the place of a cell that is no time, or a question that the rig description must answer.
+        With the place of a cell that is not a time, or a question that the rig description must answer.
     """
     if of.parts:
         naive = of_parts(of, [table.column(name) for name in of.parts])
@@ -98,7 +98,7 @@ def _naive(of: StatedTimes, column: Any) -> Naive:
 
 
 def _of_short_years(of: StatedTimes, text: Any) -> Naive | None:
-    """Times with named months and years of two digits, where nobody states another format; None of any others."""
+    """Times with named months and two-digit years, where no other format is stated; None for any others."""
     if of.form() is not None and of.form() not in ORDERS:
         return None
     long, were_short = with_long_years(text)
@@ -109,7 +109,7 @@ def _of_short_years(of: StatedTimes, text: Any) -> Naive | None:
 
 
 def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
-    """A column of dates and one of times of day."""
+    """Times from a column of dates and one of times of day."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -184,7 +184,7 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
 
 
 def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> LogError:
-    """The error of stamps within the hour that a clock leaves out in spring, or the one that it repeats in autumn."""
+    """The error for stamps within the hour that a clock skips in spring, or the one that it repeats in autumn."""
     left_out = naive.dt.tz_localize(zone, ambiguous=np.ones(len(naive), bool), nonexistent="NaT").isna().to_numpy()
     repeated = naive.dt.tz_localize(zone, ambiguous="NaT", nonexistent="shift_forward").isna().to_numpy()
     if left_out.any():

@@ -1,4 +1,4 @@
-"""What is stated of a log's times: by its columns, by the user and by the file."""
+"""What the columns, the user and the file state about a log's times."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class StatedTimes:
     """The columns of a log that state its times.
 
     column, date : their names; `date` is None where one column holds both
-    milliseconds : name of the column of what whole seconds lack, None without one
+    milliseconds : name of the column with the milliseconds that whole seconds lack, None without one
     parts : columns of year, month, day, hour, minute and second, the last of which is `column`; empty where there are
         none
     described : what the user states about them
@@ -72,7 +72,7 @@ class StatedTimes:
         return int(header.start.astype("datetime64[ns]").astype(np.int64)), header.start_is_utc
 
     def midnight(self, *, in_utc: bool) -> tuple[int, bool] | None:
-        """Begin of the day of the start, in UTC or in the zone that the start is written in; and whether it is UTC."""
+        """Start of the day of the start, in UTC or in the zone in which the start is written; and whether it is UTC."""
         import pandas as pd
 
         start = self.start()
@@ -97,7 +97,7 @@ class StatedTimes:
         return next((zone for zone in found if zone is not None), self.described.zone)
 
     def zone_notes(self) -> tuple[Note, ...]:
-        """Of times without a zone: that their column states it, or that one beside them does, which is not used."""
+        """For times without a zone: that their column states it, or that one beside them does, which is not used."""
         zone = self.zone()
         if str(zone) != self.described.zone:
             what = f"the times in column '{self.column}' are in the zone {zone}, as its name or unit states"
@@ -126,12 +126,12 @@ class StatedTimes:
         return format_in(self.places.header.units.get(self.column, "")) or format_in(split_unit(self.column)[0])
 
     def by_rows(self, decided: str) -> Note:
-        """That the rows showed how dates are written."""
+        """A note that the rows showed how dates are written."""
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
         return what, "State time.format in the rig description where that is wrong"
 
     def from_header(self, first: int) -> Note:
-        """That the times are counted from a start by the file's header, and what the first one is, ns since 1970."""
+        """A note that times count from a start in the file's header, and what the first one is, ns since 1970."""
         header = self.places.header
         start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
         zone = "UTC" if header.start_is_utc else self.described.zone
@@ -147,7 +147,7 @@ class StatedTimes:
             raise self.wrong(int(np.argmax(pc.is_null(column).to_numpy())), "")
 
     def wrong(self, row: int, cell: object, remedy: str = "") -> LogError:
-        """The error of a cell that is no time."""
+        """The error for a cell that is not a time."""
         shown = "" if cell is None else shortened(cell)
         example = f"{EXAMPLE}{self.places.in_line(row)}"
         return LogError(

@@ -34,7 +34,7 @@ def units_of(stated: Any, columns: Sequence[str]) -> tuple[dict[str, str], tuple
 
 
 def _by_column(stated: Any, columns: Sequence[str]) -> dict[str, str] | None:
-    """Units by column, None where it is not clear which is of which."""
+    """Units by column; None where it is not clear which unit is whose."""
     content = _parsed(stated)
     if isinstance(content, Mapping):
         own = {str(name): unit for name, unit in content.items() if isinstance(unit, str)}
@@ -45,7 +45,7 @@ def _by_column(stated: Any, columns: Sequence[str]) -> dict[str, str] | None:
 
 
 def _parsed(stated: Any) -> Any:
-    """Text as the list or the mapping that it writes."""
+    """Text as the list or the mapping that it represents."""
     if not isinstance(stated, str | bytes):
         return stated
     text = str(as_text([stated])[0])
@@ -56,7 +56,7 @@ def _parsed(stated: Any) -> Any:
 
 
 def _is_start(stated: Any) -> bool:
-    """Whether it is no list of units but says since when times count."""
+    """Whether it is not a list of units but states since when times count."""
     return isinstance(stated, str | bytes) and start_of(str(as_text([stated])[0])) is not None
 
 

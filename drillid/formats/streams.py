@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from typing import IO
 
 DELIMITER = "\x1f"
-"""Character that stands for any number of spaces; none of text."""
+"""Character that stands for any number of spaces; it occurs in no text."""
 _BLOCK = 2**22
 _LINES = 2**14
 
@@ -46,7 +46,7 @@ class _Changed(io.RawIOBase):
 
 
 class Squeezed(_Changed):
-    """Lines whose runs of spaces and tabs are one `DELIMITER`, and none are at their ends."""
+    """Lines with each run of spaces and tabs as one `DELIMITER`, and none at their ends."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         super().__init__(stream)
@@ -68,7 +68,7 @@ class Squeezed(_Changed):
 
 
 class WithoutLines(_Changed):
-    """Lines but those with some numbers, counted from 0."""
+    """Lines without those of some numbers, counted from 0."""
 
     def __init__(self, stream: IO[bytes], left_out: Collection[int]) -> None:
         super().__init__(stream)
@@ -114,7 +114,7 @@ def squeezed(lines: bytes) -> bytes:
 
 
 def in_utf_8(stream: IO[bytes], encoding: str) -> IO[bytes]:
-    """The stream itself where its bytes are UTF-8 or hold its ASCII, else its text in UTF-8."""
+    """The stream itself where its text is UTF-8 or ASCII, else its text in UTF-8."""
     if encoding.lower() in ("utf-8", "utf8", "ascii"):
         return stream
     return Transcoded(stream, encoding)  # type: ignore[return-value]

@@ -27,14 +27,14 @@ _BOMS = (
 )
 _COMMENTS = ("#", "//", "%", "!")
 _BETWEEN = ("\t", ";", "|", ",")
-"""Delimiters, the ones first that occur in no number."""
+"""Delimiters, those that occur in no number first."""
 _SPACES = " "
 _GROUPED = re.compile(r"[+-]?\d{1,3}([., '’\u00a0\u202f])\d{3}(?!\d)")
 _ONLY_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
 _OPEN_QUOTE = re.compile(r'(?:^|[\t;|,])\s*"(?:[^"]|"")*$')
-"""A quote that begins a cell and does not end in its line."""
+"""A quote that opens a cell and does not close in its line."""
 _MOST_QUOTED = 100
-"""Lines that the names of columns may take; a quote that goes on is a sign for inches."""
+"""Lines that the names of columns may take; a quote that runs on longer is an inch mark."""
 _SHARE = 0.9
 """Share of the lines of data that a delimiter must cut into the same number of cells."""
 
@@ -45,12 +45,12 @@ class TextLayout:
 
     encoding : of its characters
     delimiter : between its cells; ' ' for any number of spaces
-    decimal : character before the decimals, None where no cell of the sample shows it
+    decimal : decimal mark, None where no cell of the sample shows it
     comment : characters that begin lines without data, as a tuple
     header : names, units
     first_line : index of the first line of data
     above : cells of the lines above it
-    has_rows : whether there is any
+    has_rows : whether there are any lines of data
     notes : decisions that were taken
     """
 
@@ -88,7 +88,7 @@ def layout_of(path: Path, dialect: Dialect) -> TextLayout | None:
 
 
 def _with_whole_quotes(lines: list[str]) -> list[str]:
-    """Lines with those that a quote spans in the first of them, spaces for line breaks; the others are left empty."""
+    """Lines, with those that a quote spans joined in the first, spaces for line breaks; the others are left empty."""
     found, at = list(lines), 0
     while at < len(found):
         last, line = at, found[at]
@@ -110,7 +110,7 @@ def is_text(content: bytes) -> bool:
 
 
 def decoded(content: bytes, encoding: str | None = None) -> tuple[str, str]:
-    """Text and its encoding: as stated, by its mark, UTF-8 where that is valid, else that of Windows.
+    """Text and its encoding: as stated, by its byte-order mark, UTF-8 where that is valid, else that of Windows.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def decoded(content: bytes, encoding: str | None = None) -> tuple[str, str]:
 
 
 def _utf_16(content: bytes) -> str | None:
-    """UTF-16 without a mark, by the zeros in every other byte of plain letters."""
+    """UTF-16 without a byte-order mark, by the zeros in every other byte of plain letters."""
     start = content[:2000]
     if len(start) < 20:
         return None
@@ -229,7 +229,7 @@ def _row_of(line: int | None, rows: dict[int, int], key: str) -> int | None:
 def _in_comments(
     lines: list[str], used: list[int], rows: list[list[str]], delimiter: str, comment: tuple[str, ...]
 ) -> HeaderRows | None:
-    """Names in the last comment before the data, where it has as many cells as they."""
+    """Names in the last comment before the data, where it has as many cells as these."""
     first = next((at for at, row in enumerate(rows) if is_data(row)), None)
     if first is None:
         return None
@@ -241,7 +241,7 @@ def _in_comments(
 
 
 def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) -> HeaderRows:
-    """Where spaces delimit, 'Time' above a date and a time of day is two columns."""
+    """The header with 'Time' as two columns, where spaces delimit and a date and a time of day stand below it."""
     if delimiter != _SPACES or header.first >= len(rows):
         return header
     data = rows[header.first]
@@ -257,10 +257,10 @@ def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) 
 
 
 def _check_points(rows: list[list[str]], names: tuple[str, ...]) -> None:
-    """Refuse points of which nothing shows whether they are of decimals or of thousands.
+    """Refuse points where nothing shows whether they are decimal points or separate thousands.
 
-    They may be of thousands where a column has integers of up to three digits beside numbers such as 1.234, and no cell
-    of the table has another number of decimals.
+    They may separate thousands where a column has integers of up to three digits beside numbers such as 1.234, and no
+    cell of the table has another number of decimals.
     """
     columns = [[row[at] for row in rows if at < len(row) and is_number(row[at])] for at in range(len(names))]
     with_point = [[cell for cell in cells if cell.count(".") == 1] for cells in columns]
@@ -287,7 +287,7 @@ def _zones_nearby(lines: list[str]) -> Iterator[Note]:
 
 
 def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> Iterator[Note]:
-    """Notes on decimals and thousands that are no matter of course."""
+    """Notes on decimal marks and thousands separators that are not a matter of course."""
     if decimal == "," and dialect.decimal is None:
         example = next((cell for cell in sorted(cells) if "," in cell), "")
         what = f"numbers such as '{example}' are read with a decimal comma"
@@ -300,10 +300,10 @@ def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> 
 
 
 def decimal_of(cells: set[str]) -> str | None:
-    """The character before the decimals that numbers show beyond doubt; None where they do not.
+    """The decimal mark that numbers show beyond doubt; None where they do not.
 
-    Three digits behind a comma may be decimals or thousands; a comma before any other number of digits, or behind a
-    zero, is that of decimals, and one that occurs twice or before a point is that of thousands.
+    A comma before three digits may mark decimals or thousands; a comma before any other number of digits, or behind a
+    zero, marks decimals, and one that occurs twice or before a point marks thousands.
     """
     point = any(re.search(r"\.\d*$", cell) and cell.count(".") == 1 for cell in cells)
     for cell in cells:

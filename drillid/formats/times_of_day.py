@@ -19,11 +19,11 @@ from drillid.formats.written_times import DAY_NS, parse
 _DIGITS = re.compile(r"\d{1,6}(?:[.,]\d*)?")
 _DAY_S = 86_400
 _PAST_MIDNIGHT_NS = DAY_NS // 2
-"""A time of day that is earlier than the one before by more than this is of the next day."""
+"""A time of day that is earlier than the one before by more than this belongs to the next day."""
 
 
 def of_times(of: StatedTimes, column: Any) -> Naive:
-    """Time stamps and dates of Arrow."""
+    """Times from Arrow's time stamps and dates."""
     import pyarrow as pa
 
     of.check_complete(column)
@@ -70,7 +70,7 @@ def time_of_day(of: StatedTimes, column: Any) -> Naive:
 
 
 def _numbers(column: Any) -> Floats | None:
-    """Times of day that are numbers, such as 60001.5, 0.25 or '0,25', shape (row,); None of any others."""
+    """Times of day that are numbers, such as 60001.5, 0.25 or '0,25', shape (row,); None for any others."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -87,10 +87,10 @@ def _numbers(column: Any) -> Floats | None:
 
 
 def _counted(of: StatedTimes, numbers: Floats) -> Naive | None:
-    """Fractions of a day, or seconds of the day; None of digits of hours, minutes and seconds such as 60001.
+    """Fractions of a day, or seconds of the day; None for digits of hours, minutes and seconds such as 60001.
 
-    All below 1 are fractions. They are seconds where the column's unit says so, or where some, such as 21661, have no
-    minutes and seconds.
+    If all are below 1, they are fractions. They are seconds where the column's unit says so, or where the digits of
+    some, such as 21661, are not valid minutes and seconds.
     """
     if np.all((numbers >= 0) & (numbers < 1)):
         return Naive(np.asarray(np.rint(numbers * (DAY_NS // 1000)).astype(np.int64) * 1000), False)
@@ -125,7 +125,7 @@ def with_milliseconds(of: StatedTimes, naive: Naive, column: Any) -> Naive:
 
 
 def from_midnight(of: StatedTimes, times: Naive) -> Naive:
-    """Times of day, which pass midnight where they fall by half a day, from a stated date on."""
+    """Times from a stated date on, from times of day, which pass midnight where they fall by half a day."""
     start = of.midnight(in_utc=times.zoned)
     if start is None:
         raise LogError(

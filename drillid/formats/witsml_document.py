@@ -24,7 +24,7 @@ _DECLARED = re.compile(rb"^(?:\xef\xbb\xbf)?\s*<\?xml[^>]*?encoding=[\"'](?P<enc
 _DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _TIME_INDEX, _ELAPSED_INDEX = "date time", "elapsed time"
 _OF_CURVE = {"mnemonic": "mnemonic", "mnemAlias": "alias", "unit": "unit", "nullValue": "null", "typeLogData": "kind"}
-"""Elements whose text a curve keeps, and the name under which it does."""
+"""Elements whose text a curve keeps, and the names under which it is kept."""
 _OF_LOG = {
     "name": "name",
     "indexType": "index_type",
@@ -33,7 +33,7 @@ _OF_LOG = {
     "nullValue": "null",
 }
 _LISTS = {"mnemonicList": "mnemonics", "unitList": "units"}
-"""The same of a log object, as text and as lists."""
+"""The same for a log object, as text and as lists."""
 
 
 @dataclass
@@ -53,8 +53,8 @@ class LogObject:
     """One log object, filled while it is read.
 
     place : its number and that of its block of data in the document
-    start : of its index, as text
-    mnemonics, units : beside its data, which name the order of the cells
+    start : start of its index, as text
+    mnemonics, units : listed beside its data, in the order of the cells
     """
 
     place: tuple[int, int] = (0, 0)
@@ -72,12 +72,12 @@ class LogObject:
 
     @property
     def called(self) -> str:
-        """Its name, or what it can be told by."""
+        """Its name, or what else identifies it."""
         return self.name or self.uid or f"log {self.place[0]}"
 
     @property
     def over_time(self) -> bool:
-        """Whether the index is a time; of a log that does not say, what its index is called."""
+        """Whether the index is a time; if the log does not say, by the name of its index."""
         if self.index_type:
             return self.index_type.replace("_", " ").strip().lower() in (_TIME_INDEX, "datetime", _ELAPSED_INDEX)
         ordered = self.ordered()
@@ -182,14 +182,14 @@ class _Handler(ContentHandler):
         self.number, self.root = 0, ""
 
     def taken(self) -> list[tuple[LogObject, list[str]]]:
-        """What is complete since the last time."""
+        """What has been completed since the last call."""
         if self.log is not None and len(self.rows) >= _LINES:
             self._hand_over(self.log)
         ready, self.ready = self.ready, []
         return ready
 
     def startElement(self, name: str, attrs: Any) -> None:
-        """Begin of an element."""
+        """Start of an element."""
         local = name.rpartition(":")[2]
         self.root = self.root or local
         if local in _OF_VERSION_2:
@@ -243,7 +243,7 @@ class _Handler(ContentHandler):
             _fill_log(log, element, text)
 
     def _hand_over(self, log: LogObject) -> None:
-        """Make what is collected of a log ready to be taken."""
+        """Make what has been collected of a log ready to be taken."""
         self.ready.append((log, self.rows))
         self.rows, self.seen = [], True
 

@@ -13,13 +13,13 @@ from drillid.arrays import Booleans, Integers
 
 DAY_FIRST, MONTH_FIRST = "day first", "month first"
 ORDERS = (DAY_FIRST, MONTH_FIRST)
-"""Orders of a date's numbers that users may state as its format."""
+"""Orders of day and month that users may state as the format."""
 DAY_NS = 86_400_000_000_000
 
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _OTHER_MONTHS = {"mai": 5, "okt": 10, "dez": 12, "des": 12, "mär": 3, "mrz": 3, "ene": 1, "abr": 4, "ago": 8, "dic": 12}
 MONTHS = (*_MONTHS, *_OTHER_MONTHS)
-"""How names of months begin, in the languages that are known."""
+"""Beginnings of the names of months, in the languages that are known."""
 _WEEKDAY = r"(?:[A-Za-z]{3,9},? +)?"
 _YEAR_FIRST = r"(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})"
 _NUMBERS = r"(?P<first>\d{1,2})(?P<sign>[-/. ])(?P<second>\d{1,2})[-/. ](?P<year>\d{4})"
@@ -52,11 +52,11 @@ _SHORT_YEAR = re.compile(r"^(?:\d{1,2}([-/.])\d{1,2}\1\d{2}|\d{1,2}[- ]?[A-Za-z]
 class Written:
     """A column of written times.
 
-    since : ns since 1970, or since midnight where there is no date, shape (row,); of `wrong` rows meaningless
-    wrong : cells that are no time, shape (row,)
-    zoned : whether the times are UTC already; else they are those of a clock on the wall
+    since : ns since 1970, or since midnight where there is no date, shape (row,); meaningless in `wrong` rows
+    wrong : cells that are not times, shape (row,)
+    zoned : whether the times are UTC already; else they are local clock times
     dated, timed : whether the cells hold dates and times of day
-    decided : why the order of day and month is taken as it is, empty where nothing was to decide
+    decided : why this order of day and month is assumed, empty where there was nothing to decide
     offset : of the first cell's zone from UTC, ns; 0 without one
     """
 
@@ -70,16 +70,16 @@ class Written:
 
 
 class UnclearDate(ValueError):
-    """Dates of which nothing shows whether the day or the month comes first."""
+    """Dates that do not show whether the day or the month comes first."""
 
 
 def has_short_year(cell: str) -> bool:
-    """Whether a date has a year of two digits."""
+    """Whether a date has a two-digit year."""
     return _SHORT_YEAR.match(cell.strip()) is not None
 
 
 def format_in(unit: str) -> str | None:
-    """The strptime format of a unit such as 'DD/MM/YY' or 'YYYY-MM-DD hh:mm:ss'; None of one without a date."""
+    """The strptime format of a unit such as 'DD/MM/YY' or 'YYYY-MM-DD hh:mm:ss'; None for one without a date."""
     text, found, clock = unit.strip().strip("{}[]()").upper(), "", False
     while text:
         token = next((token for token in _TOKENS if text.startswith(token)), text[0])
@@ -99,14 +99,14 @@ def order_in(form: str) -> str | None:
 
 
 def with_whole_milliseconds(cells: Any) -> tuple[Any, bool]:
-    """Times whose milliseconds lack leading zeros, as '06:00:00.50' and '06:00:00.100' in turn, with these zeros.
+    """Times whose milliseconds lack leading zeros, such as '06:00:00.50' and '06:00:00.100' in turn, with these zeros.
 
-    Whether they lack them shows where the digits behind the seconds differ in number: within a second, they go one way
-    as whole milliseconds, and to and fro as decimals. Times in which that is not so are as they were.
+    Zeros are missing where the fractions differ in length and, within each second, only rise or only fall as whole
+    milliseconds, but not as decimals. Other times stay as they are.
 
     Parameters
     ----------
-    cells : Arrow column, shape (row,); one of another type than text is as it was
+    cells : Arrow column, shape (row,); unchanged if it is not text
 
     Returns
     -------
@@ -138,18 +138,18 @@ def with_whole_milliseconds(cells: Any) -> tuple[Any, bool]:
 
 
 def _one_way(values: Integers, within: Booleans) -> bool:
-    """Whether values rise or fall only, between those neighbours that are `within` a second, shape (row - 1,)."""
+    """Whether values only rise or only fall, between those neighbours that are `within` a second, shape (row - 1,)."""
     steps = np.diff(values)[within]
     return not (np.any(steps > 0) and np.any(steps < 0))
 
 
 def parse(cells: Any, order: str | None = None) -> Written | None:
-    """Times out of text, all of the form of the first cell; None where that is no known form.
+    """Times from text, all in the form of the first cell; None where that form is not known.
 
     Parameters
     ----------
     cells : Arrow text
-    order : of `ORDERS`, where the user states it
+    order : one of `ORDERS`, where the user states it
 
     Raises
     ------
@@ -168,7 +168,7 @@ def parse(cells: Any, order: str | None = None) -> Written | None:
 
 
 def parse_one(text: str) -> Written | None:
-    """A single text as a column of one row; None where it is no time, or not clear about day and month."""
+    """A single text as a column of one row; None where it is not a time, or unclear about day and month."""
     import pyarrow as pa
 
     try:
@@ -180,7 +180,7 @@ def parse_one(text: str) -> Written | None:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Parts of all cells, as text; `missing`: cells that are not of the form."""
+    """Parts of all cells, as text; `missing` marks cells of another form."""
 
     struct: Any
     missing: Booleans
@@ -243,7 +243,7 @@ def _time_of_day(parts: _Parts) -> tuple[Integers, Booleans]:
 
 
 class _Values:
-    """One part of all cells by its few different values."""
+    """One part of all cells, by its few different values."""
 
     def __init__(self, parts: _Parts, name: str) -> None:
         encoded = parts.text(name).dictionary_encode()
@@ -282,7 +282,7 @@ def _days(year: Integers, month: Integers, day: Integers) -> tuple[Integers, Boo
 
 
 def _ordered(parts: _Parts, clock: Integers, order: str | None) -> tuple[Integers, Integers, str]:
-    """Day, month and why."""
+    """Day, month and the reason for their order."""
     first, second, year = parts.number("first"), parts.number("second"), parts.number("year")
     good = ~parts.missing
     if order is None:
@@ -293,7 +293,7 @@ def _ordered(parts: _Parts, clock: Integers, order: str | None) -> tuple[Integer
 
 
 def _order(first: Integers, second: Integers, year: Integers, clock: Integers, signs: list[str]) -> tuple[str, str]:
-    """The order of day and month that the data show, and how."""
+    """The order of day and month that the data show, and how they show it."""
     if np.any(first > 12):
         return DAY_FIRST, f"{DAY_FIRST}, as one of them is {_date(first, second, year, int(np.argmax(first > 12)))}"
     if np.any(second > 12):
@@ -322,7 +322,7 @@ def _date(first: Integers, second: Integers, year: Integers, row: int) -> str:
 
 
 def _offsets(parts: _Parts) -> tuple[Integers, bool, Booleans]:
-    """Offset from UTC in ns, whether the cells have one, and the cells that differ in that from most."""
+    """Offset from UTC in ns, whether the cells have one, and the cells that differ in that from most others."""
     size = parts.missing.size
     if not parts.has("zone"):
         return np.zeros(size, dtype=np.int64), False, np.zeros(size, dtype=bool)

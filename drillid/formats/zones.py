@@ -18,9 +18,9 @@ _FURTHEST_H = 14
 
 
 def zone_in(text: str) -> datetime.tzinfo | None:
-    """The zone of a text that is nothing else, such as 'UTC+3', '+03:00', 'UTC' or 'Europe/Oslo'; None of any other.
+    """The zone in a text that is nothing else, such as 'UTC+3', '+03:00', 'UTC' or 'Europe/Oslo'; None for any other.
 
-    Abbreviations such as CST stand for several zones and are none.
+    Abbreviations such as CST stand for several zones and do not count.
     """
     plain = text.strip()
     if _UTC.fullmatch(plain):

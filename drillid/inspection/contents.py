@@ -23,7 +23,7 @@ from drillid.records.shared_stamps import evenly, shared_note
 from drillid.units import to_si_factor
 
 _GAP = 5.0
-"""Usual intervals between rows beyond which there is a gap, and at least a second."""
+"""Multiple of the usual interval between rows beyond which there is a gap; a gap also exceeds a second."""
 _OILFIELD = {
     "N m": ("ft-lbf", "kft-lbf"),
     "m": ("ft",),
@@ -56,8 +56,8 @@ class ColumnContent:
 class ChannelGuess:
     """The column that is probably a channel.
 
-    guessed : its unit is not the file's but one that fits its size
-    others : units that fit its size as well
+    guessed : whether its unit is not the file's but one that fits its size
+    others : other units that fit its size
     """
 
     column: str
@@ -194,7 +194,7 @@ def _read(path: Path, header: Header, clock: Clock, dialect: Dialect) -> _Read:
 
 
 def _space(read: _Read) -> None:
-    """Space rows that share a stamp as records do, by the two columns that change most often."""
+    """Space rows that share a stamp as the records stage does, by the two columns that change most often."""
     often = sorted(read.numbers.values(), key=lambda values: -int(np.sum(np.diff(values) != 0)))[:2]
     if not often:
         return
@@ -222,7 +222,7 @@ def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
             found["torque_sweep"] = guess
             del bare[sweep.column]
     for name in CHANNELS:
-        # the first of several columns of a name
+        # the first of several columns of the same name
         named = {own: column for column, (own, _) in reversed(bare.items())}
         aliases = {alias: column for alias, column in read.aliases.items() if column in bare and alias not in named}
         named = dict(reversed(named.items())) | aliases
@@ -242,7 +242,7 @@ def _channels(read: _Read, sweep: Sweep | None) -> dict[Channel, ChannelGuess]:
 def _of_one_system(found: dict[Channel, ChannelGuess]) -> dict[Channel, ChannelGuess]:
     """Guessed torques in the system of units of the channels whose units are stated or fit in one system alone.
 
-    Their size does not tell N m from ft-lbf, which are less than a half apart.
+    Their size does not distinguish N m from ft-lbf, which differ by less than a half.
     """
     torque = [name for name in found if CHANNEL_UNITS[name] == "N m"]
     told = [

@@ -19,7 +19,7 @@ _ORDER = re.compile(r"read as (day first|month first)")
 
 
 def draft(name: str, found: Sequence[Contents], clock: Clock, file: LogFile) -> str:
-    """The rig description for the files, of which those without sweep are logs of another shape.
+    """The rig description for the files; those without sweep are described in its `other_logs`.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def draft(name: str, found: Sequence[Contents], clock: Clock, file: LogFile) -> 
     apart = [contents for contents in slow if contents.path not in files]
     channels = dict(fast[0].channels)
     for contents in slow:
-        # other tables of the same file are described with it
+        # other tables of the same file are described together with it
         channels |= {
             channel: guess
             for channel, guess in contents.channels.items()
@@ -88,7 +88,7 @@ def _other_logs(alike: Sequence[Contents], clock: Clock, file: LogFile) -> Itera
 
 
 def _pattern(names: Sequence[str]) -> str:
-    """A pattern of the names: the one name, or what they end in."""
+    """A pattern for the names: the one name, or the common end of several."""
     if len(names) == 1:
         return re.sub(r"([*?\[])", r"[\1]", names[0])
     ending = itertools.takewhile(

@@ -28,7 +28,7 @@ class Inspection:
     files : each table of each file
     refused : why a file could not be read
     draft : the rig description for them, YAML
-    problems : what records and windows made by it reject or note (where, what, remedy)
+    problems : what the records and windows made with it reject or note (where, what, remedy)
     segments : segments of the log with their windows, or the reason why they hold none; empty without records
     """
 
@@ -39,7 +39,7 @@ class Inspection:
     segments: pd.DataFrame
 
     def as_json(self) -> dict[str, Any]:
-        """The same as JSON holds it."""
+        """The same in a form that JSON can hold."""
         files = [asdict(each) for each in self.files]
         for each in files:
             each["gaps"] = [{"start": start, "seconds": seconds} for start, seconds in each["gaps"]]
@@ -83,7 +83,7 @@ def inspect(logs: Sequence[Path], name: str, clock: Clock, file: LogFile, settin
 
 
 def _tried(text: str, logs: Sequence[Path], settings: Settings) -> tuple[list[tuple[str, str, str]], pd.DataFrame]:
-    """Records and windows by the drafted description: what they reject or note, and segments."""
+    """Records and windows with the drafted description: what they reject or note, and the segments."""
     try:
         rig = Rig.checked(parse_yaml(text, "draft"), "draft")
     except SettingsError as error:

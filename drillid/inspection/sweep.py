@@ -19,15 +19,15 @@ _PIECE_S = 600.0
 """Length of the piece of the log that is looked at, s."""
 _SHORTEST_S = 20.0
 _VISIBLE, _OFF_S = 0.05, 5.0
-"""A sweep that stays below so much of its usual amplitude for so long, s, is off."""
+"""A sweep is off where it stays below this share of its usual amplitude for this time, s."""
 _MEAN_SHARE = 0.2
-"""Largest mean of a sweep over its root mean square; measured torque has a mean many times its changes."""
+"""Largest mean of a sweep over its root mean square; the mean of measured torque is many times its changes."""
 _POWER_OUTSIDE = 0.01
 """Share of the power below the band, and above it."""
 _LOWEST_HZ, _HIGHEST_HZ = 0.02, 20.0
-"""Sweeps of torsional dynamics lie in between."""
+"""Limits between which sweeps of torsional dynamics lie."""
 _NARROWEST = 1.3
-"""Ratio of the highest to the lowest frequency below which a signal is a tone and no sweep."""
+"""Ratio of the highest to the lowest frequency below which a signal is a tone and not a sweep."""
 _NAMED = re.compile(r"sweep|inj|excit|dither|perturb|chirp|prbs|multisine|probing|stimul|testtorque", re.IGNORECASE)
 
 
@@ -69,7 +69,7 @@ def find_sweep(
     Parameters
     ----------
     columns : values in order of time, each shape (row,)
-    units : of the columns, as the file states them; a column in another unit than one of torque is no sweep
+    units : of the columns, as the file states them; a column in another unit than one of torque is not a sweep
     stamps : of the rows, ns, shape (row,)
     rate : rows per second
     gaps : rows behind which samples are missing
@@ -80,7 +80,7 @@ def find_sweep(
         named = _NAMED.search(re.sub(r"[\W_]", "", name)) is not None
         in_torque = None if name not in units else _is_torque(units[name])
         sweep = None if in_torque is False else _as_sweep(name, values, stamps, rate, gaps)
-        # what neither repeats nor is named like a sweep may be any signal without mean
+        # a signal that neither repeats nor is named like a sweep may be any signal with zero mean
         if sweep is not None and (sweep.period_s > 0 or named):
             found.append(((sweep.period_s > 0) + 2 * named + bool(in_torque), sweep))
     return max(found, key=lambda scored: scored[0])[1] if found else None
@@ -95,7 +95,7 @@ def _is_torque(unit: str) -> bool:
 
 
 def _as_sweep(name: str, values: Floats, stamps: Integers, rate: float, gaps: Integers) -> Sweep | None:
-    """A column as a sweep; None where it has a mean, is no oscillation, or a tone."""
+    """A column as a sweep; None where it has a mean, does not oscillate, or is a tone."""
     known = np.nan_to_num(values)
     usual = float(np.quantile(np.abs(known), 0.99))
     part = _longest_part(known, usual, rate, gaps)

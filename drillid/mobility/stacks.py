@@ -30,8 +30,8 @@ def stack_windows(
     Parameters
     ----------
     mobility : of all windows, with their keys where there is a memo
-    memo : of what was found about windows before; None where nothing is kept
-    earlier : stacks of an earlier run, of which those of the same windows are taken over
+    memo : earlier findings about windows; None where nothing is kept
+    earlier : stacks of an earlier run; those of the same windows are reused
     """
     stacks: list[tuple[list[int], float]] = []
     problems: list[Problem] = []

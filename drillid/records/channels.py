@@ -1,4 +1,4 @@
-"""A raw log's stamps and channels in SI units, without what no rig can have recorded."""
+"""A raw log's stamps and channels in SI units, without values that no rig can have recorded."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> 
     Raises
     ------
     LogError
-        If the log cannot be read, is too short, its stamps are no times of a rig, or a required channel holds too few
+        If the log cannot be read, is too short, its stamps are not times of a rig, or a required channel holds too few
         values or impossible ones.
     """
     mapping = mapped(path, rig, elsewhere)
@@ -83,7 +83,7 @@ def read_channels(path: Path, rig: Rig, elsewhere: Collection[Channel] = ()) -> 
 
 
 def _values_of(log: Log, column: str, names: list[Channel], mapping: Mapping) -> tuple[Floats | None, list[Note]]:
-    """A column's values; nothing and a note where it is no column of numbers and nobody asked for it."""
+    """A column's values; None and a note where it is not a column of numbers and nobody asked for it."""
     try:
         return log.pop(column), []
     except LogError as error:
@@ -125,7 +125,7 @@ def _check_held(column: str, values: Floats, needed: list[Channel], path: Path) 
 
 
 def _in_si(name: Channel, values: Floats, column: MappedColumn, path: Path) -> tuple[Array | None, list[Note]]:
-    """A channel in SI units, nothing where it holds hardly any possible value, and notes."""
+    """A channel in SI units, None where it holds hardly any possible value, and notes."""
     if np.sum(np.isfinite(values)) < FEWEST_ROWS:
         return None, []
     with np.errstate(over="ignore", invalid="ignore"):

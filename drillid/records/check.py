@@ -18,7 +18,7 @@ from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joi
 from drillid.records.placed_logs import distinct_names
 
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
-"""What every run reads first; another configuration contains only what differs."""
+"""What every run reads first; another configuration contains only the differences."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,12 @@ class Checked:
 
 
 def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:
-    """Findings in configuration, sheets, rig descriptions and, unless `logs` is false, in every log.
+    """Findings in the configuration, sheets, rig descriptions and, unless `logs` is false, in every log.
 
     Parameters
     ----------
     configuration : the file that a run is given
-    checked : counts up what has been looked at
+    checked : counts what has been looked at
     """
     try:
         settings = _settings(configuration)
@@ -76,7 +76,7 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     except SettingsError as error:
         yield Finding.of(error)
         return
-    # a well whose row is refused has the sheet in the place of its rig description
+    # a well whose row is refused has the sheet in place of its rig description
     rigs: dict[Path, Rig | None] = {Path(settings.wells): None}
     for listing in listings.values():
         checked.wells += 1
@@ -137,7 +137,7 @@ def _well(
 
 
 def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
-    """Logs that others leave nothing of, or not all; first and last stamp (ns) and file of each."""
+    """Logs that others cover entirely or in part; first and last stamp (ns) and file of each."""
     names = distinct_names(path for _, _, path in times)
     end, before = -1, Path()
     for first, last, path in sorted(times):

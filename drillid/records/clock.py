@@ -27,12 +27,12 @@ LOWEST_RATE, HIGHEST_RATE = 0.2, 10_000.0
 samples are the least that show it; a drive closes its current loop some thousand times a second, and nothing records
 torque faster."""
 _MOST_STEPS, _ROWS_PER_STEP = 20, 500
-"""A log whose clock was set more often, and more than once in so many rows, has damaged stamps: clocks are set a few
-times a day."""
+"""A log whose clock was set more often than this, and more than once in this many rows, has damaged stamps: clocks are
+set a few times a day."""
 _ROUND_TOLERANCE = 1e-3
 """Largest relative deviation of a clock from its nominal rate; a round rate further off is another rate."""
 _LARGEST_TOLERANCE = 0.01
-"""The same for logs that are too short for an accurate rate."""
+"""The same for logs too short for an accurate rate."""
 _NO_DRIFT = 0.05
 """Drift over a log, in intervals, that is not significant."""
 _NEAR_TICK = 0.3
@@ -40,17 +40,17 @@ _NEAR_TICK = 0.3
 _PHASE_ROWS = 100
 """Rows on either side over which the phase of the stamps between ticks is averaged."""
 _PHASE_BREAK = 0.15
-"""Change of that phase over a jump, in intervals, from which the clock is not continuous."""
+"""Change of that phase over a jump, in intervals, beyond which the clock is not continuous."""
 _LASTING_ROWS = 5
 """Stamps off their neighbours' ticks for fewer rows than this are late stamps, not a jump."""
 _BLOCK = 200_000
-"""Rows processed at once, to limit memory."""
+"""Number of rows processed at once, to limit memory."""
 _EITHER_SIDE = 3
-"""Samples on either side of a jump from which the continuity of a signal is judged."""
+"""Samples on either side of a jump by which the continuity of a signal is judged."""
 _SHORT_JUMP = 5
-"""Jumps of up to so many intervals: a signal with missing rows is smooth over them too."""
+"""Longest jump, in intervals, over which a signal with missing rows is smooth too."""
 _FAR_ROUGHER = 4.0
-"""Ratio of a signal's roughness with missing rows to that without, above which a short jump is a set clock."""
+"""Ratio of a signal's roughness with missing rows to that without, above which the clock was set at a short jump."""
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,8 @@ def place_rows(
     Raises
     ------
     LogError
-        With too few rows, rows whose order cannot be found, stamps coarser than the samples, a rate at which nothing
-        is recorded, or a clock that jumps all the time.
+        If there are too few rows, their order cannot be found, the stamps are coarser than the samples, nothing is
+        recorded at such a rate, or the clock jumps all the time.
     """
     if stamps.size < FEWEST_ROWS:
         raise too_few_rows(where, stamps.size)
@@ -159,7 +159,7 @@ def place_rows(
 
 
 def too_few_rows(where: str, rows: int) -> LogError:
-    """The error of a log too short to determine its clock."""
+    """The error for a log too short to determine its clock."""
     return LogError(where, f"holds only {rows} rows of the {FEWEST_ROWS} needed", "Remove it from the logs sheet")
 
 
@@ -287,7 +287,7 @@ class _Continuity:
 
 
 def rate_tolerance(ticks: int, least: float) -> float:
-    """Relative tolerance of the rate of a log of so many ticks: half an interval over a short log."""
+    """Relative tolerance of the rate of a log with this many ticks: half an interval over a short log."""
     return max(least, min(0.5 / max(ticks, 1), _LARGEST_TOLERANCE))
 
 

@@ -1,4 +1,4 @@
-"""How far apart the clocks of two recorders are, from a channel that both recorded."""
+"""Offset between the clocks of two recorders, from a channel that both recorded."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 from drillid.arrays import Array, Floats, Integers
 
 FARTHEST_S = 3700.0
-"""Offsets of clocks up to this are looked for; an hour of daylight saving and a minute more, s."""
+"""Largest clock offset that is searched for, s: an hour of daylight saving and a little more."""
 _FEWEST = 60
-"""Least number of slow samples that show an offset."""
+"""Least number of slow samples that determine an offset."""
 _ALIKE = 0.7
-"""Least correlation of the channel in both records."""
+"""Least correlation of the channel between the two records."""
 _CLEAR = 0.05
-"""Margin of that correlation over that at any other offset where it has a peak: sweeps repeat themselves."""
+"""Margin of that correlation over its peaks at all other offsets, as sweeps repeat themselves."""
 _OVERLAP = 0.5
 """Least share of the shorter record that the other covers at an offset."""
 _LARGEST = 10_000_000
-"""Slow samples of a record."""
+"""Largest number of slow samples of a record."""
 _BLOCKS = 20
-"""Parts of the record whose disagreement gives the error of the offset."""
+"""Number of parts of the record whose disagreement gives the error of the offset."""
 _NEAR, _FINER = 2, 20
-"""The offset is looked for within so many slow samples of the best whole lag, in so many steps a sample."""
+"""Slow samples about the best whole lag within which the offset is searched for, and steps per sample."""
 _STEPS = 3
 """Gauss-Newton steps from there."""
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """How far one clock is ahead of another, s, and the standard error of that, s, half a fast sample at least."""
+    """How far one clock is ahead of another, s, and its standard error, s, at least half a fast sample."""
 
     seconds: float
     error: float
@@ -69,10 +69,10 @@ class _Series:
 
 
 def clock_offset(fast_stamps: Integers, fast: Array, slow_stamps: Integers, slow: Array) -> ClockOffset | None:
-    """How far the clock of a slow record of a channel is ahead of that of a fast one; None where that is not shown.
+    """How far the clock of a slow record of a channel is ahead of that of a fast one; None where they do not show it.
 
-    The slow record holds samples of the channel, or its means over an interval of its own, stamped in their middle;
-    whichever explains it better is taken.
+    The slow record holds samples of the channel, or its means over an interval of its own, stamped at their middle;
+    whichever explains it better is assumed.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def clock_offset(fast_stamps: Integers, fast: Array, slow_stamps: Integers, slow
 
 
 def _best_lag(quick: _Series, coarse: _Series, step: float) -> float | None:
-    """The offset, in whole steps, at which the records are most alike, s; None where that is not clear."""
+    """The offset, in whole steps, at which the records agree best, s; None where it is not clear."""
     from scipy.signal import find_peaks
 
     lags = int(FARTHEST_S / step)
@@ -115,7 +115,7 @@ def _best_lag(quick: _Series, coarse: _Series, step: float) -> float | None:
 
 
 def _correlation(series: Floats, around: Floats) -> Floats | None:
-    """Correlation of a series with every part of a longer one, over what both hold, shape (lag,)."""
+    """Correlation of a series with every part of a longer one, over the samples that both hold, shape (lag,)."""
     from scipy.signal import correlate
 
     def prepared(values: Floats) -> tuple[Floats, Floats]:
@@ -159,7 +159,7 @@ def _refined(quick: _Series, coarse: _Series, offset: float) -> tuple[ClockOffse
 
 
 def _residual(quick: _Series, coarse: _Series, offset: float) -> float:
-    """What is left of the slow record at an offset, rms, gain and zero being free; infinite without overlap."""
+    """Rms residual of the slow record at an offset, with gain and zero free; infinite without overlap."""
     at = coarse.at - offset
     inside = (at > quick.at[0]) & (at < quick.at[-1])
     signal, values = np.interp(at[inside], quick.at, quick.values), coarse.values[inside]
@@ -171,7 +171,7 @@ def _residual(quick: _Series, coarse: _Series, offset: float) -> float:
 
 @dataclass(frozen=True)
 class _Linear:
-    """Normal equations of zero, gain and gain times shift about an offset, by parts of the record.
+    """Normal equations for zero, gain and gain times shift about an offset, for each part of the record.
 
     normal : shape (part, 3, 3)
     moment : shape (part, 3)
@@ -195,7 +195,7 @@ class _Linear:
         )
 
     def shift(self) -> float | None:
-        """By how much more the slow record is late, s; None where the records have nothing in common."""
+        """Further delay of the slow record, s; None where the records have nothing in common."""
         solution = np.linalg.lstsq(self.normal.sum(axis=0), self.moment.sum(axis=0))[0]
         return float(solution[2] / solution[1]) if abs(solution[1]) > 0 else None
 

@@ -14,21 +14,21 @@ from drillid.arrays import Array, Booleans, Floats, Integers
 _TURNING = 1.0
 """Speed above which the string turns, rad/s; 10 rpm."""
 _LEAST_S = 60
-"""Least time from which anything is judged, s."""
+"""Least time for anything to be judged, s."""
 _BLOCK_S, _MOST_BLOCKS = 20.0, 50
 """Length of the blocks in which sweep and speed are compared, s, and their largest number, spread over the log."""
 _UNSTEADY = 10.0
-"""Variance of the speed in a block over that of usual ones, above which its mean changed there."""
+"""Ratio of the speed's variance in a block to that of usual ones, above which its mean changed there."""
 _RESPONSE_S = 300.0
-"""Least time with the sweep on from which the response of the speed is judged, s."""
+"""Least time with the sweep on for the response of the speed to be judged, s."""
 _LAGS_S = 0.4
-"""Largest delay of the speed behind the sweep that is tried, s; drives answer within a tenth of a second."""
+"""Largest delay of the speed behind the sweep that is tried, s; drives respond within a tenth of a second."""
 _RATE_S = 60
 """Time over which the hole's deepening is measured, s."""
 _DEEPER_M = 0.05
-"""Deepening in that time from which the bit is drilling, m; 3 m/h."""
+"""Deepening in that time above which the bit is drilling, m; 3 m/h."""
 _PAUSE_S = 60.0
-"""Time missing in the log in which a connection may lie, s."""
+"""Least gap in the log in which a connection may lie, s."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Samples:
-    """One log's channels in order of time, as the statistics see them.
+    """One log's channels in order of time, as the statistics use them.
 
     channels : SI units, NaN where missing, shape (row,) in the file's order
     rows : rows in order of time
@@ -65,7 +65,7 @@ class Samples:
 
     @functools.cached_property
     def seconds(self) -> Integers:
-        """Places in `rows` about one second apart, shape (second,)."""
+        """Positions in `rows` about one second apart, shape (second,)."""
         return np.arange(0, self.rows.size, max(1, round(self.rate)))
 
     def slow(self, name: str) -> Floats:
@@ -94,7 +94,7 @@ class Samples:
     def sweeping(self) -> Floats:
         """Sweep, speed and torque command in blocks of steady rotation with the sweep on, shape (3, block, sample).
 
-        The mean of each block is taken off. The command is NaN where it is not logged.
+        The mean of each block is subtracted. The command is NaN where it is not logged.
         """
         length = round(_BLOCK_S * self.rate)
         starts = np.arange(0, self.rows.size - length + 1, max(length, 1)) if length >= 8 else np.zeros(0, int)
@@ -119,12 +119,12 @@ class Samples:
 
 
 def usable_frequency(samples: Samples) -> Measure:
-    """Highest frequency that the sample rate lets one identify, Hz: 0.8 of half of it, for the recorder's filter."""
+    """Highest identifiable frequency at the sample rate, Hz: 0.8 of half that rate, for the recorder's filter."""
     return Measure(0.4 * samples.rate)
 
 
 def level(samples: Samples, name: str) -> Measure | None:
-    """Median size of a channel, its zeros left out, while the string turns."""
+    """Median magnitude of a channel, its zeros left out, while the string turns."""
     return _median(np.abs(samples.slow(name)), samples.turning & (samples.slow(name) != 0))
 
 
@@ -205,9 +205,9 @@ def power_of_drive(samples: Samples) -> Measure | None:
 
 
 def sweep_in_command(samples: Samples) -> Measure | None:
-    """Change of the torque command per change of the sweep that it contains, from sample to sample; 1 in good order.
+    """Change of the torque command per change of the sweep that it contains, from sample to sample; 1 if all is well.
 
-    From one sample to the next the control has hardly answered yet. None where something else moves the command more.
+    From one sample to the next the control has hardly responded yet. None where other changes of the command dominate.
     """
     gain, correlation = _command_gain(samples)
     return Measure(gain) if correlation > 0.8 else None
@@ -240,7 +240,7 @@ def response_size(samples: Samples) -> Measure | None:
 
 
 def response_sign(samples: Samples) -> Measure | None:
-    """Largest less largest negative correlation of speed and sweep over the larger, −2 to 2; None where both are small.
+    """Largest plus most negative correlation of speed and sweep, over the larger, −2 to 2; None where both are small.
 
     Below −1 the speed moves against the sweep at all delays; about 0 the sweep is too narrow to tell.
     """
@@ -287,7 +287,7 @@ def _median(values: Floats, where: Booleans) -> Measure | None:
 
 
 def _known(samples: Samples, name: str) -> tuple[Floats, NDArray[np.int64]]:
-    """Values of a channel once a second, and their places among the seconds."""
+    """Values of a channel once a second, and their positions among the seconds."""
     values = samples.slow(name)
     known = np.flatnonzero(np.isfinite(values))
     return values[known], known

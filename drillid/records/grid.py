@@ -17,21 +17,21 @@ from drillid.records.shared_stamps import shared_note
 Note = tuple[str, str]
 """What was repaired in a log, and the remedy."""
 MOST_APART = 3
-"""Largest number of notes of one kind on one log that each are a row; more are one row with their number."""
+"""Largest number of notes of one kind on a log that get a row each; more share one row with their number."""
 
 CHECK_RECORDER = "These samples are flagged; check the recorder if this recurs"
 _LONGEST_STORED_GAP_S = 300.0
 """Gaps up to this length are stored as missing samples; longer ones appear in the times only."""
 _NEAR_TICK = 0.3
-"""A log continues the ticks of the previous log where it is off them by less than this share of an interval."""
+"""A log continues the previous log's ticks where it is off them by less than this share of an interval."""
 _LARGE_DRIFT = 2e-4
 """Larger relative deviations of a clock from its nominal rate are noted; 17 s a day."""
 _SAMPLES_PER_ROW = 5
-"""Largest number of stored samples per row of a log; one with more holes than that shows no dynamics."""
+"""Largest number of stored samples per row of a log; one with more holes shows no dynamics."""
 _LONGEST_SPAN_S = 2 * 365.25 * 86_400
-"""Longest time from a log's first row to its last, s; one with more holds stamps of other times."""
+"""Longest time from a log's first row to its last, s; a longer log holds stamps of other times."""
 _SMALL_GRID = 500_000
-"""Grids of so many samples are stored whatever the number of rows: 20 MB."""
+"""Grids of up to this many samples are stored whatever the number of rows: 20 MB."""
 _FAR_OFF_S = 10.0
 """Larger differences between a sample's time and its stamp are noted."""
 
@@ -62,7 +62,7 @@ class Grid:
         Raises
         ------
         LogError
-            If its span is absurd, or its size for the number of rows; nothing of that size is allocated before.
+            If its span, or its size for the number of rows, is absurd; nothing of that size is allocated before.
         """
         span = (int(ticks.tick[-1]) - int(ticks.tick[0])) / ticks.rate
         if span > _LONGEST_SPAN_S:

@@ -7,19 +7,19 @@ import numpy as np
 from drillid.arrays import Floats, Integers
 
 _UNEVEN = 0.02
-"""Share of the runs of a held record that may be neither of the two lengths that an interval gives."""
+"""Largest share of the runs of a held record with neither of the two lengths that an interval gives."""
 _LEAST_HELD = 0.02
 """Least share of repeated rows of a held record."""
 _LEAST_SAMPLES = 8
 _ROUNDS = 3
-"""Fits of a line to the samples' places, each of which numbers them anew."""
+"""Number of fits of a line to the samples' places, each of which numbers the samples anew."""
 
 
 def held_samples(channels: Floats) -> tuple[Floats, Integers] | None:
-    """Places of the samples and a row that shows each, both (sample,) in rows; None where the rows hold none.
+    """Places of the samples and a row that shows each, both (sample,) in rows; None where the rows hold no samples.
 
-    All channels of a record that holds its values repeat a row at once, so that runs of equal rows have two successive
-    lengths at most. The first row of each sample is late by half a row in the mean.
+    In a record that holds its values, all channels repeat a row at once, so that runs of equal rows have at most two
+    lengths, which are successive. The first row of each sample is late by half a row on average.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def held_samples(channels: Floats) -> tuple[Floats, Integers] | None:
     mean = float(lengths.mean())
     if np.mean(np.abs(lengths - mean) >= 1) > _UNEVEN:
         return None
-    # two samples may be the same by chance, and a row out of turn is no sample of its own
+    # two samples may be equal by chance, and a row out of turn is not a sample of its own
     passed = np.where(lengths <= np.ceil(mean), 1.0, np.rint(lengths / mean))
     number = np.append(0.0, np.cumsum(passed))
     for _ in range(_ROUNDS):

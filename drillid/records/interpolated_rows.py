@@ -1,7 +1,7 @@
 """Rows that lie on lines between the samples of a slower control.
 
-A line bends at the samples alone. A bend between two rows shows in the second differences at both, shared by how near
-it is, and nowhere else. Where samples are at least two rows apart, each row belongs to one bend at most.
+The lines bend only at the samples. A bend between two rows appears in the second differences at both, the more the
+nearer it is, and nowhere else. Where samples are at least two rows apart, each row belongs to one bend at most.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from scipy.interpolate import make_lsq_spline
 from drillid.arrays import Floats
 
 _SHORTEST, _LONGEST = 2.0, 12.0
-"""Rows between samples."""
+"""Shortest and longest interval between samples, rows."""
 _FIRST_ROWS, _LONGER = 48, 3
-"""Rows of the first search, where the record bends most, and the factor by which each further one is longer."""
+"""Rows of the first search, made where the record bends most, and factor by which each further one is longer."""
 _RESOLUTION, _FINER = 0.12, 0.02
-"""Rows to which a sample's place is found in the first search, and in the others."""
+"""Resolution of a sample's place in the first search, and in the others, rows."""
 _MULTIPLES = 6
-"""Up to which multiples of the distance found are tried, as its bends include those of samples farther apart."""
+"""Largest multiple of the interval found that is tried, as its places include those of samples farther apart."""
 _WORTH_A_SEARCH, _ON_LINES = 0.3, 0.1
-"""Misfit relative to that of samples a row later, up to which the search goes on, and up to which rows are on lines;
-the two are the same for other records."""
+"""Largest misfit, relative to that of samples a row later, at which the search goes on, and at which rows are on lines;
+in other records the two misfits are alike."""
 
 
 def line_samples(channels: Floats) -> tuple[Floats, Floats] | None:
@@ -31,7 +31,7 @@ def line_samples(channels: Floats) -> tuple[Floats, Floats] | None:
 
     Parameters
     ----------
-    channels : shape (channel, time), finite, all recorded alike; the first is that with the least noise
+    channels : shape (channel, time), finite, all recorded alike; the first is the one with the least noise
     """
     found = _bends(channels[0])
     if found is None:
@@ -44,7 +44,7 @@ def line_samples(channels: Floats) -> tuple[Floats, Floats] | None:
 
 
 def _bends(channel: Floats) -> tuple[float, float] | None:
-    """Place of the first sample and distance between samples, both in rows; None where the rows are not on lines."""
+    """Place of the first sample and interval between samples, both in rows; None where the rows are not on lines."""
     second = np.concatenate([[0.0], np.diff(channel, 2), [0.0]])
     if second.size <= 2 * _FIRST_ROWS:
         return None
@@ -71,7 +71,7 @@ def _bends(channel: Floats) -> tuple[float, float] | None:
 
 
 def _searched(second: Floats, middle: int) -> tuple[float, float]:
-    """Distance between samples and place of one, in rows from the middle, that fit best where the record bends most."""
+    """Interval between samples and place of one, in rows from the middle, that fit best where the record bends most."""
     count = round(np.log(_LONGEST / _SHORTEST) * _FIRST_ROWS / (2 * _RESOLUTION))
     distances = np.geomspace(_SHORTEST, _LONGEST, count)
     within = [np.arange(0.0, distance, _RESOLUTION) for distance in distances]
@@ -88,13 +88,13 @@ def _ratio(second: Floats, middle: int, rows: int, step: float, offset: float) -
 
 
 def _misfit(second: Floats, middle: int, rows: int, steps: Floats, offsets: Floats) -> Floats:
-    """Share (candidate,) of the power of the second differences that bends at some places do not explain.
+    """Share (candidate,) of the power of the second differences that bends at the given places do not explain.
 
     Parameters
     ----------
     second : (time,) second differences, zero at either end
-    rows : over which they are compared, about the middle
-    steps, offsets : (candidate,) distance between samples and place of one, in rows from the middle
+    rows : number of rows compared, about the middle
+    steps, offsets : (candidate,) interval between samples and place of one, in rows from the middle
     """
     low, high = max(middle - rows // 2, 0), min(middle + rows // 2, second.size)
     part = second[low:high]

@@ -1,7 +1,7 @@
 """Slow logs beside fast ones: depth and weight at 1 Hz in one file, torque and speed at 50 Hz in another.
 
-The slow channels are interpolated to the rows of the fast log, never the other way. Where both logs hold a channel, it
-shows how far their clocks are apart.
+The slow channels are interpolated to the rows of the fast log, never the other way. A channel that both logs hold shows
+how far their clocks are apart.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from drillid.records.grid import Note
 from drillid.records.mapping import MappedColumn, dialect_of, layout_of
 
 _LONGEST_HOLE_S = 60.0
-"""Slow channels are interpolated over so much time, or a few of their intervals, s."""
+"""Slow channels are interpolated over holes up to this long, or a few of their intervals, s."""
 _LONGEST_HOLE = 5
 _KEPT = 4
-"""Slow logs in memory at once."""
+"""Number of slow logs in memory at once."""
 _SURE = 3.0
-"""Standard errors of an offset of clocks beyond which it is one."""
+"""Standard errors beyond which a clock offset is significant."""
 _SAME_TIME_NS = 1_000_000
-"""Samples of two logs that are stamped no farther apart are of one time, ns."""
+"""Largest difference between the stamps of two logs for their samples to be simultaneous, ns."""
 _SHARED: tuple[Channel, ...] = (
     *("speed", "torque_command", "hook_load", "weight_on_bit", "standpipe_pressure", "flow", "bit_depth", "hole_depth"),
 )
@@ -40,12 +40,12 @@ _SHARED: tuple[Channel, ...] = (
 
 
 Known = Callable[[str, Path, Callable[[], Any]], Any]
-"""What takes a finding about a file (its kind, the file, what finds it) from an earlier run, or has it found."""
+"""Returns a finding about a file (its kind, the file, what finds it) from an earlier run, or has it found."""
 
 
 LIST_ONCE = "List each log once; where this one corrects an earlier one, take that out of the sheet"
 LIST_APART = "List logs that do not overlap"
-"""Remedies for a log of which those before it leave nothing, or not all."""
+"""Remedies for a log that earlier ones cover entirely, or in part."""
 
 
 def _found_now(_kind: str, _path: Path, find: Callable[[], Any]) -> Any:
@@ -56,7 +56,7 @@ def _found_now(_kind: str, _path: Path, find: Callable[[], Any]) -> Any:
 class Source:
     """A log file, or one table of it, with the rig description that holds for it.
 
-    channels : that its columns are, by the rig description or by their mnemonics
+    channels : channels that its columns hold, by the rig description or by their mnemonics
     """
 
     path: Path
@@ -65,7 +65,7 @@ class Source:
 
     @property
     def layout(self) -> tuple[TimeColumn, str, Dialect, list[str]]:
-        """What `formats.first_stamp` takes behind its path."""
+        """Arguments of `formats.first_stamp` after the path."""
         return layout_of(self.rig)
 
 
@@ -106,7 +106,7 @@ class SlowLog:
 
 @dataclass(eq=False)
 class _Slow:
-    """What is known about a slow log: itself while it is in memory, and why it cannot be read."""
+    """What is known about a slow log: the log itself while it is in memory, and why it cannot be read."""
 
     source: Source
     log: SlowLog | None = None
@@ -114,9 +114,9 @@ class _Slow:
 
 
 class SlowLogs:
-    """The slow logs of a well, of which few are in memory at once.
+    """The slow logs of a well, only a few of which are in memory at once.
 
-    channels : that any of them holds
+    channels : channels that any of them holds
     """
 
     def __init__(self, sources: Sequence[Source] = (), known: Known = _found_now) -> None:
@@ -126,15 +126,15 @@ class SlowLogs:
         self._held: list[_Slow] = []
 
     def around(self, first: int, last: int) -> list[SlowLog]:
-        """Those that cover some of a time (ns), should their clocks be an hour off."""
+        """Slow logs that cover part of a time span (ns), even if their clocks are an hour off."""
         return [self._read(slow) for slow in self._of(first, last)]
 
     def files_around(self, first: int, last: int) -> list[Path]:
-        """Files of these logs."""
+        """Files of these slow logs."""
         return [slow.source.path for slow in self._of(first, last)]
 
     def problems(self, times: Sequence[tuple[int, int]]) -> list[LogError]:
-        """Slow logs that cannot be read, and those that are of the time of no fast log (first and last stamp, ns)."""
+        """Slow logs that cannot be read, and those that overlap no fast log (first and last stamp of each, ns)."""
         remedy = "List a log with the sweep at that time, or take this one out of the logs sheet"
         used = {slow for first, last in times for slow in self._of(first, last)}
         found = list[LogError]()
@@ -174,17 +174,17 @@ class SlowLogs:
 
 
 def sources(logs: Sequence[Path], rig: Rig, known: Known = _found_now) -> tuple[list[Source], SlowLogs]:
-    """The logs that hold the sweep, one a file, and the slow ones, which hold other channels only.
+    """The logs that hold the sweep, one per file, and the slow ones, which hold other channels only.
 
-    Without any log with a sweep all are taken for such, so that each is told what it lacks; so is one that cannot be
-    read, or holds no channel at all.
+    Without a sweep in any log, all are taken as fast ones, so that each is reported with what it lacks; so is one that
+    cannot be read, or holds no channel at all.
     """
     fast, slow = list[Source](), list[Source]()
     for path in logs:
         own = rig.for_log(path)
         try:
             tables: list[tuple[str, list[Channel]]] = known("tables", path, functools.partial(_tables, path, own))
-        except Exception:  # told when the log is read
+        except Exception:  # reported when the log is read
             fast.append(Source(path, own, frozenset()))
             continue
         with_sweep = [(table, channels) for table, channels in tables if "torque_sweep" in channels]
@@ -264,14 +264,14 @@ def _check_complete(channels: Mapping[str, Array], path: Path) -> None:
 
 
 def _sampled_together(log: SlowLog, at: Integers) -> bool:
-    """Whether a log holds a sample at nearly each of some times."""
+    """Whether a log holds a sample at nearly each of the given times."""
     behind = np.clip(np.searchsorted(log.stamps, at), 1, log.stamps.size - 1)
     apart = np.minimum(np.abs(log.stamps[behind] - at), np.abs(log.stamps[behind - 1] - at))
     return bool(np.mean(apart <= _SAME_TIME_NS) > 0.5)
 
 
 def _interpolated(log: SlowLog, values: Array, at: Integers) -> Array:
-    """A slow channel at some times, NaN where its samples are too far apart, in its own precision, shape (row,)."""
+    """A slow channel at given times, NaN where its samples are too far apart, of its own precision, shape (row,)."""
     good = np.isfinite(values)
     if np.sum(good) < 2:
         return np.full(at.size, np.nan, dtype=values.dtype)

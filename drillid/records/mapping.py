@@ -14,7 +14,7 @@ from drillid.records.grid import Note
 from drillid.units import to_si_factor
 
 _SAME_UNIT = 1e-6
-"""Relative difference of units below which they are one."""
+"""Relative difference below which two units are the same."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Mapping:
     """Channels of one log.
 
     columns : column and unit of each channel that the log holds
-    by_mnemonic : those of them that the rig description does not name
+    by_mnemonic : those that the rig description does not name
     time : how its times are stated
     dialect : how it is laid out
     notes : what was decided
@@ -44,17 +44,17 @@ class Mapping:
 
 
 def time_of(clock: Clock) -> TimeColumn:
-    """The rig description's times as readers of logs take them."""
+    """The rig description's times in the form that log readers take."""
     return TimeColumn(clock.column, clock.date, clock.zone, clock.format, clock.unit, clock.start)
 
 
 def dialect_of(file: LogFile) -> Dialect:
-    """The rig description's layout of logs as their readers take it."""
+    """The rig description's layout of logs in the form that their readers take."""
     return Dialect(**file.model_dump(exclude={"ignore_units"}))
 
 
 def layout_of(rig: Rig) -> tuple[TimeColumn, str, Dialect, list[str]]:
-    """What `formats.first_stamp` takes behind the path of a log; the columns are those by which a table is chosen."""
+    """Arguments of `formats.first_stamp` after the path of a log; the columns are those by which a table is chosen."""
     return time_of(rig.time), rig.time.zone, dialect_of(rig.file), _names(rig)
 
 
@@ -146,7 +146,7 @@ def _factor(unit: str, name: Channel) -> float | None:
 def _by_mnemonic(
     name: Channel, header: Header, taken: dict[Channel, MappedColumn], path: Path
 ) -> tuple[MappedColumn | None, list[Note]]:
-    """The column that WITS calls so, where its unit is known and no other channel has it; and a note."""
+    """The column with the channel's WITS mnemonic, where its unit is known and no other channel has it; and a note."""
     used = {column_in(header, column.column) for column in taken.values()}
     named = surely(name, header.columns) or surely(name, header.aliases)
     found = None if named is None else column_in(header, named)

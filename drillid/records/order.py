@@ -1,4 +1,4 @@
-"""Rows of a log in order of time: stamps that no rig wrote, stray stamps, repeated rows, shuffled rows."""
+"""Rows of a log in order of time: impossible stamps, stray stamps, repeated rows, shuffled rows."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _NS_PER_S = 1_000_000_000
 FIRST_YEAR, LAST_YEAR = 1980, 2100
 """No digital recorder stamped earlier; zeroed bytes read as 1970, counts in a wrong unit as 1970 or the far future."""
 _STRAY_ROWS = 20
-"""Stamps of up to so many rows in a row that are far off those on either side are damaged."""
+"""Runs of up to this many stamps that are far off those on either side are damaged."""
 _STRAY_S = 60.0
-"""Deviation from the stamps around from which a stamp is stray, s; clocks that are merely late stay."""
+"""Deviation from the surrounding stamps beyond which a stamp is stray, s; clocks that are merely late are kept."""
 _SHUFFLED = 0.05
 """Share of rows that are followed by an earlier one, above which their order is not that of time."""
 _DEEP = 1.5
-"""Intervals between a row and an earlier one behind it that no jitter of stamps explains."""
+"""Step back in time from a row to a later one, in intervals, that no jitter of stamps explains."""
 _SORTABLE = 0.2
 """Largest share of rows within half an interval of another once sorted; beyond it stamps do not give an order."""
 

@@ -1,7 +1,8 @@
 """Logs that an earlier run placed in the records: those that have not changed are not read again.
 
 What becomes of a log follows from the log itself and from the end of the log before it, which it continues. So each has
-a key of these two, and a log that comes late between others has only those read again behind which it changes the end.
+a key of these two, and after a log that arrives late between others, only those are read again for which it changes
+that end.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from drillid.records.grid import End
 class PlacedLog:
     """What became of one log.
 
-    state : of its file
+    state : state of its file
     key : hash of its samples; empty where it is not used
     first, samples : its place in the records
-    end : where the next log may continue; None as long as no log is used
+    end : where the next log may continue; None until a log is used
     """
 
     state: str
@@ -39,25 +40,25 @@ class PlacedLog:
     end: End | None
     problems: tuple[Problem, ...]
     unforeseen: bool = False
-    """Whether the program is at fault, so that it is tried again."""
+    """Whether the program is at fault, so that the log is tried again."""
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:
-        """From what JSON holds of it."""
+        """The placed log from its JSON content."""
         end, problems = content["end"], tuple(Problem(**row) for row in content["problems"])
         end = None if end is None else End(end["rate"], end["time"], tuple(end["stamps"]))
         return cls(**{**content, "end": end, "problems": problems})
 
 
 def file_states(paths: Sequence[Path]) -> dict[Path, str]:
-    """Name, size and time of each file, which any replacement of it changes; empty of one that is not there."""
+    """Name, size and time of each file, which change with any replacement of it; empty where there is no file."""
     return {path: _local_state(path) if url_of(path) is None else "" for path in paths} | {
         path: f"{path} {state}" if state else "" for path, state in states(paths).items()
     }
 
 
 def distinct_names(paths: Iterable[Path]) -> dict[Path, str]:
-    """Names of logs; of those that have one name, with as many of their folders as tell them apart."""
+    """Names of logs; those of the same name are given as many of their folders as distinguish them."""
     paths = list(paths)
     ends = Counter(end for path in paths for end in _ends(path))
     return {path: next((end for end in _ends(path) if ends[end] == 1), str(path)) for path in paths}
@@ -97,14 +98,14 @@ class EarlierLogs:
         entries = [entry for entry in memo.earlier.values() if isinstance(entry, dict)]
         placed_before = {entry["state"] for entry in entries if "state" in entry}
         self.kept = 0 if placed_before.intersection(behind.values()) else kept
-        """Samples with which earlier and new records begin, unless others of the earlier ones may be needed again."""
+        """Samples with which earlier and new records begin; 0 if others of the earlier ones may be needed again."""
 
     def key(self, path: Path, end: End | None) -> str:
         """Key of what becomes of a log that continues a given end."""
         return self._memo.key("log", self._logs[path], end and asdict(end))
 
     def unchanged(self, path: Path, end: End | None) -> PlacedLog | None:
-        """The log as it was placed; None where it or the end that it continues has changed, or it was not there."""
+        """The log as placed before; None where it or the end that it continues has changed, or it was not there."""
         content = self._memo.earlier.get(self.key(path, end))
         if content is None or self._records is None or not self._logs[path]:
             return None

@@ -1,6 +1,6 @@
 """What a log's channels can be: bounds from physics and from drilling practice in general, each with its reason.
 
-A value outside a `Range` is none; a channel most of whose values lie outside is not used. A `Check` compares a
+A value outside its `Range` counts as missing; a channel with most values outside is not used. A `Check` compares a
 statistic of one or several channels with what is usual, outside of which the log is questioned, and with what is
 possible, outside of which it is refused, since either channel may be the wrong one. No bound is taken from any well.
 """
@@ -24,9 +24,9 @@ from drillid.units import RPM, to_si_factor
 
 _ANY = (-math.inf, math.inf)
 _IMPOSSIBLE_SHARE = 0.2
-"""Share of a channel's values, zeros left out, from which impossible ones condemn the channel: its unit is wrong."""
+"""Share of impossible values in a channel, zeros left out, from which the channel is rejected: its unit is wrong."""
 _FEW_CODES = 3
-"""So many different impossible values are codes of the recorder for missing ones, whatever their share."""
+"""Up to this many different impossible values are codes of the recorder for missing ones, whatever their share."""
 _FT_LBF = 1.3558179483
 """N m."""
 
@@ -38,7 +38,7 @@ class Range:
     possible : least and largest value
     usual : least and largest level while the string turns, for weight while the hole deepens, for the sweep its root
         mean square while it is on
-    typical : a usual level, by which the unit is guessed that was probably meant
+    typical : a usual level, from which the unit that was probably meant is guessed
     """
 
     possible: tuple[float, float]
@@ -84,12 +84,12 @@ class Check:
     """One check of a log.
 
     name : short name
-    channels : those it needs
-    statistic : its value, None where the log does not show it
+    channels : channels that it needs
+    statistic : gives its value, None where the log does not show it
     usual, possible : bounds of the value
     what : what is wrong outside of them, with {value} and {at}
     remedy : what the user can do about it
-    reason : why these bounds
+    reason : reason for these bounds
     """
 
     name: str
@@ -262,7 +262,7 @@ CHECKS = (
 
 
 def possible_values(name: Channel, values: Array, column: MappedColumn, where: str) -> tuple[Array | None, list[Note]]:
-    """A channel without the values that are none; nothing where most of them are none.
+    """A channel without its impossible values; None where most of them are impossible.
 
     Parameters
     ----------

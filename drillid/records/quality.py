@@ -12,7 +12,7 @@ _WIDEST_SPIKE = 3
 _NEIGHBOURS = 2
 """Good samples on either side from which a spike's true value is interpolated."""
 _ROUNDING = 1e-9
-"""Relative difference of two ways to compute a cubic, far above what rounding makes."""
+"""Relative difference of two ways to compute a cubic that is far above rounding."""
 _LOCAL_S = 2.0
 """Interval over which a signal's roughness is taken as constant, s."""
 _MEDIAN_DEGREES = 0.18
@@ -71,7 +71,7 @@ def spikes(signal: Floats, rate: float, error_rate: float) -> Booleans:
 def _beyond_neighbours(signal: Floats, suspects: Integers) -> Booleans:
     """Whether one to three samples from a suspect on may deviate by more than their neighbours' range, shape (3, time).
 
-    It leaves out what is within it for certain, as most suspects are, because to fit each takes its time.
+    Those certainly within it, as most suspects are, are left out, because fitting each takes time.
     """
     possible = np.zeros((_WIDEST_SPIKE, signal.size), dtype=bool)
     near = np.unique(np.concatenate([suspects + step for step in range(_NEIGHBOURS)]))

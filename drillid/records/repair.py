@@ -103,7 +103,7 @@ class Repair:
         self._note_gaps(seconds, places, "after", "No samples are stored there; check the recorder if this recurs")
 
     def _note_gaps(self, seconds: Floats, places: list[int], preposition: str, remedy: str) -> None:
-        """A row each, or one row where there are more than a few."""
+        """A note for each, or one note where there are more than a few."""
         if len(places) > MOST_APART:
             lengths = (
                 f"{len(places)} gaps of {seconds.min():.1f} to {seconds.max():.1f} s, {seconds.sum():.1f} s in all"

@@ -1,8 +1,8 @@
-"""What of a channel is too rough for its own band, and what rows that are not in step with the control make of it.
+"""The part of a channel that is too rough for its own band, and what rows out of step with the control make of it.
 
-Where the control reads every h seconds and a row is written every T, a row falls at a fraction of the control's
-interval that is a sawtooth in time of period h, read every T. A row that holds the last sample is off by its age times
-the slope; one on a line between two samples is off by what the line leaves of the curvature.
+Where the control samples every h seconds and a row is written every T, the place of a row within the control's
+interval is a sawtooth in time of period h, sampled every T. A row that holds the last sample is off by its age times
+the slope; one on a line between two samples is off by the curvature that the line misses.
 """
 
 from __future__ import annotations
@@ -16,50 +16,50 @@ from scipy.fft import irfft, rfft, rfftfreq
 from drillid.arrays import Complex, Floats, Integers
 
 _MOST_POWER, _SMOOTH, _ROUGH = 0.98, 1.25, 1.5
-"""Share of a channel's power that lies below its highest frequency; how far above that it is smooth, and from where it
-is rough. Between the two it is in part either, so that jumps of a torque ring briefly."""
+"""Share of a channel's power that lies below its highest frequency; multiples of that up to which it is smooth, and
+from which it is rough. Between the two it is partly each, so that jumps of a torque ring only briefly."""
 _USUAL = 0.95
-"""Quantile of a derivative's square up to which it counts."""
+"""Quantile at which the square of a derivative is limited."""
 _BLOCKS = 128
-"""Parts of a record whose misfits are compared, so that a jump of the torque disturbs some of them alone."""
+"""Number of parts of a record whose misfits are compared, so that a jump of the torque disturbs only some of them."""
 TAPERED = 0.02
-"""Share of the record at either end that is tapered."""
+"""Share of the record that is tapered at either end."""
 _LEAST_SHARE, _SURE = 0.5, 3.0
-"""Share of the expected roughness that another channel must have, within so many standard errors."""
+"""Least share of the expected roughness in another channel, and the standard errors that it is allowed."""
 
 
 class Kind(NamedTuple):
-    """How a row follows from the samples about it."""
+    """How a row follows from the samples around it."""
 
     order: int
-    """Of the derivative that its error is proportional to."""
+    """Order of the derivative to which its error is proportional."""
     error: Callable[[Floats, float], Floats]
-    """Error per derivative at fractions (row,) of an interval, both in rows."""
+    """Error per unit of the derivative, from the fractions (row,) of the interval and the interval in rows."""
     turn: float
-    """Phase of the error's harmonics at the first sample, in turns: that of a cosine is zero."""
+    """Phase of the error's harmonics at the first sample, in turns; zero for a cosine."""
     longest: float
-    """Rows, interval beyond which the samples show themselves."""
+    """Interval beyond which the rows show the samples directly, rows."""
     even: float
-    """Error per derivative below which rows are as good as even."""
+    """Error per unit of the derivative below which rows count as even."""
 
 
 HELD = Kind(1, lambda fraction, interval: (0.5 - fraction) * interval, -0.25, 1.0, 0.01)
-"""The last sample; relative to its mean age."""
+"""Rows that hold the last sample; errors are relative to its mean age."""
 ON_LINES = Kind(2, lambda fraction, interval: fraction * (1 - fraction) * interval**2 / 2, 0.5, 2.0, 0.006)
-"""The line from the last sample to the next."""
+"""Rows on the line from the last sample to the next."""
 
 
 class Step(NamedTuple):
-    """How the control steps past the rows."""
+    """Step of the control relative to the rows."""
 
     frequency: float
-    """Samples a row."""
+    """Samples per row."""
     phase: float
     """Fraction of the interval at which the first row falls."""
 
     @property
     def interval(self) -> float:
-        """Rows between samples."""
+        """Interval between samples, rows."""
         return 1 / self.frequency
 
     def fraction(self, rows: int) -> Floats:
@@ -68,17 +68,17 @@ class Step(NamedTuple):
 
 
 def rough_share(frequency: Floats, highest: float) -> Floats:
-    """Share (line,) of a channel that is too rough for a band up to the highest frequency, cycles a row."""
+    """Share (line,) of each spectral line that is too rough for a band up to `highest`; both cycles per row."""
     place = (frequency / max(highest, np.finfo(float).tiny) - _SMOOTH) / (_ROUGH - _SMOOTH)
     return np.asarray(np.sin(np.pi / 2 * np.clip(place, 0.0, 1.0)) ** 2, dtype=float)
 
 
 class Roughness:
-    """What of a channel (time,) is too rough for its band, and the derivative within it that a row's error goes with.
+    """The part of a channel (time,) too rough for its band, and the derivative within it that sets the rows' errors.
 
     Parameters
     ----------
-    highest : cycles a row, of the band; by default that of the channel itself
+    highest : highest frequency of the band, cycles per row; by default that of the channel itself
     """
 
     def __init__(self, channel: Floats, kind: Kind, highest: float | None = None) -> None:
@@ -100,31 +100,31 @@ class Roughness:
 
     @property
     def unevenness(self) -> float:
-        """Root mean square of the rows' errors per derivative, in the median over the parts; 0 where the channel has no
-        band of its own.
+        """Root mean square of the rows' errors per unit of the derivative, median over the parts; 0 where the channel
+        has no band of its own.
         """
         steep = self._in_blocks(self.derivative)
         inside = steep > 0
         return float(np.sqrt(np.median(self.power[inside] / steep[inside]))) if inside.any() else 0.0
 
     def errors(self) -> Floats:
-        """Apparent error (time,) of each row per derivative, weighted with its square, of which jumps have no more than
-        other rows.
+        """Apparent error (time,) of each row per unit of the derivative, weighted with its square, which is limited so
+        that jumps weigh no more than other rows.
         """
         share = self.rough / np.where(self.derivative == 0, np.inf, self.derivative)
         weight = np.minimum(self.derivative**2, np.quantile(self.derivative**2, _USUAL))
         return np.asarray(np.clip(share, -0.5, 0.5) * weight, dtype=float)
 
     def misfit(self, step: Step) -> float:
-        """Mean over the parts of what such steps leave of the roughness, as a share of it."""
+        """Share of the roughness that such steps leave unexplained, mean over the parts."""
         return float(np.minimum(self._misfits(step), 1.0).mean())
 
     def median_misfit(self, step: Step) -> float:
-        """Median over the parts of the same."""
+        """The same share, median over the parts."""
         return float(np.median(self._misfits(step)))
 
     def contradicts(self, step: Step) -> bool:
-        """Whether the channel surely has less than half of the roughness that such steps would make."""
+        """Whether the channel certainly has less than half of the roughness that such steps would make."""
         expected, starts = self._expected(step), self._starts()
         power, product = (np.add.reduceat(expected * series, starts) for series in (expected, self.rough))
         share = product.sum() / max(power.sum(), np.finfo(float).tiny)

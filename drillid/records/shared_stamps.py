@@ -1,4 +1,4 @@
-"""Rows that share a stamp, as recorders write them whose stamps are coarser than their samples."""
+"""Rows that share a stamp, as written by recorders whose stamps are coarser than their samples."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 from drillid.arrays import Booleans, Floats, Integers
 
 _SHARED = 0.45
-"""Share of rows with the stamp of the row before, from which stamps are coarser than the samples."""
+"""Share of rows with the stamp of the row before above which stamps are coarser than the samples."""
 _FEWEST_STAMPS = 10
-"""Different stamps that show a regular number of rows each."""
+"""Least number of different stamps that show a regular number of rows each."""
 _LONGEST_NS = 60_000_000_000
-"""Longest time from a stamp to the next, within which rows are taken to be even."""
+"""Longest time from one stamp to the next over which rows are taken to be evenly spaced."""
 _REGULAR, _OFF = 0.9, 0.02
 """Share of the stamps that must have the usual number of rows, to within one row or this part of it."""
 _WHOLE = 0.5
@@ -19,10 +19,10 @@ _WHOLE = 0.5
 
 
 def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) -> tuple[Integers, int]:
-    """Stamps with the rows of each spaced evenly up to the next one, and the usual number of rows of one.
+    """Stamps with the rows of each spaced evenly up to the next one, and the usual number of rows per stamp.
 
-    Stamps as they are, and 0, where they are fine enough, no number of rows is usual, or rows of one stamp are one
-    sample: copies, or its channels one by one.
+    The stamps are unchanged, with 0, where they are fine enough, no number of rows is usual, or the rows of one stamp
+    are a single sample: copies, or its channels one by one.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
 
 
 def shared_note(usual: int) -> tuple[str, str]:
-    """That rows are spaced so, and the remedy."""
+    """A note that rows are spaced evenly, with its remedy."""
     what = f"{usual} rows share each stamp, and are spaced evenly up to the next one"
     return what, "Export stamps with fractions of a second where the recorder has them"
 
@@ -65,7 +65,7 @@ def _draw_lines(
 ) -> None:
     """Give rows of successive stamps with a usual number of rows each the times of a regular clock, where these fit.
 
-    That keeps a clock regular whose rate is no whole number of rows a stamp.
+    This keeps a clock regular whose rate is not a whole number of rows per stamp.
 
     Parameters
     ----------

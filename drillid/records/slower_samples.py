@@ -1,5 +1,5 @@
-"""Rows that show the samples of a control that is not in step with them, as the samples themselves: held, on lines
-between slower samples, or each the last one of a faster control.
+"""Samples of a control from rows that are not in step with it: rows that hold its samples, that lie on lines between
+slower samples, or that each show the last sample of a faster control.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from drillid.records.interpolated_rows import line_samples
 from drillid.records.uneven_rows import aged_samples, off_their_lines
 
 _DEGREE = 5
-"""Of the spline through the samples: at a fifth of their rate its gain is right to 1e-4."""
+"""Degree of the spline through the samples; at a fifth of their rate its gain is right to 1e-4."""
 
 
 class Released(NamedTuple):
     """Channels on smooth curves through the samples that their rows show."""
 
     channels: Floats
-    """(channel, time); as they are where the rows are even."""
+    """(channel, time); unchanged where the rows are even."""
     interval: float
-    """s, between the control's samples; NaN where the rows do not show it."""
+    """Interval between the control's samples, s; NaN where the rows do not show it."""
 
 
 def released(channels: Floats, rate: float) -> Released:
     """Channels of a record whose rows are not in step with the control, on a smooth curve through its samples.
 
-    Rows that hold samples of another rate have different ages, which repeats the spectrum of the signals at other
-    frequencies; so do rows on lines between them.
+    Rows that hold samples of another rate have varying ages, which repeats the spectrum of the signals at other
+    frequencies; so do rows on lines between samples.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def released(channels: Floats, rate: float) -> Released:
 
 
 def _right(channels: Floats) -> tuple[Floats, float] | None:
-    """Channels (channel, time) set right, and the control's interval in rows; None where there is nothing to mend."""
+    """Corrected channels (channel, time), and the control's interval in rows; None where nothing is to be corrected."""
     shown = _samples(channels)
     if shown is None:
         return off_their_lines(channels)
@@ -62,11 +62,11 @@ class _Samples(NamedTuple):
     samples: Floats
     """(channel, sample)."""
     interval: float
-    """Of the control, rows."""
+    """Interval between the control's samples, rows."""
 
 
 def _samples(channels: Floats) -> _Samples | None:
-    """The samples that the rows hold, or on whose lines they lie; None where they show none."""
+    """The samples that the rows hold, or between which they lie on lines; None where the rows show no samples."""
     held = held_samples(channels)
     if held is not None:
         places, rows = held

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 _PIECE = 1_200_000
-"""Samples written at once, a whole number of the store's chunks."""
+"""Number of samples written at once, a whole number of the store's chunks."""
 _FAILS_THE_JOB = (OSError, MemoryError)
-"""Faults of the machine and not of a log; readers turn those of reading a file into `LogError`."""
+"""Faults of the machine rather than of a log; readers turn those of reading a file into `LogError`."""
 _NO_SLOW_LOGS = SlowLogs()
 _RATE_TOLERANCE = 0.01
 """Largest relative deviation of the rate of a log's stamps from the nominal rate."""
@@ -102,7 +102,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
 
 def _known(memo: Memo, states: Mapping[Path, str], kind: str, path: Path, find: Callable[[], Any]) -> Any:
-    """A finding about a file that an earlier run made while the file was as it is now, else found anew."""
+    """A finding about a file, from an earlier run if the file has not changed since, else found anew."""
     return memo.result(memo.key(kind, states[path]), find) if states[path] else find()
 
 
@@ -144,7 +144,7 @@ def _logs_dataset(logs: Sequence[tuple[str, PlacedLog]]) -> xr.Dataset:
 
 
 def _in_time_order(logs: Sequence[Source], known: Known) -> tuple[dict[Path, int], list[Problem]]:
-    """First stamps (ns) of the logs in order of them, and problems of those whose time cannot be read."""
+    """First stamps (ns) of the logs in their order, and problems of those whose time cannot be read."""
     starts, problems = [], []
     for log in logs:
         try:
@@ -162,7 +162,7 @@ def _start(log: Source) -> int:
 
 
 def _refusal(path: Path, error: Exception) -> Problem:
-    """The row of a log that is not used; of one that nobody foresaw, with the place in the library."""
+    """The problem of a log that is not used; for an unforeseen error, with the place in the library."""
     if isinstance(error, DrillidError):
         return Problem(error.where, error.what, error.remedy)
     place = place_in_library(error)
@@ -252,7 +252,7 @@ def regular_record(
 
 
 def _placed(log: dict[str, Array], ticks: Ticks, grid: Grid, path: Path) -> list[Note]:
-    """Omit channels of which hardly a value has a place on the grid, and note them."""
+    """Omit channels with hardly any value on the grid, and note them."""
     notes = []
     for name in list(log):
         if np.sum(np.isfinite(log[name][ticks.rows[grid.first]])) < FEWEST_ROWS:

@@ -1,7 +1,7 @@
-"""Rows that each show the samples of a control that is not in step with them, at an interval that no row repeats.
+"""Rows that each show samples of a control that is not in step with them, at an interval at which no row is repeated.
 
-What of the injected torque is too rough for its own band is the rows' error, see `drillid.records.roughness`: the
-interval is that at which such errors fit.
+The part of the injected torque that is too rough for its own band is the rows' error, see `drillid.records.roughness`:
+the interval is the one at which such errors fit.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from drillid.arrays import Floats
 from drillid.records.roughness import HELD, ON_LINES, TAPERED, Kind, Roughness, Step, rough_share
 
 _LEAST_ROWS = 256
-"""Of a record whose interval is sought."""
+"""Least number of rows of a record whose interval is sought."""
 _PADDED = 4
-"""Finer than a record's own resolution by this factor is the spectrum in which the interval is sought."""
+"""Factor by which the spectrum in which the interval is sought is finer than the record's own resolution."""
 _SHORTEST, _HARMONICS = 0.2, 4
-"""Rows, shortest interval that is sought, and harmonics of its rate of which the strongest line may be one."""
+"""Shortest interval that is sought, rows, and highest harmonic of its rate that the strongest line may be."""
 _LOWEST = 0.004
-"""Cycles a row, lowest frequency of that line."""
+"""Lowest frequency of that line, cycles per row."""
 _CLEAR = 150.0
-"""Its power relative to the mean: noise and rounding have up to 40, rows out of step from 600 on."""
+"""Least power of that line relative to the mean: noise and rounding reach up to 40, rows out of step 600 or more."""
 _PART, _FEW = 8, 5
-"""Part of the record, one in so many, in which steps are compared, and the number of those compared over all of it."""
+"""Part of the record, one in this many, in which steps are compared, and number of those compared over all of it."""
 _TOLD = 0.1
-"""Largest misfit relative to that of even rows, in the median over the parts, at which an interval is believed."""
+"""Largest misfit relative to that of even rows, median over the parts, at which an interval is accepted."""
 
 
 def aged_samples(channels: Floats) -> tuple[Floats, float] | None:
@@ -33,7 +33,7 @@ def aged_samples(channels: Floats) -> tuple[Floats, float] | None:
 
     Parameters
     ----------
-    channels : shape (channel, time), finite, all recorded alike; the first is that with the least noise
+    channels : shape (channel, time), finite, all recorded alike; the first is the one with the least noise
     """
     from scipy.signal import detrend
 
@@ -41,13 +41,13 @@ def aged_samples(channels: Floats) -> tuple[Floats, float] | None:
     if found is None:
         return None
     step, rows = found[0], channels.shape[1]
-    # the roughness does not tell a slow change of all ages, which would be a drift of the clock
+    # the roughness does not show a slow change of all ages, which would be a drift of the clock
     return np.arange(rows) - detrend(step.fraction(rows) * step.interval), step.interval
 
 
 def off_their_lines(channels: Floats) -> tuple[Floats, float] | None:
-    """Channels of rows on lines between samples less what the lines leave of their curves, and the control's interval
-    in rows; None where rows are on no such lines.
+    """Channels corrected for the curvature that rows on lines between samples miss, and the control's interval in rows;
+    None where rows are not on such lines.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def off_their_lines(channels: Floats) -> tuple[Floats, float] | None:
 
 
 def _curvature(channel: Floats, highest: float) -> Floats:
-    """Second derivative (row,) of a channel's content up to a frequency, cycles a row."""
+    """Second derivative (row,) of a channel's content up to a frequency, cycles per row."""
     ends = max(1, round(TAPERED * channel.size))
     lines = rfft(np.pad(channel, ends, "reflect", reflect_type="odd"))
     frequency = rfftfreq(channel.size + 2 * ends)
@@ -72,7 +72,7 @@ def _curvature(channel: Floats, highest: float) -> Floats:
 
 
 def _step(channels: Floats, kind: Kind) -> tuple[Step, float] | None:
-    """How the control steps past rows of a kind, and the highest frequency of the first channel, cycles a row; None
+    """Step of the control relative to rows of a kind, and highest frequency of the first channel, cycles per row; None
     where rows are even, or not all channels are of this kind.
     """
     from scipy.optimize import minimize
@@ -100,7 +100,7 @@ def _step(channels: Floats, kind: Kind) -> tuple[Step, float] | None:
 
 
 def _start(channel: Floats, rough: Roughness) -> Step | None:
-    """The likely step that fits best, of the few that do where the derivative is largest; None where none is likely."""
+    """The likely step that fits best, of the few that fit best where the derivative is largest; None without any."""
     likely = _likely(rough)
     if not likely:
         return None

@@ -30,12 +30,12 @@ class DistortionLevels:
     """(band + 1,) Hz."""
     response: Floats
     noise: Floats
-    """Of the mean of all periods."""
+    """Noise in the mean of all periods."""
     even: Floats
-    """Of even order, in excess of the noise; 0 where there is no excess, NaN in bands of too few lines."""
+    """Even-order distortion in excess of the noise; 0 where there is no excess, NaN in bands of too few lines."""
     odd: Floats
     even_detected: Booleans
-    """At the error rate, shared among bands and orders."""
+    """Whether even-order distortion is detected, at the error rate shared among bands and orders."""
     odd_detected: Booleans
 
 

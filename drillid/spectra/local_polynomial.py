@@ -20,11 +20,11 @@ from drillid.spectra.cross_spectra import Spectra
 from drillid.spectra.noise import autoregressive_level, bands, burst_weights
 
 _ORDER = 2
-"""Of the polynomials of response and transient."""
+"""Order of the polynomials of response and transient."""
 _DENOMINATOR = 2
 """Order of the denominator of the local rational method."""
 _ITERATIONS = 4
-"""Of the rational method, each with the output fitted by the previous one."""
+"""Iterations of the rational method, each with the output fitted by the previous one."""
 _RATIONAL_RATE = 0.01
 """Share of frequencies without resonance at which the rational method may be chosen."""
 _RIDGE = 1e-13

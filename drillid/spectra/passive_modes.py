@@ -21,7 +21,7 @@ _LEAST_LINES = 12
 _ERROR_RATE = 0.01
 """Probability that a record whose spectrum is smooth shows any mode."""
 _FREE = 3
-"""What is free in a peak at least: its place, width and height."""
+"""Least number of free quantities of a peak: its place, width and height."""
 _BACKGROUND = 3
 """Degree of the polynomial of the smooth background."""
 _STEPS = 60
@@ -84,7 +84,7 @@ def passive_modes(speed: Floats, rate: float, band: tuple[float, float]) -> Pass
     if not clear.any():
         return PassiveModes(*np.empty((4, 0)))
     try:
-        # humps that chance makes as well are fitted, as what they may be biases their neighbours, and are not told
+        # humps that chance may also make are fitted, as they may bias their neighbours, but are not returned
         modes, errors = _modes(frequency, power, peaks)
     except EstimationError:
         peaks = [peak for peak, is_clear in zip(peaks, clear, strict=True) if is_clear]

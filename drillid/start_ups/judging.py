@@ -51,7 +51,7 @@ def held_out_errors(model: StartUpModel, log: MeasuredStartUp, seen: float) -> F
 
 
 def gain(before: Floats, after: Floats) -> PredictiveGain:
-    """What the second of two models saves in the mean over blocks; none is certain of fewer than three blocks."""
+    """Mean saving of the second of two models over blocks; its standard error is infinite below three blocks."""
     saved = before - after
     if saved.size < _LEAST_BLOCKS:
         return PredictiveGain(float(saved.mean()), np.inf, saved.size)

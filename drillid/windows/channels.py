@@ -10,7 +10,7 @@ import xarray as xr
 from drillid.arrays import Floats
 
 CHANNELS = ("torque_sweep", "speed", "torque_command")
-"""Channels that the responses of a window come from."""
+"""Channels from which the responses of a window are estimated."""
 _FIRST_SAMPLES = 1000
 
 

@@ -14,7 +14,7 @@ from drillid.records.quality import runs
 NEEDED = ("speed", "torque_sweep", "hole_depth")
 """Channels without which the state is unknown."""
 _SMOOTHING_S = 2.0
-"""Running medians over this time; they do not shift a change of state."""
+"""Time of the running medians, which do not shift a change of state, s."""
 _SWEEP_S = 5.0
 """A sweep is visible in any interval of this length, s."""
 _SWEEP_SHARE = 0.05

@@ -51,12 +51,12 @@ class Segment:
 
     @classmethod
     def of(cls, content: Sequence[Any], offset: int) -> Self:
-        """From what JSON holds of it, its samples counted from `offset`."""
+        """The segment from its JSON content, its samples counted from `offset`."""
         state, stuck, gap, first, stop, *rest = content
         return cls(RigState(state), stuck, gap, first + offset, stop + offset, *rest)
 
     def content(self, offset: int) -> list[Any]:
-        """What JSON holds of it."""
+        """The segment's content for JSON, its samples counted from `offset`."""
         state, stuck, gap, first, stop, *rest = astuple(self)
         return [int(state), stuck, gap, first - offset, stop - offset, *rest]
 

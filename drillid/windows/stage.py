@@ -41,13 +41,13 @@ _PLACE = ("first_sample", "samples")
 _REMAINDER, _REPAIRED, _USED = range(3)
 _OF_WINDOW = ["hole_depth", "bit_depth", "weight_on_bit", "flow", "standpipe_pressure", *CHANNELS, "flags", "time"]
 _BLOCK = 250_000
-"""Samples that are in memory at once, but for a window that is longer."""
+"""Number of samples in memory at once, except for a window that is longer."""
 _STEADY_S = 60.0
 """Where no set point is logged, it is replaced by the mean speed over this time, s."""
 
 
 def process(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
-    """Write states, windows and segments of a well; what comes from logs that have not changed is taken over."""
+    """Write states, windows and segments of a well; results from logs that have not changed are reused."""
     records, logs = folders.read("records", "records"), folders.read("records", "logs").load()
     rate, memo = sample_rate(records), Memo(folders, "windows")
     parts = _log_segments(records, logs, rate, folders, memo, settings.windows)
@@ -167,9 +167,9 @@ def _reason(label: int, seconds: float, share: float, settings: WindowsSettings)
 def _loaded(
     records: xr.Dataset, places: Sequence[tuple[int, int]]
 ) -> Iterator[tuple[tuple[int, xr.Dataset], tuple[int, int]]]:
-    """Places of windows, each with the samples in memory that hold it, and the place of their first.
+    """Places of windows, each with the samples in memory that hold it, and the place of the first of these.
 
-    Windows beside each other are read together, as a file costs much more than the samples that are taken from it.
+    Neighbouring windows are read together, as opening a file costs much more than the samples that are taken from it.
     """
     block, end = (0, records), 0
     for place in places:

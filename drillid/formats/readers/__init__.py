@@ -1,1 +1,1 @@
-"""Readers, one a format: a module with `SUFFIXES`, `headers` and `read_columns` each."""
+"""Readers, one per format: each a module with `SUFFIXES`, `headers` and `read_columns`."""

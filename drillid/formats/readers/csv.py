@@ -45,7 +45,7 @@ def read_columns(
 ) -> Any:
     """The columns as an Arrow table; a numeric column with a cell that is not a number stays text.
 
-    Lines without data, which spoil the types of columns, are sought where these are not what they should be.
+    Lines without data, which spoil the types of columns, are searched for where a type is not the expected one.
     """
     import pyarrow as pa
 
@@ -95,9 +95,9 @@ def _lines_without_data(
 
 
 def _rows(path: Path, layout: TextLayout, width: int, comments: list[int]) -> Iterator[tuple[int, list[str], bool]]:
-    """Lines with something in them behind the header, their cells, and whether they are not cut by the file's end.
+    """Non-empty lines behind the header, their cells, and whether they are complete, not cut by the file's end.
 
-    Comments are not among them; their lines are added to `comments`.
+    Comments are left out; their lines are added to `comments`.
     """
     begin = tuple(mark.encode() for mark in layout.comment)
     with opened(path) as content:
@@ -119,7 +119,7 @@ def _read(
     rows: int | None,
     left_out: frozenset[int] = frozenset(),
 ) -> Any:
-    """The columns of some types, but for lines that are left out, whose numbers are counted from 0."""
+    """The columns of the given types, without the lines in `left_out`, which are counted from 0."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 

@@ -24,7 +24,7 @@ LEAVES_ROWS_OUT = True
 _SAMPLE_ROWS = 200
 _WORKBOOK = "xl/workbook.xml"
 _DAYS_TO_1904 = 1462
-"""Days from the zero of workbooks that count from 1900 to 1904-01-01."""
+"""Days to 1904-01-01 in workbooks that count from 1900."""
 _FIRST_DAY, _LAST_DAY = 31412, 53327
 """Days from 1904 to 1990 and to 2050."""
 _LONGEST_STEP_DAYS = 0.005
@@ -39,7 +39,7 @@ class _Layout:
     sheet : its name
     top : first row with content, counted from 0
     first : first row of data, counted from `top`
-    above : cells of the rows above that
+    above : cells of the rows above the data
     since_1904 : whether days count from 1904 and not from 1900
     """
 
@@ -61,7 +61,7 @@ def _workbook(path: Path) -> Any:
 
 @contextlib.contextmanager
 def _damage() -> Iterator[None]:
-    """Errors of the library, whose panics are no `Exception`, become `ValueError`."""
+    """Errors of the library, whose panics are not an `Exception`, become `ValueError`."""
     import python_calamine
 
     try:
@@ -80,7 +80,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     Raises
     ------
     ValueError
-        If it is no workbook, or no sheet has a header.
+        If it is not a workbook, or no sheet has a header.
     """
     workbook = _workbook(path)
     since_1904 = _is_since_1904(path)
@@ -170,7 +170,7 @@ def line_of(path: Path, header: Header, row: int) -> int:
 
 
 def _held(rows: list[list[Any]], layout: _Layout) -> list[tuple[int, list[Any]]]:
-    """Rows behind the header with something in them, and their places."""
+    """Non-empty rows behind the header, and their places."""
     return [(at, cells) for at, cells in enumerate(rows) if at >= layout.first and any(cell != "" for cell in cells)]
 
 
@@ -195,7 +195,7 @@ def _as_text(cell: Any) -> str:
 
 
 def _numbers(cells: list[Any]) -> Any:
-    """Cells as float64, or as text where one is no number."""
+    """Cells as float64, or as text where one is not a number."""
     import pyarrow as pa
 
     if all(isinstance(cell, int | float) or cell == "" for cell in cells):
@@ -220,7 +220,7 @@ def _times(cells: list[Any]) -> Any:
 
 
 def _are_days(cells: list[Any]) -> bool:
-    """Whether cells of a workbook that counts from 1904 are days of the years 1990 to 2050, no seconds or the like."""
+    """Whether cells of a workbook that counts from 1904 are days in the years 1990 to 2050, not seconds or the like."""
     if not all(isinstance(cell, int | float) or cell == "" for cell in cells):
         return False
     days = np.array([cell for cell in cells if cell != ""], dtype=float)

@@ -25,7 +25,7 @@ _UNITS = ("units", "unit")
 _NAMES = ("columns", "columnnames", "names", "fields", "channels", "headers")
 _STARTS = ("start", "starttime", "epoch", "t0", "referencetime")
 _FILLS = ("fillvalue", "missingvalue", "nullvalue")
-"""Names of attributes and of arrays beside a matrix, in lower case and without signs."""
+"""Names of attributes and of arrays beside a matrix, in lower case and without punctuation."""
 _MOST_NAMES = 1000
 _KINDS = "iufSOVM"
 
@@ -94,7 +94,7 @@ def _tables(file: Any, file_size: int) -> Iterator[Header]:
 
 
 def _is_apart(item: Any) -> bool:
-    """Whether an array is no column: one of records, of references, or a text of MATLAB."""
+    """Whether an array is not a column: one of records, of references, or a text of MATLAB."""
     import h5py
 
     return bool(item.dtype.names or h5py.check_ref_dtype(item.dtype) or item.attrs.get("MATLAB_class") == b"char")
@@ -151,19 +151,19 @@ def _of_matrix(parent: str, name: str, item: Any, names: list[str], items: Mappi
 
 
 def _names_beside(item: Any, items: Mapping[str, Any]) -> list[str] | None:
-    """Names of a matrix' columns, from its attributes or from an array of text beside it."""
+    """Names of a matrix's columns, from its attributes or from an array of text beside it."""
     found = [_text_list(stated(item.attrs, (key,))) for key in _NAMES]
     found += [_text_list(_dereferenced(items[key])) for key in items if _is_text(items[key], key, _NAMES)]
     return next((names for names in found if names and len(names) in item.shape), None)
 
 
 def _is_text(item: Any, name: str, names: Sequence[str]) -> bool:
-    """Whether an array of one of some names holds text."""
+    """Whether an array has one of the given names and holds text."""
     return plain(name) in names and item.dtype.kind in "SO"
 
 
 def _units_beside(group: Any) -> dict[str, str] | None:
-    """Texts in a group that is named like units, in the group of the columns or in one above it, by their names."""
+    """Texts in a group that is named like units, in the columns' group or in one above it, by their names."""
     import h5py
 
     while True:
@@ -206,12 +206,12 @@ def _text_list(value: Any) -> list[str] | None:
 
 
 def plain(name: str) -> str:
-    """A name in lower case and without signs."""
+    """A name in lower case and without punctuation."""
     return re.sub(r"[\W_]", "", name).lower()
 
 
 def stated(attributes: Any, names: Sequence[str]) -> Any:
-    """The attribute of the first of some names, in any case and with any signs; None without one."""
+    """The attribute with the first of the names that is found, in any case and punctuation; None without one."""
     by_name = {plain(key): key for key in attributes}
     return next((attributes[by_name[name]] for name in names if name in by_name), None)
 
@@ -239,7 +239,7 @@ def start_among(*attributes: Any) -> tuple[np.datetime64 | None, bool]:
         for text in as_text(cell for value in texts for cell in np.ravel(np.asarray(value))[:_MOST_NAMES].tolist()):
             found = stated_start(str(text))
             if found is not None:
-                # by convention those of 'since' are UTC without a zone as well
+                # by convention, times after 'since' are UTC without a zone as well
                 return found[0], found[1] or unit_since(str(text)) != text
     return None, False
 
@@ -253,18 +253,18 @@ def read_columns(
 
 
 def values_of(file: Any, source: Source, rows: int | None) -> Any:
-    """Values of one column, shape (row,), scaled by the attributes of its array, NaN where these call them missing."""
+    """Values of one column, shape (row,), scaled by the attributes of its array; NaN where these call them missing."""
     item = file[source.dataset]
     return _scaled(_stored(item, source, rows), item)
 
 
 def _scaled(values: Any, item: Any) -> Any:
-    """Numbers that are packed as the conventions of climate and forecast have it: value = scale * stored + offset.
+    """Numbers that are packed by the conventions for climate and forecast: value = scale * stored + offset.
 
     Raises
     ------
     Unusable
-        If a scale or an offset is no number.
+        If a scale or an offset is not a number.
     """
     if values.dtype.kind not in "iuf" or item.dtype.names:
         return values

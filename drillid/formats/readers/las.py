@@ -32,7 +32,7 @@ _ENDS = re.compile(rb"\r\n|\n|\r")
 _DELIMITERS = {"COMMA": ",", "TAB": "\t", "SPACE": " "}
 _COMMENT = ("#",)
 _WIDTHS = re.compile(r"Expected (?P<curves>\d+) columns, got (?P<found>\d+)")
-"""What Arrow says of a row of another length."""
+"""Arrow's message about a row with another number of cells."""
 _SAME: dict[str, Callable[[Header], Any]] = {
     "the curves": lambda header: header.columns,
     "the units": lambda header: header.units,
@@ -40,7 +40,7 @@ _SAME: dict[str, Callable[[Header], Any]] = {
     "the null values": lambda header: header.nulls,
     "the delimiters": lambda header: (header.layout.delimiter, header.layout.width),
 }
-"""What sections of data have in common whose rows are read as one table."""
+"""What sections of data must have in common for their rows to be read as one table."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class _Layout:
     parts : begin and end of the rows of each section of data, in bytes
     delimiter : between cells; ' ' for any number of spaces
     width : number of cells of a row, where a row takes several lines, else 0
-    decimal : before the decimals, None where no cell shows it
+    decimal : decimal mark, None where no cell shows it
     """
 
     encoding: str
@@ -62,12 +62,12 @@ class _Layout:
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:
-    """The one table of the file; the rows of several sections with the same header are one behind the other.
+    """The one table of the file; the rows of several sections with the same header are concatenated.
 
     Raises
     ------
     ValueError
-        If it is no LAS file, a log over depth, or several logs with different headers.
+        If it is not a LAS file, is a log over depth, or holds several logs with different headers.
     """
     with _mapped(path) as content:
         encoding = _encoding(content, dialect)
@@ -118,7 +118,7 @@ def _header(content: mmap.mmap, encoding: str, dialect: Dialect, found: LasHeade
 
 
 def _values(cells: Sequence[str], decimal: str | None) -> list[float]:
-    """Cells as numbers; none where one is no number."""
+    """Cells as numbers; empty where one is not a number."""
     try:
         return [float(cell.strip().replace(decimal or ".", ".")) for cell in cells]
     except ValueError:
@@ -145,7 +145,7 @@ def read_columns(
 ) -> Any:
     """The columns as an Arrow table; a numeric column with a cell that is not a number stays text.
 
-    Lines without data, which spoil the types of columns, are sought where these are not what they should be.
+    Lines without data, which spoil the types of columns, are searched for where a type is not the expected one.
     """
     import pyarrow as pa
 
@@ -186,7 +186,7 @@ def line_of(path: Path, header: Header, row: int) -> int:
 def _without_data(
     path: Path, header: Header, times: Sequence[str], rows: int | None
 ) -> tuple[frozenset[int], list[Note]]:
-    """Lines of data, counted from 0, that are comments or none of data, and notes on the latter."""
+    """Lines of data, counted from 0, that are comments or hold no data, and notes on the latter."""
     layout: _Layout = header.layout
     if layout.width:
         return frozenset(), []
@@ -201,7 +201,7 @@ def _without_data(
 
 
 def _rows(content: mmap.mmap, layout: _Layout, width: int) -> Iterator[tuple[int, list[str], bool]]:
-    """Lines of data, their cells, and whether they are not cut by the file's end."""
+    """Lines of data, their cells, and whether they are complete, not cut by the file's end."""
     for at, line in enumerate(_lines(content, layout)):
         if _is_row(line):
             cells = cells_of(line.decode(layout.encoding, "replace").rstrip("\r\n"), layout.delimiter)
@@ -218,7 +218,7 @@ def _lines(content: mmap.mmap, layout: _Layout) -> Iterator[bytes]:
 
 
 def _line_in_file(content: mmap.mmap, layout: _Layout, line: int) -> int:
-    """Number of the line in the file, counted from 1, that is one of those of data, counted from 0."""
+    """Number in the file, counted from 1, of one of the lines of data, counted from 0."""
     for begin, end in layout.parts:
         count = len(_ENDS.findall(content, begin, end))
         if line < count or (begin, end) == layout.parts[-1]:
@@ -245,13 +245,13 @@ def _encoding(content: mmap.mmap, dialect: Dialect) -> str:
 
 
 def _rows_begin(content: mmap.mmap, section: Section) -> int:
-    """Where the rows of a section begin, behind its title."""
+    """Position where the rows of a section begin, behind its title."""
     found = (content.find(end, section.begin, section.end) for end in (b"\n", b"\r"))
     return next((at + 1 for at in found if at >= 0), section.end)
 
 
 def _delimiter(header: LasHeader, lines: list[str]) -> str:
-    """As the header has it, else the one that gives as many cells as there are curves."""
+    """The delimiter that the header states, else the one that gives as many cells as there are curves."""
     if header.delimiter in _DELIMITERS:
         return _DELIMITERS[header.delimiter]
     for delimiter in ("\t", ",", ";"):
@@ -283,7 +283,7 @@ class _Rows(io.RawIOBase):
         return True
 
     def read(self, size: int | None = -1) -> bytes:
-        """Next bytes, of one section at most; all that are left without a size."""
+        """Next bytes, of one section at most; all that are left if no size is given."""
         if size is None or size < 0:
             return b"".join(iter(lambda: self.read(_SAMPLE), b""))
         while self.parts:
@@ -298,7 +298,7 @@ class _Rows(io.RawIOBase):
 def _read(
     path: Path, header: Header, types: dict[str, Any], rows: int | None, left_out: frozenset[int] = frozenset()
 ) -> Any:
-    """The columns of some types, but for lines of data that are left out, counted from 0."""
+    """The columns of the given types, without the lines of data in `left_out`, which are counted from 0."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
@@ -339,7 +339,7 @@ def _first_lines(source: IO[bytes], rows: int) -> bytes:
 
 
 def _unwrapped(source: IO[bytes], layout: _Layout, rows: int | None) -> IO[bytes]:
-    """Rows that take several lines, each in one line.
+    """Rows that take several lines, each joined into one line.
 
     Raises
     ------

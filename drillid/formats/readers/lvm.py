@@ -22,7 +22,7 @@ SUFFIXES = (".lvm",)
 STREAMS = True
 TIME = "Time"
 _ALIKE = 0.01
-"""Part of the interval between samples within which channels start together."""
+"""Share of the sampling interval within which channels start together."""
 _SINCE_1904 = 2e9
 """Larger times in s count from 1904, in UTC."""
 _APART = "Write channels that are sampled together into a file of their own"
@@ -33,7 +33,7 @@ class _Layout:
     """How the rows of a table are read.
 
     encoding : of the file
-    segments : numbers of the segments with its rows
+    segments : numbers of the segments that hold its rows
     dated : whether they have starts, so that the times are stamps; else they are seconds from an unknown start
     """
 
@@ -84,7 +84,7 @@ def _header(
 
 
 def _notes(segments: Sequence[Segment]) -> Iterator[Note]:
-    """That nobody can tell whether recordings were appended, where one header and no times stand over all rows."""
+    """A note that appended recordings cannot be recognised, where one header without times covers all rows."""
     first = segments[0]
     if first.setting("Multi_Headings") == "no" and first.times_of(first.channels[0]) is None:
         what = "one header and no times stand over all rows, which are read as one recording without gaps"
@@ -118,7 +118,7 @@ def _since_1904(segment: Segment) -> bool:
 
 
 def _check_together(segment: Segment) -> None:
-    """Refuse channels with other starts or intervals than the first."""
+    """Refuse channels whose start or interval differs from that of the first."""
     first, *others = segment.channels
     spaced = segment.times_of(first) is None
     interval = segment.number_of("Delta_X", first)
@@ -141,7 +141,7 @@ def _check_together(segment: Segment) -> None:
 def read_columns(
     path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
 ) -> Any:
-    """The columns of all segments of the table, one behind the other; times with a start are stamps."""
+    """The columns of all segments of the table, concatenated; times with a start are stamps."""
     import pyarrow as pa
 
     layout: _Layout = header.layout
@@ -177,7 +177,7 @@ def _column(times: Any, dated: bool, in_utc: bool) -> Any:
 
 
 def _cells(segment: Segment, names: Sequence[str]) -> Any:
-    """Cells of the channels as text; those of times are called by their places."""
+    """Cells of the channels as text; the columns of times are named by their places."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
@@ -199,7 +199,7 @@ def _cells(segment: Segment, names: Sequence[str]) -> Any:
 
 
 def _of_width(row: str, delimiter: str, width: int) -> str:
-    """A row without its comment, and with the empty cells that a writer leaves out at its end."""
+    """A row without its comment, and with the empty cells that a writer omits at its end."""
     cells = row.split(delimiter, width)[:width]
     return delimiter.join(cells) + delimiter * (width - len(cells))
 
@@ -222,7 +222,7 @@ def _times(segment: Segment, table: Any, dated: bool) -> Any:
 
 
 def _seconds(segment: Segment, table: Any) -> Floats:
-    """Times as written, or by the interval between samples, s; shape (row,)."""
+    """Times as written, or by the sampling interval, s; shape (row,)."""
     first, *others = segment.channels
     at = segment.times_of(first)
     if at is None:

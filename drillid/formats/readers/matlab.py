@@ -23,10 +23,10 @@ _NAMES = ("columns", "columnnames", "names", "channels", "header", "headers", "c
 _UNITS = ("units", "unit")
 _RATES = ("fs", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency")
 _INTERVALS = ("dt", "sampletime", "sampleinterval", "samplinginterval", "samplingtime")
-"""Names of variables, in lower case and without signs; rates in Hz, intervals in s."""
+"""Names of variables, in lower case and without punctuation; rates in Hz, intervals in s."""
 _MADE_TIME = "Time"
 _VALUES = ("data", "values", "value", "samples")
-"""Fields of a structure of one channel."""
+"""Fields that hold the values in a structure of one channel."""
 _ADVICE = "Save the columns as plain arrays, such as t = posixtime(T.Time); rpm = T.RPM; save('log.mat', 't', 'rpm')"
 
 
@@ -104,7 +104,7 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _channels(value: Any) -> dict[str, Any] | None:
-    """An array of structures with the name and the values of a channel each, as arrays by their names; else None."""
+    """An array of structures, each with a channel's name and values, as arrays by their names; None of any other."""
     if not isinstance(value, list | np.ndarray) or not len(value) or not all(isinstance(one, Mapping) for one in value):
         return None
     found, units = dict[str, Any](), dict[str, str]()
@@ -162,7 +162,7 @@ def _tables(
 
 
 def _timed(header: Header, content: Mapping[str, Any]) -> Header:
-    """A table that has no times with those that a rate or an interval of sampling beside it makes, if there is one."""
+    """A table without times, with those that a sampling rate or interval beside it gives, if there is one."""
     rate, interval = (_one_number(hdf5.stated(content, names)) for names in (_RATES, _INTERVALS))
     if time_among(header.columns) is not None or date_among(header.columns) is not None or not (rate or interval):
         return header
@@ -185,12 +185,12 @@ def _timed(header: Header, content: Mapping[str, Any]) -> Header:
 
 
 def _one_number(value: Any) -> float:
-    """A number above zero; 0 of anything else."""
+    """A number above zero; 0 for anything else."""
     return float(value) if isinstance(value, int | float | np.number) and value > 0 else 0.0
 
 
 def _plain(values: Any) -> bool:
-    """Whether an array holds numbers or text only."""
+    """Whether an array holds only numbers or text."""
     return values.dtype.kind != "O" or all(isinstance(value, str | float | int) or _is_empty(value) for value in values)
 
 
@@ -199,7 +199,7 @@ def _is_empty(value: Any) -> bool:
 
 
 def _names_of(content: Mapping[str, Any], width: int) -> list[str] | None:
-    """Names of a matrix' columns, in an array of text beside it."""
+    """Names of a matrix's columns, in an array of text beside it."""
     for key, value in content.items():
         if hdf5.plain(key) in _NAMES and isinstance(value, np.ndarray | list) and len(value) == width > 1:
             return [str(cell).strip() for cell in as_text(list(value))]

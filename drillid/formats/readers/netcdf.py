@@ -16,7 +16,7 @@ SUFFIXES = (".nc", ".nc4", ".cdf", ".netcdf")
 FRAGILE = True
 _CLASSIC = b"CDF"
 Groups = Mapping[str, Any]
-"""Datasets of xarray by the paths of their groups, the root's being empty."""
+"""Xarray datasets by the paths of their groups; that of the root is empty."""
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
 
 
 def tables_of(groups: Groups, size: int) -> list[Header]:
-    """A table for the variables of each group along each dimension; it is called by what it does not share."""
+    """A table for the variables of each group along each dimension, named by group, dimension or both, as needed."""
     along = {group: _along_dimensions(groups, group) for group in groups}
     cells = sum(float(max(rows, 0)) * len(names) for found in along.values() for rows, names in found.values())
     check_size(cells, size)
@@ -66,7 +66,7 @@ def tables_of(groups: Groups, size: int) -> list[Header]:
 
 
 def _along_dimensions(groups: Groups, group: str) -> dict[str, tuple[int, list[str]]]:
-    """Length of each dimension of a group and the columns along it, which are its own or of the groups that hold it."""
+    """Length of each dimension of a group and the columns along it, from the group itself or those that hold it."""
     found: dict[str, tuple[int, list[str]]] = {}
     for name, variable in groups[group].variables.items():
         if _is_column(variable):
@@ -85,7 +85,7 @@ def _is_column(variable: Any) -> bool:
 
 
 def _above(group: str) -> list[str]:
-    """Groups that hold a group, the next first."""
+    """Groups that hold a group, the nearest first."""
     parts = group.split("/") if group else []
     return ["/".join(parts[:count]) for count in range(len(parts) - 1, -1, -1)]
 
@@ -107,7 +107,7 @@ def _unit(name: str, attributes: Any) -> str:
 def read_columns(
     path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
 ) -> Any:
-    """The columns as an Arrow table; times of a calendar are UTC, as the conventions have it."""
+    """The columns as an Arrow table; calendar times are UTC, by convention."""
     with _opened(path) as groups:
         return columns_of(groups, header, columns, text, rows)
 

@@ -17,22 +17,22 @@ from drillid.formats.mnemonics import is_no_unit, split_unit, time_among
 
 SUFFIXES = (".tdms",)
 _Changes = dict[str, list[tuple[int, dict[str, Any]]]]
-"""By the path of a channel: numbers of rows, and what is stated of its timing from there on."""
+"""By the path of a channel: row numbers, and what is stated of its timing from each on."""
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "Units", "units", "unit_description")
 _WAVEFORM_TIME = "Time"
 _TIMING = ("wf_start_time", "wf_start_offset", "wf_increment")
 _MOST_STARTS = 4
 _NEEDS_LITTLE = 2**26
-"""Bytes of a file that no machine lacks the memory for."""
+"""Size of a file that any machine has the memory to read, bytes."""
 _ALIKE = 0.01
-"""Part of the interval between samples within which channels are sampled together."""
+"""Share of the sampling interval within which channels are sampled together."""
 
 
 @dataclass(frozen=True)
 class _Waveform:
     """Times of equally spaced samples.
 
-    starts : first row of each recording, which an appended file has several of, and its time, ns since 1970
+    starts : first row of each recording, of which an appended file has several, and its time, ns since 1970
     interval : between rows, s
     """
 
@@ -48,7 +48,7 @@ class _Waveform:
         return (start[of] + since).astype("datetime64[ns]")
 
     def is_like(self, other: _Waveform) -> bool:
-        """Whether the samples of two waveforms are at the same times to within a small part of the interval."""
+        """Whether two waveforms are sampled at the same times to within a small part of the interval."""
         (first, start), (others, other_start) = (zip(*each.starts, strict=True) for each in (self, other))
         near = np.abs(np.subtract(start, other_start)) if first == others else np.inf
         return self.interval == other.interval and bool(np.all(near <= _ALIKE * self.interval * 1e9))
@@ -86,7 +86,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     Raises
     ------
     Unusable
-        If parts of a channel that were appended state times that do not follow those before.
+        If appended parts of a channel state times that do not follow those before them.
     ValueError
         If the file is damaged or holds no channels with values.
     """
@@ -106,7 +106,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
 
 
 def _changes(path: Path) -> _Changes:
-    """What each segment of the file states of the timing of waveforms, of which the library keeps the last."""
+    """What each segment of the file states about the timing of waveforms; the library keeps only the last."""
     from nptdms.reader import TdmsReader
 
     class Reader(TdmsReader):  # type: ignore[misc]
@@ -175,7 +175,7 @@ def _header(
 
 
 def _notes_on(waveforms: Sequence[_Waveform | None]) -> Iterator[Note]:
-    """What was decided on the times of channels that are read together."""
+    """What was decided about the times of channels that are read together."""
     found = [waveform for waveform in waveforms if waveform is not None]
     starts = [waveform.starts[0][1] for waveform in found]
     apart = round((max(starts) - min(starts)) / 1e3)
@@ -197,7 +197,7 @@ def _waveform(channel: Any, changes: Sequence[tuple[int, Mapping[str, Any]]]) ->
     Raises
     ------
     Unusable
-        If recordings that were appended have other intervals, or times that do not follow those before.
+        If appended recordings have other intervals, or times that do not follow those before them.
     """
     starts, intervals, state = dict[int, int](), dict[int, float](), dict[str, Any]()
     for row, stated in changes:

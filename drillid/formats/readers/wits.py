@@ -30,7 +30,7 @@ MNEMONICS = (
 """Items 1 to 40 of the records of type 1."""
 _TIME_BASED = "01"
 _DATE, _TIME = "05", "06"
-"""Items of every type of record."""
+"""Items that every type of record holds."""
 _WRITTEN_DATE = "YYMMDD"
 _CLOCK = (r"^(\d\d)(\d\d)(\d\d(?:[.,]\d*)?)$", r"\1:\2:\3")
 _MARK = re.compile(rb"^[ \t]*(&&|!!)", re.MULTILINE)
@@ -136,7 +136,7 @@ def line_of(path: Path, header: Header, row: int) -> int:
 
 
 def _of_times(header: Header) -> list[str]:
-    """Items that a record of a table has where its time is known."""
+    """Items that a record of a table must have for its time to be known."""
     return [header.layout[name] for name in (header.time, header.date) if name is not None]
 
 
@@ -145,7 +145,7 @@ def _kind(header: Header) -> str:
 
 
 def _without_times(header: Header, left_out: int, whole: int) -> list[Note]:
-    """How many records of a table are left out as their times are not known."""
+    """Notes on how many records of a table are left out because their times are not known."""
     if not left_out:
         return []
     what = f"{left_out} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
@@ -158,13 +158,13 @@ def _of_kind(content: mmap.mmap, kind: str) -> Iterator[tuple[int, dict[str, str
 
 
 def _records(content: mmap.mmap) -> Iterator[tuple[int, dict[str, str]]]:
-    """Begin of every whole record in the stream, and its values by their codes; of a code that comes twice the last."""
+    """Start of every whole record in the stream, and its values by their codes; of a repeated code the last value."""
     begin: int | None = None
     for mark in _MARK.finditer(content):
         if mark[1] == b"!!" and begin is not None:
             items = _ITEM.findall(content, begin, mark.start())
             yield begin, {code.decode(): value.decode("latin-1") for code, value in items}
-        # a record that another one begins in was cut short
+        # a record within which another begins was cut short
         begin = mark.start() if mark[1] == b"&&" else None
 
 

@@ -51,7 +51,7 @@ class _Table:
     without: dict[str, None] = field(default_factory=dict)
 
     def difference(self, other: _Columns) -> str:
-        """What the rows of a block have otherwise than those of the table; empty where they can be joined."""
+        """How the rows of a block differ from those of the table; empty where they can be joined."""
         for name, unit in other.units.items():
             if self.columns.units.get(name, unit) != unit:
                 return f"the unit of '{name}', '{unit}' and '{self.columns.units[name]}'"
@@ -80,7 +80,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     Raises
     ------
     ValueError
-        If the document is no WITSML log, or holds logs over depth only.
+        If the document is not a WITSML log, or holds only logs over depth.
     """
     logs: dict[int, list[tuple[LogObject, _Columns]]] = {}
     depths = []
@@ -118,7 +118,7 @@ def _header(name: str, table: _Table, notes: Sequence[Note]) -> Header:
 
 
 def _tables(logs: Sequence[Sequence[tuple[LogObject, _Columns]]]) -> tuple[list[_Table], list[Note]]:
-    """Tables of the logs, each of which may have several blocks; notes on those that are kept apart."""
+    """Tables of the logs, each of which may have several blocks; and notes on those that are kept apart."""
     by_curves: dict[frozenset[str], list[_Table]] = {}
     notes = list[Note]()
     for blocks in logs:
@@ -150,7 +150,7 @@ def _notes(table: _Table) -> list[Note]:
 def read_columns(
     path: Path, header: Header, columns: Sequence[str], text: Sequence[str], rows: int | None = None
 ) -> Any:
-    """The columns of all logs of the table, one behind the other, in the order of the document."""
+    """The columns of all logs of the table, concatenated in the order of the document."""
     import pyarrow as pa
 
     numeric = [name for name in columns if name not in text]
@@ -178,7 +178,7 @@ def _as_text(table: Any, columns: Sequence[str]) -> Any:
 
 
 def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Sequence[str], numeric: list[str]) -> Any:
-    """Lines of cells as an Arrow table; a column with a cell that is no number stays text."""
+    """Lines of cells as an Arrow table; a column with a cell that is not a number stays text."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
@@ -206,7 +206,7 @@ def _parsed(lines: list[str], delimiter: str, names: Sequence[str], columns: Seq
 
 
 def _of_width(line: str, delimiter: str, width: int) -> str:
-    """A line with as many cells as there are curves, as writers leave empty cells at its end out, or add some."""
+    """A line with as many cells as there are curves, as writers omit empty cells at its end, or add some."""
     missing = width - 1 - line.count(delimiter)
     if missing >= 0:
         return line + delimiter * missing
@@ -227,7 +227,7 @@ def _columns(log: LogObject) -> _Columns:
     index = log.index_curve.strip()
     time = index if index in names else names[min(max(log.index_column - 1, 0), len(names) - 1)]
     stated = {name: _number(curve.null or log.null) for name, curve in zip(names, curves, strict=True)}
-    # those of all recorders count everywhere and need no mention
+    # null values common to all recorders apply everywhere and need no mention
     nulls: dict[str, tuple[float, ...]] = {
         name: (null,) for name, null in stated.items() if null is not None and null not in NULL_VALUES
     }

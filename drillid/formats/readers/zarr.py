@@ -49,7 +49,7 @@ def read_columns(
     Raises
     ------
     ValueError
-        If a chunk of them is missing, which zarr itself takes for empty.
+        If a chunk of them is missing, which zarr itself treats as empty.
     """
     with _opened(path) as groups:
         _check_chunks(path, {name: f"{header.layout[name]}/{name}".lstrip("/") for name in columns})
