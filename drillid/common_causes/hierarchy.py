@@ -19,9 +19,9 @@ from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import tail_p_value
 
 _SCALES = (0.04, 0.2, 1.0, 5.0)
-"""Standard deviations of sizes that are held for equally likely, per usual size: what only a fleet shows is small."""
+"""Prior standard deviations, taken as equally likely, relative to the usual size: what only a fleet shows is small."""
 _COARSE, _POINTS = 21, 41
-"""Of the grid to either side, and about the likeliest size."""
+"""Points of the grid to either side of zero, and about the likeliest size."""
 _SPREADS = (0.1, 0.3, 1.0)
 """Standard deviations of the wells' sizes that are tried, relative to the common size."""
 _DRAWS = 20_000
@@ -39,9 +39,9 @@ class CommonCause:
     common: float
     """Log evidence of one common size."""
     spread: float
-    """Of sizes of their own."""
+    """Log evidence that all wells have it at sizes of their own."""
     one_well: float
-    """Of a single well that has it."""
+    """Log evidence that a single well has it."""
     size: float
     """Mean of the common size."""
     size_low: float
@@ -114,7 +114,7 @@ def common_cause(wells: Wells, number: int, extension: Extension) -> CommonCause
 
 
 def _is_end(grid: Floats, size: float) -> bool:
-    """Whether a size is an end of the grid; zero, where sizes are positive, is none."""
+    """Whether a size is an end of the grid; zero does not count as one."""
     return size != 0 and size in (grid[0], grid[-1])
 
 
@@ -177,7 +177,7 @@ def _scatter(
 
 
 def _least_curvature(wells: Wells, information: Floats, border: Floats) -> Floats:
-    """Curvature (N,) in size from which the information of the rig's coordinates and the size has no negative part."""
+    """Least curvature (N,) in size at which the information of rig's coordinates and size has no negative part."""
     share = wells.prior[wells.rig] / np.bincount(wells.rig)[wells.rig][:, None]
     whole = information + share[:, :, None] * np.eye(share.shape[1])
     return np.asarray(np.einsum("nr,nr->n", border, np.linalg.solve(whole, border[:, :, None])[..., 0]), dtype=float)

@@ -42,7 +42,7 @@ class Quadratic:
     """(N, G, R, R)"""
 
     def with_sizes(self, other: Quadratic, order: Indices) -> Quadratic:
-        """The same with another one at further sizes, in a new order."""
+        """The same joined with another one at further sizes, in a new order."""
         pairs = ((self.value, other.value), (self.score, other.score), (self.information, other.information))
         return Quadratic(*(np.concatenate(pair, axis=1)[:, order] for pair in pairs))
 
@@ -71,7 +71,7 @@ class Wells:
         self._weight = [_weight(each, float(windows[rig_of[each.well]])) for each in sets]
 
     def at(self, candidate: int, size: Floats) -> Quadratic:
-        """The wells with a cause at sizes (G,); what each deviates from its rig by is integrated out.
+        """The wells with a cause at sizes (G,), with each well's deviation from its rig integrated out.
 
         Beyond the sizes that a well holds, its fitted coordinates follow a line, and its likelihood rises no more.
         """
@@ -125,7 +125,7 @@ class Wells:
 
 
 def _linear_weights(size: Floats, sizes: Floats) -> Floats:
-    """Weights (M, G, S) of some ascending sizes (M, S) on the lines between them, at others (M, G) within."""
+    """Weights (M, G, S) of linear interpolation between ascending sizes (M, S), at others (M, G) within."""
     beyond = np.full((*sizes.shape[:1], 1), np.inf)
     ends = np.concatenate([-beyond, sizes, beyond], axis=1)[:, None]
     low, middle, high = ends[..., :-2], ends[..., 1:-1], ends[..., 2:]
@@ -134,7 +134,7 @@ def _linear_weights(size: Floats, sizes: Floats) -> Floats:
 
 
 def _end_slopes(distance: Floats, sizes: Floats) -> Floats:
-    """Weights (M, G, S) of what is added at distances (M, G) beyond the ends of some sizes (M, S), along lines."""
+    """Weights (M, G, S) of what linear extrapolation adds at distances (M, G) beyond the ends of some sizes (M, S)."""
     ends = sizes[:, [0, -1]]
     step = 1e-3 * (ends[:, 1] - ends[:, 0])
     near = size_weights(ends + step[:, None] * np.array([1.0, -1.0]), sizes)
@@ -145,7 +145,7 @@ def _end_slopes(distance: Floats, sizes: Floats) -> Floats:
 
 
 def _weight(each: SetStatistics, windows: float) -> Floats:
-    """Weights (2,) of a set's likelihoods, by its misfit and by what errors it has in common with its rig's windows."""
+    """Weights (2,) of a set's likelihoods, by its misfit and by the errors that its rig's windows have in common."""
     shared = 1 / (1 - each.control_common + each.control_common * windows / each.windows)
     weight = np.ones(PARTS)
     weight[1] = shared
@@ -153,7 +153,7 @@ def _weight(each: SetStatistics, windows: float) -> Floats:
 
 
 def _deviating(wells: Quadratic, error: Floats) -> Quadratic:
-    """Integrate each well's own deviation from its rig's coordinates out."""
+    """Integrate out each well's own deviation from its rig's coordinates."""
     count = error.shape[1]
     own = wells.information + ((_DEVIATION * error) ** -2.0)[:, None, :, None] * np.eye(count)
     both = np.concatenate([wells.information, wells.score[..., None]], axis=-1)

@@ -44,12 +44,12 @@ class CommonVerdict:
     """none, a cause, or a class as its members joined by |."""
     family: str
     cause: str
-    """The most likely member of a size within what is compared."""
+    """The most likely member whose size lies within the range compared."""
     probability: float
     evidence_nats: float
     """Log Bayes factor that all wells have it, against none."""
     p_value: float
-    """Of the likeliest cause of the catalogue at one common size, where no well has any."""
+    """p-value of the likeliest cause of the catalogue at one common size, where no well has any cause."""
     size: float
     size_low: float
     """95 % interval."""
@@ -58,7 +58,7 @@ class CommonVerdict:
     wells: int
     """Number of wells whose evidence is combined."""
     heterogeneity_p_value: float
-    """Of the scatter of the wells' sizes."""
+    """p-value of the scatter of the wells' sizes."""
     spread_nats: float
     """Log Bayes factor of sizes of their own against one common size."""
     one_well_nats: float
@@ -129,7 +129,7 @@ def judge(
     members = _members(found) if p_value < error_rate else ()
     named = [cause for cause in found if cause.extension.cause.name in members]
     refused, within = [each for each in named if each.at_bound], [each for each in named if not each.at_bound]
-    # a class has the size of its likeliest member within what is compared; without one nothing is named
+    # a class has the size of its likeliest member within the range compared; without one nothing is named
     members, best = (members, max(within, key=lambda cause: cause.shared)) if within else ((), best)
     verdict = _verdict(shared, name, found, best, members, p_value, len(at) - len(lone), base_rates)
     rows = [

@@ -26,9 +26,9 @@ class BaseRates:
     """Prior probabilities of causes; see the settings of the discrepancy stage for their source."""
 
     wrong: float = 0.5
-    """Of something wrong in a set."""
+    """Probability of something wrong in a set."""
     second: float = 1 / 9
-    """Of a further cause in a set that has one."""
+    """Probability of a further cause in a set that has one."""
     weights: Mapping[str, float] = field(default_factory=dict)
     """How common causes are relative to each other; 1 where not given."""
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from drillid.spectra.cross_spectra import Spectra
 
 _SHOWING = 3
-"""Windows of a set from whose rows an interval of the control is read."""
+"""Number of windows of a set from whose rows the interval of the control is read."""
 
 
 def gather_well(
@@ -142,7 +142,7 @@ def assembled(
 def _used(gate: Integers) -> Booleans:
     """Which frequencies of the windows (W, F) count: those of bands that most windows find coherent, in all of them.
 
-    A band near the limit passes in windows in which it happens to be coherent; to choose these would choose noise.
+    A band near the limit passes in windows in which it happens to be coherent; selecting those would select noise.
     Where no band passes in most windows, each window has its own.
     """
     incoherent, coherent = gate == Gate.TOO_INCOHERENT, gate == Gate.USED

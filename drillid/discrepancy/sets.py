@@ -97,7 +97,7 @@ def window_sets(rig: Rig, windows: xr.Dataset, fits: xr.Dataset) -> list[Indices
 def shared_error_rate(error_rate: float, sets: int) -> float:
     """Error rate of each set of a well, whose number is rounded up to a power of two.
 
-    So verdicts on sets that have not changed are weighed anew only where the number of sets passes the next power.
+    So verdicts on sets that have not changed are reconsidered only where the number of sets passes the next power.
     """
     return error_rate / (1 << max(sets - 1, 0).bit_length())
 

@@ -40,7 +40,7 @@ class WindowModel:
         return control(held.system.top_drive.controller, s) / held.recording.transfer(s)
 
     def held(self) -> WindowModel:
-        """The same with continuous control, and what holding adds to the delays of drive and recording in its place."""
+        """The same with continuous control, its holding replaced by what this adds to delays of drive and recording."""
         interval = self.control_interval
         if vanishes(interval):
             return self
@@ -55,7 +55,7 @@ class WindowModel:
         return replace(self, system=system, recording=recording, control_interval=0.0)
 
     def _filters(self, *, read: bool) -> Filters:
-        """Filters from the command of the control to what it reads, or to what is kept."""
+        """Filters from the command of the control to the speed that it reads, or to that which is recorded."""
         top_drive, recording = self.system.top_drive, self.recording
         speed_filter = top_drive.controller.speed_filter
         own = top_drive.lag, top_drive.delay_jitter
@@ -173,7 +173,7 @@ class Cause:
     action: ClassVar[str]
     """What a drilling supervisor can do about it."""
     shared_by: ClassVar[str] = ""
-    """What wells have in common that have the cause in common: rig, section or tool; empty where it is a well's own."""
+    """What wells that share the cause have in common: rig, section or tool; empty where it is a well's own."""
     size: ClassVar[Size]
     shapes: ClassVar[tuple[float, ...]] = (0.0,)
     shape_step: ClassVar[float] = 0.0

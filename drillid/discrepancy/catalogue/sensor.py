@@ -113,7 +113,7 @@ class SampleAndHold(Cause):
         )
 
     def allows(self, other: Cause) -> bool:
-        """Whether the other is no jitter: what the rows are late by varies as a delay of the drive would."""
+        """Whether the other is no jitter: the lateness of the rows varies as a jittering delay of the drive would."""
         return other.name != "delay_jitter"
 
 

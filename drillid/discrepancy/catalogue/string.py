@@ -62,7 +62,7 @@ class TaperedString(Cause):
     separated_by = "the full tally"
     action = "Enter both sizes in the rig description, then run again."
     size = Size("polar moment of the lower pipe per upper's, less one", "1", 0.4, -0.9, 4.0)
-    # so dense that waves of 5 Hz in some thousand metres of pipe tell hardly one from the next
+    # so dense that waves of 5 Hz in some thousand metres of pipe hardly distinguish one from the next
     shapes = tuple(np.linspace(0.1, 0.9, 21).tolist())
     shape_step = 0.02
 

@@ -28,13 +28,13 @@ CHANGES = np.linspace(0.15, 0.85, 15)
 """Moments at which a jump is tried, as shares of the window."""
 
 _STARTS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
-"""Moments from which the fit of a jump begins, beside that at which it is detected."""
+"""Moments from which the fit of a jump is started, besides that at which it is detected."""
 _KNOTS = 5
 """Values of a free course, which is linear between them."""
 _INTERPOLATED = 9
 """Moments between which the responses to a linear change are interpolated."""
 _EVALUATIONS, _FIRST_EVALUATIONS = 30, 3
-"""Of a fit, and from each of several starts before the best is chosen."""
+"""Function evaluations of a fit, and from each of several starts before the best is chosen."""
 _LEAST = 1e-3
 """Lower bound of a course, as a share of the parameter's fitted value."""
 _LOWEST = 1.0

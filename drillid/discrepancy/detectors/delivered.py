@@ -41,7 +41,7 @@ class _Block:
         return 2 * (self.harmonics.size - _ORDER - 1)
 
     def left(self, speed: Complex, torque: Complex, lines: Indices) -> Floats:
-        """Power (lines,) of some of the lines that the response at the harmonics leaves unexplained."""
+        """Power (lines,) that the response at the harmonics leaves unexplained in some of the lines."""
         response, *_ = np.linalg.lstsq(self._columns(torque, self.harmonics), speed[self.harmonics], rcond=None)
         return np.asarray(np.abs(speed[lines] - self._columns(torque, lines) @ response) ** 2, dtype=float)
 
@@ -53,14 +53,14 @@ class _Block:
 
 @dataclass(frozen=True, eq=False)
 class _Delivery:
-    """A window's speed beside the torque that any limit would let pass."""
+    """A window's speed compared with the torque that any limit would let pass."""
 
     residual: ResidualRecord
     delivered: Callable[[float], Floats]
 
     @cached_property
     def blocks(self) -> list[_Block]:
-        """In the band in which the model is valid; none where the sweep is not periodic."""
+        """Blocks in the band in which the model is valid; none where the sweep is not periodic."""
         residual = self.residual
         harmonics = np.flatnonzero(residual.harmonics & residual.inside)
         between = np.flatnonzero(residual.off_harmonics)
@@ -94,7 +94,7 @@ class _Delivery:
 def limit_by_delivery(
     residual: ResidualRecord, limits: Floats, delivered: Callable[[float], Floats]
 ) -> tuple[float, float] | None:
-    """Size of a limit and its standard error; None where the speed does not tell it from none.
+    """Size of a limit and its standard error; None where the speed does not distinguish it from no limit.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def limit_by_delivery(
 def _ends(
     misfit: Callable[[float], float], least: float, bounds: tuple[float, float], level: float
 ) -> tuple[float, float] | None:
-    """Where the misfit rises to a level on either side of its least; None where it does not within the bounds."""
+    """Where the misfit rises to a level on either side of its minimum; None where it does not within the bounds."""
     if min(misfit(bounds[0]), misfit(bounds[1])) < level:
         return None
     low, high = (brentq(lambda place: misfit(place) - level, least, bound, xtol=_EXACT) for bound in bounds)

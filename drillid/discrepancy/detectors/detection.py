@@ -30,12 +30,12 @@ class SpectralLines:
     """(L,) rad/s."""
 
     def content(self) -> dict[str, Any]:
-        """What JSON holds of it."""
+        """Its content for JSON."""
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Self:
-        """From what JSON holds of it."""
+        """From its content in JSON."""
         lines = {name: np.array(content[name], np.float32) for name in ("log_ratio", "size", "size_error")}
         return cls(**{**content, **lines, "place": np.array(content["place"], np.int32)})
 
@@ -65,13 +65,13 @@ class Detection:
     """Of a tone, all lines that stand out; None for other causes."""
 
     def content(self) -> dict[str, Any]:
-        """What JSON holds of it, without its window."""
+        """Its content for JSON, without its window."""
         found = {name: value for name, value in asdict(self).items() if name != "window"}
         return found | {"lines": None if self.lines is None else self.lines.content()}
 
     @classmethod
     def of(cls, content: Mapping[str, Any], window: int) -> Self:
-        """From what JSON holds of it."""
+        """From its content in JSON."""
         shapes = tuple((size, error) for size, error in content["by_shape"])
         lines = None if content["lines"] is None else SpectralLines.of(content["lines"])
         return cls(**{**content, "by_shape": shapes, "lines": lines}, window=window)

@@ -26,9 +26,9 @@ class Inspection:
     def __init__(self, residual: ResidualRecord, logged: ResidualRecord | None = None) -> None:
         self.residual = residual
         self.logged = residual if logged is None else logged
-        """Of the rows as they are logged, where `residual` is of the samples that they hold."""
+        """Residual record of the rows as they are logged, where `residual` is that of the samples that they hold."""
         self.scores: dict[str, Score] = {}
-        """By the name of the cause or symptom."""
+        """Scores by the name of the cause or symptom."""
         self.explained: Floats = np.zeros(residual.samples)
         """(samples,) rad/s, speed explained by the clearly detected candidates."""
         self._cache: dict[Callable[[ResidualRecord], Any], Any] = {}

@@ -28,7 +28,7 @@ from drillid.records.quality import quantisation_step
 _BEYOND = np.array([0.003, 0.006, 0.012, 0.025, 0.05, 0.09, 0.15, 0.25, 0.4, 0.6, 0.8, 0.92])
 """Shares of the record's time that the command is beyond each of the limits tried."""
 _BEYOND_SLOPES = np.array([16.0, 8.0, 4.0, 2.0])
-"""Rates tried that only the steps of a held command exceed, relative to the largest that its slopes do."""
+"""Rates tried that only the steps of a held command exceed, relative to the largest one that its slopes exceed."""
 _NEGLIGIBLE = 1e-9
 """Missing torque, relative to the largest command, that counts as none."""
 
@@ -52,7 +52,7 @@ class LimitDetector(Detector):
     """Whether the delivered torque depends on what was delivered before."""
 
     def limits(self, residual: ResidualRecord) -> Floats:
-        """Limits (limits,) of what the command does within the record."""
+        """Limits (limits,) that the command reaches within the record."""
         return np.asarray(np.quantile(self.reached(residual), 1 - _BEYOND), dtype=float)
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
@@ -60,7 +60,7 @@ class LimitDetector(Detector):
         raise NotImplementedError
 
     def reached(self, residual: ResidualRecord) -> Floats:
-        """What the limit bounds from above, from the unlimited command, (samples,)."""
+        """Quantity (samples,) that the limit bounds from above, from the unlimited command."""
         raise NotImplementedError
 
     def candidate(self, name: str, inspection: Inspection) -> Candidate | None:
@@ -80,7 +80,7 @@ class LimitDetector(Detector):
     def reviewed(
         cls, detectors: Mapping[str, Detector], scores: dict[str, Score], inspection: Inspection
     ) -> dict[str, Score]:
-        """Sizes of clearly detected limits by the delivered torque, where that tells them."""
+        """Scores with the sizes of clearly detected limits from the delivered torque, where that determines them."""
         for name, detector in detectors.items():
             if isinstance(detector, LimitDetector) and is_clear(scores[name]):
                 scores = scores | {name: detector.by_delivery(scores[name], inspection.residual)}
@@ -94,7 +94,7 @@ class LimitDetector(Detector):
         return score if found is None else replace(score, size=found[0], size_error=found[1])
 
     def all_limits(self, residual: ResidualRecord) -> Floats:
-        """Limits (limits,) that may show, also without being exceeded by the command as it is recorded."""
+        """Limits (limits,) that may show, including any that the recorded command does not exceed."""
         return self.limits(residual)
 
     def exactly(self, residual: ResidualRecord, limit: float) -> Floats:
@@ -129,9 +129,9 @@ class TorqueLimitDetector(LimitDetector):
 class TorqueRateLimitDetector(LimitDetector):
     """Torque that lags behind its command as its rate is limited.
 
-    However small they are, the steps of a command that the control holds take time as well. What they lack has
-    harmonics of the sweep beyond its band, by which it is sought, from the sweep's part of the command alone: that is
-    not correlated with the noise.
+    However small they are, the steps of a command that the control holds take time as well. The torque missing
+    meanwhile has harmonics of the sweep beyond its band, by which it is sought, computed from the sweep's part of the
+    command alone, which is not correlated with the noise.
     """
 
     memory = True
@@ -142,7 +142,7 @@ class TorqueRateLimitDetector(LimitDetector):
         return None if inspection.residual.time_error > STEPPED_ROWS else super().candidate(name, inspection)
 
     def columns(self, residual: ResidualRecord) -> tuple[Floats, Floats]:
-        """As for any limit, and first the response to what steps alone lack."""
+        """As for any limit, preceded by the responses to the torque that is missing in steps alone."""
         columns, limits = super().columns(residual)
         if not (_is_held(residual) and residual.periods):
             return columns, limits
@@ -153,11 +153,11 @@ class TorqueRateLimitDetector(LimitDetector):
         return np.vstack([of_steps, columns]), rates
 
     def delivered(self, residual: ResidualRecord, limits: Floats) -> Floats:
-        """The command, which no step between samples takes beyond each limit."""
+        """The command, with no step between samples larger than each limit allows."""
         return rate_limited(np.ascontiguousarray(residual.command), limits / residual.record.rate)
 
     def all_limits(self, residual: ResidualRecord) -> Floats:
-        """Rates, N m/s; of a held command, first such as only its steps exceed."""
+        """Rates, N m/s; for a held command, first those that only its steps exceed."""
         limits = self.limits(residual)
         return np.append(limits[0] * _BEYOND_SLOPES, limits) if _is_held(residual) else limits
 
@@ -189,7 +189,7 @@ class DelayJitterDetector(Detector):
     excluded_by = ("quantisation", "gear_backlash", "torque_limit", "torque_rate_limit")
 
     def score(self, name: str, inspection: Inspection) -> Score | None:
-        """Regression of the noise power on the square of the command's slope; None where the samples are as uneven."""
+        """Regression of the noise power on the square of the command's slope; None where the samples are uneven."""
         if inspection.residual.time_error > UNEVEN_ROWS:
             return None
         return jitter_score(inspection.residual, inspection.unexplained)
@@ -229,7 +229,7 @@ def _is_held(residual: ResidualRecord) -> bool:
 
 
 def _lacking(residual: ResidualRecord, command: Floats, rate: float) -> Floats:
-    """What the torque of a drive of some rate lacks of a held command (samples,), N m.
+    """Torque (samples,) by which a drive of limited rate falls short of a held command, N m.
 
     The middle of the hold, which counts as a part of the drive's delay, is the time of the command.
     """

@@ -32,7 +32,7 @@ _PLAYS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 _ABOVE_PLAY = (0.3, 0.45, 0.6, 0.75, 0.9)
 """Shares of the inertia above the gear that are tried with each of them."""
 _FEW_PLAYS, _FEW_ABOVE_PLAY, _MEANS = (0.01, 0.04, 0.16), (0.45, 0.75), (0.5, 1.5, 2.5)
-"""What is tried where no command tells the mean torque, and its means per standard deviation of the torque."""
+"""Plays, shares and mean torques, in standard deviations of the torque, tried where no command gives the mean."""
 _DRAWS, _STEP, _SMOOTH_HZ = 2, 0.05, 0.5
 """Disturbances that give the linear part, their size as a share of the torque's standard deviation, and the band, Hz,
 over which it is averaged."""
@@ -42,8 +42,8 @@ class BacklashDetector(Detector):
     """Play of the gear, where the torque at it changes sign.
 
     The share of the inertia above the play is unknown, and without a logged command the mean torque: several are tried,
-    with a correction for the search. The size of the play is not told: above the gear the rotation of the string
-    meanwhile is not recorded, and below it several pairs of play and share explain the record nearly alike.
+    with a correction for the search. The size of the play is not determined: above the gear the rotation of the string
+    meanwhile is not recorded, and below it several pairs of play and share explain the record nearly equally well.
     """
 
     # the torque of a rigid gear follows from the acceleration, which steps of the speed spoil
@@ -147,7 +147,7 @@ def _withheld_score(name: str, inspection: Inspection) -> Score | None:
 
 def _dwelling_score(inspection: Inspection) -> Score | None:
     """Score of the time at zero torque, by the best of several shares; None where there is hardly any, or no command
-    that tells where zero is.
+    that shows where zero is.
     """
     if not inspection.residual.record.has_command:
         return None

@@ -36,7 +36,7 @@ _LEAST_BLOCKS = 4
 _STANDING = 0.15
 """Speed, as a share of the mean, below which the bit counts as standing."""
 _TURNS_BACK = 1.0
-"""Swing of the bit per mean speed from which it turns backward; the rock, which only resists, holds it instead."""
+"""Swing of the bit per mean speed from which it would turn back; the rock, which only resists, holds it instead."""
 _LEAST_SHARE = 0.005
 """Share of the time about zero below which there are too few data."""
 

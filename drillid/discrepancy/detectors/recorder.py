@@ -26,8 +26,8 @@ _CLEAR = 10.0
 """Power of the response to the recorded speed relative to that of the rest of the command, above which a line is used
 as recorded; other lines are computed from the sweep, as noise in the regressors would bias their coefficients low."""
 _ABOVE_SENSOR = 100.0
-"""The same of the recorded speed relative to the sensor's noise. The control reads that noise too, so that it is not in
-the rest of the command; but it comes from no clock that drifts."""
+"""The same for the recorded speed relative to the sensor's noise. The control reads that noise too, so that it is not
+in the rest of the command; but drifting clocks do not produce it."""
 _LINES = 61
 """Lines over which these powers are averaged (running median)."""
 _ENDS = 2.0

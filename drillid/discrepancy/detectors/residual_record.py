@@ -165,7 +165,7 @@ class ResidualRecord:
 
     @cached_property
     def time_error(self) -> float:
-        """Standard deviation of the rows' time stamps, s: what of the sweep is too rough for its own band, per slope.
+        """Standard deviation of the rows' time stamps, s: the sweep's part too rough for its band, per unit of slope.
 
         Rows that hold the last sample of a slower control, or lie on lines between its samples, are of different ages.
         The median over blocks leaves out the jump at the end of a sweep's period.

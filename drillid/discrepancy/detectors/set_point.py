@@ -1,6 +1,6 @@
-"""What a logged set point tells of the speed's scale: a control with an integral part holds their means equal.
+"""The speed's scale from a logged set point: a control with an integral part holds the means of both equal.
 
-That holds over a whole set of windows, not in one window's record: rounding of the set point is an error that all
+It is found from a whole set of windows, not from one window's record: rounding of the set point is an error that all
 windows share, so that the set has one detection.
 """
 

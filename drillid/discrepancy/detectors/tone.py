@@ -34,8 +34,8 @@ _WIDEST = 1.0
 _LOWEST, _HIGHEST = 0.05, 0.48
 """Lowest frequency of a tone, Hz, and highest, as a share of the samples' rate."""
 _ABOVE_ROUNDING, _IMAGE = 16.0, 0.25
-"""Power over that of the sweep's rounding from which a line of the sweep is one, as noise exceeds it once in e^16; and
-the share of a line of the speed from which an image explains it."""
+"""Power relative to that of the sweep's rounding above which a line of the sweep is an image, as rounding exceeds it
+once in e^16; and the share of a line of the speed above which an image explains it."""
 _LEAST_KEPT = 0.1
 """Least share of a tone assumed to remain, in the correction for what is removed with the sweep."""
 
@@ -105,9 +105,9 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
 def _is_image(residual: ResidualRecord, spectrum: Complex) -> Booleans:
     """Half lines off the harmonics that may be images of the sweep, (half line,).
 
-    Rows of different ages fold the sweep, and the speed with it, to other lines. The record of the sweep shows them:
-    what does not repeat in it. Those of the speed are larger by the mobility at the line that was folded, thus at most
-    by the largest.
+    Rows of different ages alias the sweep, and the speed with it, to other lines. The images of the sweep are the part
+    of its record that does not repeat. Those of the speed are larger by the mobility at the line that was aliased, thus
+    at most by the largest mobility.
 
     Parameters
     ----------

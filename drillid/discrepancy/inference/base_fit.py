@@ -11,7 +11,7 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.physics.held_control import INTERVALS, PRIOR
 
 _LEAST_WINDOWS, _USUAL_WINDOWS, _ROUNDS = 4, 2.0, 3
-"""Least windows from which a set's own deviation is estimated, windows that the prior one counts for, and rounds."""
+"""Fewest windows from which a set's own deviation is estimated, windows that its prior is worth, and rounds."""
 
 
 def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
@@ -34,9 +34,9 @@ def with_own_deviation(model: SetModel, fit: SetFit) -> tuple[SetModel, SetFit]:
 
 
 def fit_base(evidence: Evidence, *further: Point) -> tuple[SetModel, SetFit]:
-    """The model of a set without extensions, and its fit from both starts, outlier windows brought back.
+    """The model of a set without extensions, and its best fit from all starts, outlier windows brought back.
 
-    Where the interval of the control is not known it is the likeliest of some that speed controls have.
+    Where the interval of the control is not known, the likeliest of those usual for speed controls is taken.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _evidence_at(evidence: Evidence, interval: float) -> Evidence:
 def at_likeliest_interval(
     model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()
 ) -> tuple[SetModel, SetFit]:
-    """The model and its fit at the interval of the control that is likeliest, of some and of the model's own."""
+    """The model and its fit at the likeliest interval of the control, among the usual ones and the model's own."""
     best, least = (model, fit), fit.cost + interval_cost(model)
     for interval in INTERVALS:
         other = model.with_evidence(_evidence_at(model.evidence, interval))
@@ -78,8 +78,8 @@ def at_interval_of(model: SetModel, point: Point) -> Point:
 
 
 def interval_cost(model: SetModel) -> float:
-    """Cost of the prior of an interval that is not known, relative to that of none: each stands for the intervals near
-    it, and fewer have one like it than one that is as good as none.
+    """Prior cost of an interval that is not known, relative to that of no interval: each stands for the intervals near
+    it, and fewer controls have such an interval than one that is practically none.
     """
     nearest = int(np.argmin(np.abs(np.array(INTERVALS) - model.control_interval)))
     return float(np.log(PRIOR[0] / PRIOR[nearest]))

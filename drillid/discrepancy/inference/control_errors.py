@@ -1,4 +1,4 @@
-"""Errors of the control's response, of each window and common to all."""
+"""Errors of the control's response: those of each window, and those common to all."""
 
 import numpy as np
 import pandas as pd
@@ -17,10 +17,10 @@ denominator; largest relative variance at which they are used; and the ratio to 
 counts as lying at a zero of the mobility. The mean of a ratio falls short by exp(-1/v) of it where the denominator's
 relative variance is v: at most by 0.7 %."""
 _LEAST = 1e-12
-"""Relative variance in place of none, as in a response that was computed."""
+"""Relative variance used in place of zero, as in a computed response."""
 _SMOOTH, _ROUGH = 24, 2.0
-"""Smooth functions over the band that hold any control's response, and variance about them, relative to that of the
-noise, from which it counts: a median over _LINES errs by a third."""
+"""Number of smooth functions over the band that represent any control's response, and variance about them, relative to
+that of the noise, above which it counts: a median over _LINES errs by a third."""
 
 
 def control_errors(evidence: Evidence, stated: Complex, used: Booleans) -> tuple[Floats, Floats]:
@@ -50,8 +50,8 @@ def control_errors(evidence: Evidence, stated: Complex, used: Booleans) -> tuple
 def _folded(frequency: Floats, ratio: Complex, noise: Floats) -> Floats:
     """Relative variance (F,) of the windows' mean response about a smooth curve, beyond that of their noise.
 
-    The response of a control is smooth. Readings at an interval longer than that of the rows fold other parts of the
-    sweep into a line, alike in all windows, the more the longer the interval is.
+    The response of a control is smooth. Readings at an interval longer than that of the rows alias other parts of the
+    sweep into a line, alike in all windows, and the more so the longer the interval is.
     """
     windows = np.count_nonzero(np.isfinite(ratio), axis=0)
     seen = windows > 0

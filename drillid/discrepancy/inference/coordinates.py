@@ -40,8 +40,8 @@ DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 RELATIVE = (2, 3, 8, 9)
 """Indices of the coordinates that are relative changes."""
 HEAVY_TAILED: tuple[int, ...] = (3, 4, 5, 7, 8, 9)
-"""Indices of those whose values are now and then plainly wrong, as none is measured on the rig by whoever drills:
-Student's t with STUDENT_TAIL degrees of freedom."""
+"""Indices of the coordinates whose values are now and then plainly wrong, as the drilling crew measures none of them:
+their prior is Student's t with STUDENT_TAIL degrees of freedom."""
 INTERVAL = COORDINATES.index("interval")
 """Index of the interval of the control."""
 DEVIATION = np.array([0.5, 0.2, 0.5, 0.4])
@@ -52,8 +52,9 @@ HIGHEST = np.array([100.0, 3.0, 1.0, 2.0, 30.0, 15.0, 200.0, 60.0, 4.0, 4.0, 20.
 DAMPING_BIT = COORDINATES.index("damping_bha")
 """Index of the damping at the bit."""
 PASSIVE = 0.04
-"""Standard deviation to which a window's damping at the bit may lie below zero, scaled, 2 N m s/rad: without a cause a
-bit is passive, and a torque that falls with speed is one. Small beside what windows show, but the cost stays smooth.
+"""Standard deviation by which a window's damping at the bit may fall below zero, scaled, 2 N m s/rad: a bit is passive
+unless a cause acts, such as a torque that falls with speed. Small beside the values of windows, but the cost stays
+smooth.
 """
 FURTHEST_SHAPE = 2.5
 """Bound of the fitted coordinates of shapes, in standard deviations."""
@@ -76,7 +77,7 @@ class Extension:
 
 
 def fitted_shapes(extensions: tuple[Extension, ...]) -> list[int]:
-    """Indices of the extensions of whose shapes a parameter is fitted."""
+    """Indices of the extensions that have a fitted shape parameter."""
     return [place for place, extension in enumerate(extensions) if extension.cause.shape_is_fitted]
 
 

@@ -1,8 +1,8 @@
-"""How often data sheets are so far off that a cause seems to be there where nothing is wrong.
+"""How often data sheets are so far off that a cause seems present where nothing is wrong.
 
-The errors of what data sheets state have heavy tails, of which linear theory about the fitted model knows nothing: a
-score test sees no difference between a value that is wrong outright and a cause that looks like it. Here errors are
-drawn from their priors, and each draw is fitted without and with each cause. All but the priors is linear.
+Errors of data-sheet values have heavy tails, which linear theory about the fitted model ignores: a score test cannot
+tell a plainly wrong value from a cause that looks like it. Here errors are drawn from their priors, and each draw is
+fitted without and with each cause. Everything but the priors is linear.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.rules import REJECTED_PULLS, STUDENT_TAIL, WIDE_PRIOR
 
 _DRAWS = 2000
-"""Of data sheets: a chance of a thousandth is told to a factor of two."""
+"""Number of data sheets drawn: a probability of one in a thousand is found to within a factor of two."""
 
 
 def chance_of_evidence(
@@ -62,7 +62,7 @@ def _most_evidence(
 
 
 def _drawn(model: SetModel, information: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
-    """By how much data sheets are off (N, 14), and the right sides (N, P) of data with noise."""
+    """Errors (N, 14) of the drawn data sheets, and right-hand sides (N, P) of data with noise."""
     off, heavy = generator.standard_normal((_DRAWS, SHARED)), list(model.heavy_tailed)
     off[:, heavy] = generator.standard_t(float(STUDENT_TAIL), (_DRAWS, len(heavy)))
     true = off * model.prior_error

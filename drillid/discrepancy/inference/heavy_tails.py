@@ -11,22 +11,22 @@ from drillid.arrays import Booleans, Floats, Indices
 from drillid.discrepancy.inference.set_fit import off_cost, prior_precision
 
 _ROUNDS = 12
-"""Of reweighted least squares from each start."""
+"""Iterations of reweighted least squares from each start."""
 
 
 @dataclass(frozen=True, eq=False)
 class Optima:
-    """Least costs of N fits in P coordinates."""
+    """Optima of N fits in P coordinates."""
 
     at: Floats
     """(N, P)"""
     cost: Floats
     """(N,) ½ xᵀ I x − bᵀ x, with the costs of the priors."""
     curvature: Floats
-    """(N, P, P), of the priors as of the normal ones that give the same optimum."""
+    """(N, P, P), with each prior replaced by the normal one that gives the same optimum."""
 
     def where(self, chosen: Booleans) -> Optima:
-        """Some of them."""
+        """The chosen ones."""
         return Optima(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
     @property
@@ -47,7 +47,7 @@ class HeavyTailedFit:
     """Indices of those whose prior is Student's t."""
 
     def optima(self, right: Floats, starts: Sequence[Floats]) -> Optima:
-        """The best of the fits from some starts.
+        """The best fit from several starts, for each right-hand side.
 
         Parameters
         ----------
@@ -59,7 +59,7 @@ class HeavyTailedFit:
         return Optima(*(np.stack([getattr(fit, each.name) for fit in fits])[best] for each in fields(Optima)))
 
     def of(self, coordinates: Indices) -> HeavyTailedFit:
-        """The same in some of its coordinates."""
+        """The same in some of the coordinates, with the others held at zero."""
         heavy = tuple(np.flatnonzero(np.isin(coordinates, self.heavy_tailed)).tolist())
         return HeavyTailedFit(self.information[np.ix_(coordinates, coordinates)], self.error[coordinates], heavy)
 

@@ -22,8 +22,8 @@ def held_out_gain(
 
     The coordinates that windows do not share are fitted to the held-out window, with the prior that ties them to the
     set, by both models alike. A single window is split into its even and odd frequencies. The responses of the control
-    count beside the mobilities, and the parameters that data sheets state once for the set: a cause may show only as a
-    deviation from these.
+    count as well as the mobilities, and so do the parameters that data sheets state once for the set: a cause may show
+    only as a deviation from these.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def gain_on(
 ) -> PredictiveGain:
     """The gain on some data (W, F), by the responses alone; `base` and `extended` as in `held_out_gain`.
 
-    It is that per held-out window; where only some frequencies of windows are held out, per window.
+    It is given per held-out window, or per window of the set where only some frequencies are held out.
     """
     before, after = _residuals(model, held, *base), _residuals(model, held, *extended)
     total = 0.5 * float(np.sum(np.abs(before) ** 2 - np.abs(after) ** 2))

@@ -1,4 +1,4 @@
-"""What is measured of a set of windows, with its weights, beside which a model's responses are put."""
+"""Measured responses of a set of windows, with their weights, for comparison with a model's responses."""
 
 from functools import cached_property
 
@@ -68,7 +68,7 @@ class MeasuredRows:
         return self.s.size + (0 if weight is None else int(weight.any(axis=0).sum()))
 
     def linearised(self, window_model: WindowModel, coordinates: int) -> Linearised:
-        """Whitened residuals and derivatives of a model of all windows to so many coordinates."""
+        """Whitened residuals of a model of all windows, and its derivatives with respect to so many coordinates."""
         window_model = window_model.held()
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is not None:
@@ -82,7 +82,7 @@ class MeasuredRows:
         return Linearised(np.concatenate(residuals, axis=-1), np.concatenate(jacobians, axis=-1))
 
     def products(self, window_model: WindowModel, coordinates: int, windows: Indices | None = None) -> Products:
-        """Sums over the rows of residuals and derivatives; of some windows alone where these are given."""
+        """Sums over the rows of products of residuals and derivatives; of some windows only where these are given."""
         window_model = window_model.held()
         compiled = compiled_system(window_model.system, window_model.recording, window_model.course)
         if compiled is None:
@@ -120,7 +120,7 @@ class MeasuredRows:
 
     def _data_at(self, lines: Indices) -> Data:
         evidence, weight = self.evidence, self.control_weight
-        # of one layout, as the kernels are compiled anew for every other; a choice of columns has another
+        # all of one memory layout, as the kernels are recompiled for any other; indexing columns would change it
         mobilities = evidence.frequency[lines], evidence.mobility.take(lines, axis=1), self.weight[:, lines]
         if weight is None or evidence.control is None:
             rows = np.empty(0, dtype=np.intp)

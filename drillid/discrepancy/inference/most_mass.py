@@ -12,17 +12,17 @@ from drillid.discrepancy.inference.set_model import SetModel
 from drillid.fits.damped import SET, SET_END, descend
 
 _STEP = 0.05
-"""Step of the differences that give the slope of a volume, in deviations of the windows."""
+"""Finite-difference step for the slope of a log determinant, in prior standard deviations of the windows."""
 
 
 def of_most_mass(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> Point:
-    """Where the marginal likelihood of the windows is greatest, rather than that of all they deviate by.
+    """Where the likelihood with the windows' deviations integrated out is greatest, rather than the joint one.
 
     Where damping nearly vanishes a resonance is so sharp that it can follow the noise of single lines: the cost has an
-    optimum there that is narrow, so that it holds little of the posterior, and that draws the set to itself. The
-    marginal likelihood of a window by Laplace's method also has the determinant of the curvature (Tierney and Kadane
-    1986, Journal of the American Statistical Association 81, 82-86). It is maximised from the fit and from where all
-    windows are at the set.
+    optimum there that is narrow, so that it holds little of the posterior, yet draws the set to itself. By Laplace's
+    method the marginal likelihood of a window also contains the determinant of the curvature (Tierney and Kadane
+    1986, Journal of the American Statistical Association 81, 82-86). It is maximised both from the fit and from all
+    windows at the set's values.
     """
 
     def with_volumes(about: Expansion) -> Expansion:
@@ -61,8 +61,8 @@ def _half_log(curvature: Floats) -> Floats:
 def bias_of_curvature(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> Complex:
     """Mean of the whitened residuals (W, rows) at the optimum, to second order in the windows' deviations.
 
-    A window's deviations are off by errors of covariance C, and the responses are curved in them by H: residuals are
-    −½ tr(H C) in the mean (Box 1971, Journal of the Royal Statistical Society B 33, 171-201).
+    A window's deviations have errors of covariance C, and the responses have the second derivatives H in them: the mean
+    residual is −½ tr(H C) (Box 1971, Journal of the Royal Statistical Society B 33, 171-201).
     """
     corner = expanded(model, point, extensions).normal.corner
     values, vectors = np.linalg.eigh(np.linalg.inv(corner))

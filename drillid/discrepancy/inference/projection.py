@@ -63,7 +63,7 @@ def secants(
 
 
 def _stacked(model: SetModel, directions: Sequence[Complex]) -> Complex:
-    """Directions (W, rows), also none, as one array (W, K, rows)."""
+    """Directions (W, rows), possibly none, as one array (W, K, rows)."""
     if not directions:
         return np.zeros((model.evidence.windows, 0, model.measured.count), dtype=complex)
     return np.stack(directions, axis=1)

@@ -53,7 +53,7 @@ def weighted(response: Any, measured: Complex, weight: Floats, count: int) -> tu
 
 
 def real_rows(values: Complex) -> Floats:
-    """Real and imaginary parts of rows (..., R) as one row (..., 2 R), of the same memory."""
+    """Real and imaginary parts of rows (..., R) as one row (..., 2 R), a view of the same memory."""
     return values.view(float)
 
 

@@ -66,7 +66,7 @@ def screen(
     The p-value of the total evidence comes from draws of the score under the fitted model, whose covariance is the
     projected information: the maximum over a catalogue needs no other correction. A cause whose first order the
     nuisance parameters absorb, such as a lag beside a delay, is also tested at its usual size and at a small one.
-    All is linear about where the windows' posteriors have most mass.
+    Everything is linearised about the point at which the windows' posteriors have most mass.
     """
     fit = replace(fit, point=of_most_mass(model, fit, extensions))
     chosen = [candidate for candidate in candidates(catalogue) if not candidate.cause.size.fixed]
@@ -162,7 +162,7 @@ def tail_p_value(value: float, draws: Floats) -> float:
 
 
 def dispersion(model: SetModel) -> float:
-    """Variance of a score per information where weights are reciprocals of variances estimated with ν freedoms."""
+    """Variance of a score per information where weights use variances estimated with ν degrees of freedom."""
     freedom = np.maximum(model.evidence.degrees_of_freedom[model.measured.weight > 0], 3.0)
     return float(np.mean((freedom - 1) / (freedom - 2)))
 

@@ -27,12 +27,12 @@ _MOST_SHAPES = 2
 _SPREAD = 6
 """Number of other values of a continuous shape that are tried where the linear evidence is not reliable."""
 _FINEST = 0.1
-"""Share of its first length down to which the step of a shape is halved."""
+"""Fraction of its initial length down to which the step of a shape is halved."""
 _MOST_FIXED = 2
-"""Shapes of a cause without a size that are fitted."""
+"""Number of shapes that are fitted for a cause without a size."""
 _SELDOM, _SMALLER = 0.01, 0.1
-"""Interval of a control, s, from which a fit also begins where the base model makes room for a cause, and the size that
-the cause has there, per usual size.
+"""Control interval, s, from which a fit is also started at a base model moved to make room for the cause, and the
+cause's size at that start, relative to the usual size.
 """
 
 
@@ -76,7 +76,7 @@ def search(
 
     Parameters
     ----------
-    time_varying : sizes of causes that vary within a window, by their detections; the screen does not hold these
+    time_varying : sizes, from their detections, of causes that vary within a window; the screen does not cover these
     """
     linear = screened.by_cause
     best = max(linear.values(), default=-np.inf)
@@ -230,10 +230,11 @@ class _CauseFitter:
         return points
 
     def _given_room(self, further: Extension) -> Point:
-        """A cause at a small size, with all else moved by what the base model takes of it to first order.
+        """Start with the cause at a small size and all else moved to compensate for it to first order.
 
-        What a control that samples seldom adds to its delay has a kink wherever the delay is so many intervals and a
-        half; a fit from size zero, or without room for the delay that comes with the cause, ends before the next one.
+        What a slowly sampling control adds to its delay has a kink wherever the delay is a whole number of intervals
+        and a half; a fit from size zero, or without room for the delay that comes with the cause, stops before the next
+        kink.
         """
         direction = secants(self.model, self.base, self.extensions, (further,), _SMALLER)
         size = _SMALLER * further.cause.size.typical
@@ -244,7 +245,7 @@ class _CauseFitter:
         return within(replace(point, shared=point.shared + moved[:SHARED], sizes=sizes), (*self.extensions, further))
 
     def _sized(self, origins: Iterable[Point], sizes: Collection[float]) -> list[Point]:
-        """Each of some points with each of some sizes of a further cause."""
+        """Every combination of the given points with the given sizes of a further cause."""
         own = self.base.point
         return [
             replace(origin, sizes=np.append(own.sizes, size), shapes=own.shapes) for origin in origins for size in sizes
@@ -304,7 +305,7 @@ def evidence_of_size(
 
     Parameters
     ----------
-    fall : of the cost by the cause
+    fall : reduction of the cost by the cause
     volume : log determinant of the cost's curvature with the cause, minus that without it
     size, precision : its estimate with the wide prior, and the precision of this
     """

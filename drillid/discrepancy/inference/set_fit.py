@@ -1,4 +1,4 @@
-"""Gauss–Newton fits of a set's model with the windows' deviations eliminated: their cost is linear in windows."""
+"""Gauss–Newton fits of a set's model with the windows' deviations eliminated: effort is linear in the windows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -27,11 +27,11 @@ from drillid.fits.damped import DEVIATIONS, LEAST_CURVATURE, SET, SET_END, desce
 from drillid.statistics import TWO_SIDED
 
 _ROUNDS = 3
-"""In which windows are started at the set."""
+"""Rounds in which each window is restarted from the set's values."""
 _HEAVY = float(stdtrit(STUDENT_TAIL, ndtr(TWO_SIDED)) / TWO_SIDED)
-"""Standard deviation of the normal distribution whose central 95 % are those of Student's t with scale one."""
+"""Standard deviation of the normal distribution whose central 95 % interval is that of Student's t of unit scale."""
 _PLACES, _UNIT = list(LOCAL), np.eye(len(LOCAL))
-"""Of the windows' deviations among the shared coordinates, and their unit matrix."""
+"""Indices of the windows' deviations among the shared coordinates, and the unit matrix of their size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +41,13 @@ class Normal:
     total: Floats
     """(P, P) of all windows' rows."""
     border: Floats
-    """(W, 4, P) of each window's rows, between its deviations and everything."""
+    """(W, 4, P) of each window's rows, between its deviations and all coordinates."""
     own: Floats
-    """(W, P) right sides."""
+    """(W, P) right-hand sides."""
     prior: Floats
     """(P,) precision of the priors."""
     pull: Floats
-    """(P,) right side of the priors."""
+    """(P,) right-hand side of the priors."""
     local_precision: Floats
     """(W, 4) precision of the windows' deviations."""
     local: Floats
@@ -63,12 +63,12 @@ class Normal:
 
     @property
     def unbounded(self) -> "Normal":
-        """The same without the bound of the damping, which is no curvature of the likelihood."""
+        """The same without the bound of the damping, whose curvature is not part of the likelihood's."""
         return replace(self, below=np.zeros_like(self.below))
 
     @property
     def _bounded_border(self) -> Floats:
-        """(W, 4, P) the border with the bound."""
+        """(W, 4, P) the border including the bound of the damping."""
         border = self.border.copy()
         border[:, _PLACES.index(DAMPING_BIT), DAMPING_BIT] += _bound(self.below)[0]
         return border
@@ -107,7 +107,7 @@ class SetFit:
     windows_information: float
     """Log determinant of the curvature in the windows' deviations with all else held."""
     off_data_sheet: Floats
-    """(14,) how far the shared coordinates lie off their priors, in standard deviations of these."""
+    """(14,) offsets of the shared coordinates from their prior means, in prior standard deviations."""
     heavy_tailed: tuple[int, ...]
     """Indices of those whose prior is Student's t."""
     prior_error: Floats
@@ -115,14 +115,14 @@ class SetFit:
 
     @property
     def pulls(self) -> Floats:
-        """(14 + W,) the same as normal variables of the same log density relative to its peak, and how far each
-        window's damping at the bit lies below zero: half their squares add to the cost.
+        """(14 + W,) the same offsets as normal variables of equal log density relative to its peak, and how far each
+        window's damping at the bit lies below zero: half the sum of their squares is part of the cost.
         """
         return np.append(np.sign(self.off_data_sheet) * np.sqrt(2 * self._off_costs), below_zero(self.point))
 
     @property
     def data_sheet_cost(self) -> float:
-        """Part of the cost that coordinates off their data sheets have."""
+        """Part of the cost due to coordinates off their data sheets."""
         return float(np.sum(self._off_costs))
 
     @property
@@ -131,10 +131,10 @@ class SetFit:
 
     @property
     def size_errors(self) -> Floats:
-        """Standard errors of the sizes by the curvature, for 95 % intervals.
+        """Standard errors of the sizes from the curvature, for 95 % intervals.
 
-        What data sheets state has errors with heavy tails, of which the curvature knows nothing: 95 % of Student's t
-        with its scale take a normal distribution that is half as wide again.
+        Errors of data-sheet values have heavy tails, which the curvature does not reflect: the 95 % interval of
+        Student's t is that of a normal distribution half as wide again as its scale.
         """
         documented, sizes = list(DATA_SHEET), slice(SHARED, SHARED + self.point.sizes.size)
         precision = prior_precision(self.off_data_sheet, self.prior_error, self.heavy_tailed)
@@ -203,8 +203,8 @@ def fit_local(
 
 
 def without_outlier_windows(model: SetModel, fit: SetFit, extensions: tuple[Extension, ...] = ()) -> SetFit:
-    """The fit after each window was also started at the set: with Student's t the cost has a minimum near the set
-    and others far from it, and a window may have ended at one of those.
+    """The fit after each window has also been restarted from the set's values: with Student's t the cost has a minimum
+    near the set and others far from it, and a window may have ended at one of those.
     """
     for _ in range(_ROUNDS):
         point = fit.point
@@ -237,7 +237,7 @@ def below_zero(point: Point) -> Floats:
 
 
 def _bound(below: Floats) -> tuple[Floats, Floats]:
-    """Curvature of the cost of a negative damping at the bit, and its right side, each (W,)."""
+    """Curvature of the cost of a negative damping at the bit, and its right-hand side, each (W,)."""
     return np.where(below < 0, PASSIVE**-2.0, 0.0), -below / PASSIVE
 
 
@@ -262,7 +262,7 @@ def normal_equations(
     lines: slice = slice(None),
     bias: Complex | float = 0.0,
 ) -> Normal:
-    """Normal equations of some rows about a point with further columns (W, K, rows), without priors of their own.
+    """Normal equations of some rows about a point, with further columns (W, K, rows) that have no priors.
 
     Parameters
     ----------
@@ -289,12 +289,12 @@ def normal_equations(
 
 
 def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
-    """Precision (..., P) of the priors of shared coordinates, sizes and shapes that lie off them, in their units.
+    """Precision (..., P) of the priors of shared coordinates, sizes and shapes at given offsets from their means.
 
     Parameters
     ----------
-    off : (..., P) in standard deviations
-    error : (P,) these
+    off : (..., P) offsets, in standard deviations
+    error : (P,) these standard deviations
     """
     precision = np.ones_like(off) * error**-2.0
     heavy = list(heavy_tailed)
@@ -303,13 +303,13 @@ def prior_precision(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -
 
 
 def _priors(off: Floats, error: Floats, heavy_tailed: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """Precision of the priors about a point, and their right side, each (P,)."""
+    """Precision of the priors about a point, and their right-hand side, each (P,)."""
     precision = prior_precision(off, error, heavy_tailed)
     return precision, -precision * off * error
 
 
 def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]) -> tuple[Floats, Floats]:
-    """How far shared coordinates, sizes and shapes lie off their priors, in standard deviations, and these."""
+    """Offsets of shared coordinates, sizes and shapes from their prior means, in standard deviations, and these."""
     typical = np.array([WIDE_PRIOR * extension.cause.size.typical for extension in extensions])
     shapes = point.shapes[fitted_shapes(extensions)]
     off = np.concatenate([(point.shared - model.prior_mean) / model.prior_error, point.sizes / typical, shapes])
@@ -317,7 +317,7 @@ def _off_priors(model: SetModel, point: Point, extensions: tuple[Extension, ...]
 
 
 def off_cost(off: Floats, heavy_tailed: tuple[int, ...]) -> Floats:
-    """Cost of coordinates (..., P) that lie off their priors by so many standard deviations, each."""
+    """Cost of each coordinate (..., P) that lies so many standard deviations off its prior mean."""
     cost = 0.5 * off**2
     heavy = list(heavy_tailed)
     cost[..., heavy] = 0.5 * (STUDENT_TAIL + 1) * np.log1p(off[..., heavy] ** 2 / STUDENT_TAIL)
@@ -340,7 +340,7 @@ class Expansion:
 
     @property
     def chi2(self) -> float:
-        """Of the mobilities."""
+        """Sum of squared residuals of the mobilities."""
         return self.sums.mobility_chi2
 
 
@@ -379,6 +379,6 @@ def moved(about: Expansion, extensions: tuple[Extension, ...], damping: float) -
 
 
 def _within_bounds(local: Floats, shared: Floats) -> Floats:
-    """Deviations (W, 4) at which a window's own values have the bounds of the set's."""
+    """Deviations (W, 4) clipped so that each window's own values keep within the bounds of the set's."""
     places = list(LOCAL)
     return np.clip(local, LOWEST[places] - shared[places], HIGHEST[places] - shared[places])

@@ -47,7 +47,7 @@ class SetModel:
 
     Parameters
     ----------
-    evidence : where its data sheet states no interval of the control, this is continuous
+    evidence : the control is taken as continuous where its data sheet states no interval
     deviation : prior standard deviation of the windows from the set, scaled, (4,)
     """
 
@@ -83,8 +83,8 @@ class SetModel:
 
     @property
     def _folded_error(self) -> float:
-        """Error of the variances by what is folded, s²: the share that the string adds to the top drive's inertia as
-        load, at the rate of the control, of an interval's square by six, which is that of this inertia alone.
+        """Error of the variances due to aliasing, s²: a sixth of the squared interval, which holds for the top drive's
+        inertia alone, times the share that the string adds to this inertia as load at the rate of the control.
         """
         string, interval = Section(1.0, self.polar_moment), self.control_interval
         share = float(string.characteristic_admittance) * interval / (2 * np.pi * self.evidence.data_sheet.inertia_td)
@@ -113,7 +113,7 @@ class SetModel:
         return Point(shared, np.zeros((self.evidence.windows, len(LOCAL))), np.empty(0))
 
     def expected(self) -> Point:
-        """The point that the data sheets state, and the windows' own fits where they do not."""
+        """The point stated by the data sheets, and by the windows' own fits where these state nothing."""
         fitted, unstated = self.start(), self.prior_error >= _WIDE
         return Point(np.where(unstated, fitted.shared, self.prior_mean), fitted.local, fitted.sizes)
 
@@ -138,7 +138,7 @@ class SetModel:
 
     @cached_property
     def units(self) -> Floats:
-        """What a coordinate of one stands for, (14, W, 1); the logarithm of δ stays as it is."""
+        """Units of the coordinates, (14, W, 1); that of the logarithm of δ is one."""
         control, rest = self.controller, (_CLOCK, _INTERVAL, _HOLD, _HOLD)
         relative = self.length[:, 0], self.polar_moment, control.proportional, control.integral
         units = [_KAPPA, 1.0, *relative[:2], _DELAY, _INERTIA, _DAMPING, _LUMP, *relative[2:], *rest]
@@ -152,7 +152,7 @@ class SetModel:
         return values[..., None] * self.units
 
     def with_normal_priors(self) -> "SetModel":
-        """The same model whose priors have no heavy tails."""
+        """The same model with normal priors instead of heavy-tailed ones."""
         normal = copy(self)
         normal.heavy_tailed = ()
         return normal
@@ -164,7 +164,7 @@ class SetModel:
         return other
 
     def holding(self, extension: Extension, size: float, shape: float = 0.0) -> "SetModel":
-        """The same model with one more cause at a size, and coordinate of its shape, that are not fitted."""
+        """The same model with one more cause held at a size and shape coordinate, which are not fitted."""
         held = copy(self)
         held.held = (*self.held, (extension, size, shape))
         return held
@@ -172,7 +172,7 @@ class SetModel:
     def extended(
         self, window_model: WindowModel, sizes: list[Any], extensions: tuple[Extension, ...], shapes: Sequence[Any] = ()
     ) -> WindowModel:
-        """The window model with causes at their sizes, and at usual shapes or those of some coordinates."""
+        """The window model with causes at given sizes, and at given shape coordinates or their usual shapes."""
         given = zip(extensions, sizes, [*shapes, *[0.0] * (len(sizes) - len(shapes))], strict=True)
         for extension, size, shape in (*self.held, *given):
             present = size * extension.present(self.evidence.windows)
@@ -199,12 +199,12 @@ class SetModel:
         return self.measured.linearised(self._differentiated(point, extensions), coordinate_count(extensions))
 
     def products(self, point: Point, extensions: tuple[Extension, ...], windows: Indices | None = None) -> Products:
-        """Sums over the rows of residuals and derivatives; of some windows alone where these are given."""
+        """Sums over the rows of products of residuals and derivatives; of some windows only where these are given."""
         window_model = self._differentiated(point, extensions)
         return self.measured.products(window_model, coordinate_count(extensions), windows)
 
     def _differentiated(self, point: Point, extensions: tuple[Extension, ...]) -> WindowModel:
-        """The model of all windows with its derivatives to all that is fitted for the set."""
+        """The model of all windows with its derivatives with respect to all that is fitted for the set."""
         fitted = fitted_shapes(extensions)
         further = [np.full((1, 1), own) for own in (*point.sizes, *point.shapes[fitted])]
         values, slopes = [*self.quantities(point), *further], [*self.units, *(np.ones((1, 1)) for _ in further)]

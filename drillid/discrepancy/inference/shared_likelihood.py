@@ -1,12 +1,12 @@
-"""What a set's data say of causes that it may have in common with other wells, as sufficient statistics.
+"""Sufficient statistics of a set for causes that it may share with other wells.
 
-For each cause, at some of its sizes, the set's model is fitted with the cause held there, and its log-likelihood
-expanded to second order in the coordinates that belong to the rig; all that belongs to the set alone is eliminated. One
-expansion would not do: a delay and a lag of the drive differ in second order only. The priors of the rig's coordinates
-are not in it: wells of a rig have the same data sheets, which err alike in all of them and must be counted once.
+The set's model is fitted with each cause held at several sizes, and its log-likelihood expanded about each fit to
+second order in the rig's coordinates; all that belongs to the set alone is eliminated. A single expansion would not do:
+a delay and a lag of the drive differ in second order only. The priors of the rig's coordinates are left out: wells of
+a rig have the same data sheets, whose errors are the same in all of them and must be counted once.
 
-Causes that wells of a group may share are rivals: what the set's own verdict names of them is in none of these models,
-so that all are compared with the same one. Its other causes are fitted anew each time.
+Causes that wells of a group may share are rivals: those that the set's own verdict names are left out of all these
+models, so that every candidate is compared with the same one. The set's other causes are refitted each time.
 """
 
 from __future__ import annotations
@@ -34,37 +34,39 @@ from drillid.discrepancy.inference.set_fit import (
 from drillid.discrepancy.inference.set_model import SetModel
 
 RIG = np.array(DATA_SHEET)
-"""Indices of the coordinates that wells of a rig have in common. The interval of its control is none of them, as each
-set has found the one that is likeliest for itself, far from which no expansion holds.
+"""Indices of the coordinates that wells of a rig have in common. The control interval is not one of them: each set has
+found its own likeliest one, and no expansion holds far from it.
 """
 HELD = 7
-"""Sizes of a cause that are held. The likelihood of a filter of second order falls with the sixth power of its time
-constant, which a polynomial through fewer would bend up near zero, in all wells alike.
+"""Number of sizes at which a cause is held. The likelihood of a second-order filter falls with the sixth power of its
+time constant; a polynomial through fewer sizes would bend up near zero, in all wells alike.
 """
 _SIGNED = np.sin(np.pi * np.linspace(-0.5, 0.5, HELD))
 _ONE_SIDED = (1 + _SIGNED) / 2
-"""Sizes relative to the largest: Chebyshev's points, between which a polynomial does not swing."""
+"""Sizes relative to the largest: Chebyshev points, between which an interpolating polynomial does not oscillate."""
 _REACH = (0.1, 0.5, 1.5)
-"""Least, first and most of the largest size held, relative to the usual one."""
+"""Minimum, first trial and maximum of the largest size held, relative to the usual size."""
 _DECISIVE = 12.5
-"""Fall of the log-likelihood to the largest size: such a cause the set would name itself."""
+"""Fall of the log-likelihood aimed at for the largest size held: a set would name such a cause by itself."""
 _BEYOND = 1.5
-"""Least of the largest size, relative to the size that the set itself has."""
+"""Lower limit of the largest size held, relative to the cause's size in the set itself."""
 _FALL = 100.0
-"""Fall of the log-likelihood to the largest size from which only smaller ones are held."""
+"""Fall of the log-likelihood at the largest size above which the sizes held are reduced."""
 PARTS = 2
-"""Of the likelihood: mobilities, and responses of the control, whose errors windows of a rig have partly in common."""
+"""Parts of the likelihood: mobilities, and responses of the control, whose errors are partly common within a rig."""
 DIRECTIONS = 2
-"""Of each candidate: changes of the responses at the least size held and at the largest, or at the two ends."""
+"""Directions of each candidate: changes of the responses at the smallest non-zero size held and at the largest, or at
+both ends where sizes are signed.
+"""
 _SETTLED = 1.0
-"""Fall of the cost in a Gauss–Newton step from which it is not yet the last."""
+"""Fall of the cost in a Gauss–Newton step below which that step is the last."""
 
 
 @dataclass(frozen=True, eq=False)
 class SharedLikelihood:
     """Log-likelihoods of a set; C candidates, S sizes of each, R coordinates of the rig.
 
-    At a size it is value + scoreᵀ x − ½ xᵀ information x, where x are the rig's coordinates less those of the fit.
+    At each size it is value + scoreᵀ x − ½ xᵀ information x, where x are the rig's coordinates less those of the fit.
     """
 
     prior_error: Floats
@@ -83,14 +85,14 @@ class SharedLikelihood:
     """(2, R + 2 C, R + 2 C) information of the rig's coordinates and of two changes of the responses by each candidate;
     zero between candidates of different groups."""
     control_common: float
-    """Share of errors in common in the variance of the control's responses."""
+    """Share of common errors in the variance of the control's responses."""
     windows: int
     temper: float
     """Factor on likelihoods, below one where residuals are larger than the noise explains."""
 
 
 def shared_candidates() -> list[Extension]:
-    """The causes that wells may share and that linear responses show; those of the bit at one of their shapes."""
+    """The causes that wells may share and that linear responses show: those of a rig at all shapes, others at one."""
     causes = [cause for cause in CATALOGUE.values() if cause.shared_by and cause.is_linear and not cause.size.fixed]
     return [
         Extension(cause, shape)
@@ -167,7 +169,7 @@ def shared_likelihood(
 
 
 def _standard_errors(candidates: Sequence[Extension], before: Screen) -> Floats:
-    """Of each candidate's size in the set, relative to the usual size; infinite where the screen has it not."""
+    """Standard errors (C,) of candidates' sizes in the set, relative to the usual ones; infinite if not screened."""
     known = {
         (each.cause.name, each.shape): float(information) ** -0.5 / each.cause.size.typical
         for each, information in zip(before.candidates, np.diag(before.projection.information), strict=True)
@@ -178,8 +180,8 @@ def _standard_errors(candidates: Sequence[Extension], before: Screen) -> Floats:
 def _own_size(
     fit: SetFit, extensions: tuple[Extension, ...], rivals: list[int], candidates: Sequence[Extension], errors: Floats
 ) -> Floats:
-    """Size (C,) that a candidate may have in place of the set's own causes, relative to the usual one: as many usual
-    sizes as these have, or as many standard errors.
+    """Size (C,) that a candidate may have in place of the set's own causes, relative to its usual size: as many usual
+    sizes as these have, or as many standard errors if that is less.
     """
     own = np.zeros(errors.size)
     for place in rivals:
@@ -191,11 +193,11 @@ def _own_size(
 
 
 class _HeldCause:
-    """The model of a set with one cause held at sizes, fitted about each.
+    """The model of a set with one cause held at given sizes, refitted at each.
 
     Parameters
     ----------
-    base : without it
+    base : expansion of the model without the cause
     others : causes of the set whose sizes are fitted
     """
 
@@ -212,18 +214,18 @@ class _HeldCause:
         return self._found[size]
 
     def values(self, sizes: Floats) -> Floats:
-        """Log-likelihood ratios (sizes, 2) against none, computed from the smallest size on."""
+        """Log-likelihood ratios (sizes, 2) against size zero, computed from the smallest size upwards."""
         for size in sizes[np.argsort(np.abs(sizes), kind="stable")].tolist():
             self.at(size)
         return np.array([self.at(size).value - self.at(0.0).value for size in sizes.tolist()])
 
     def sizes(self, error: float, own: float) -> Floats:
-        """Sizes (S,) that are held: as far as the set's likelihood falls decisively.
+        """Sizes (S,) at which the cause is held, up to where the set's likelihood has fallen decisively.
 
         Parameters
         ----------
-        error : standard error of the size by the slopes at none, relative to the usual size
-        own : least of the largest size, relative to it
+        error : standard error of the size from the derivatives at size zero, relative to the usual size
+        own : lower limit of the largest size, relative to the usual size
         """
         size = self.candidate.cause.size
         least, first, most = _REACH
@@ -235,8 +237,8 @@ class _HeldCause:
         return sizes
 
     def _decisive(self, reach: float) -> float:
-        """Reach, from another one, to which the likelihood falls decisively: with the third power or so, as the rig's
-        coordinates absorb the first order of the effect, or with a higher one.
+        """Reach at which the likelihood has fallen decisively, extrapolated from a trial one: the fall goes with about
+        the third power, as the rig's coordinates absorb the first order of the effect, or with a higher one.
         """
         power, (least, _, most) = 3.0, _REACH
         log_reach, log_fall = np.log(reach), self._log_fall(reach)
@@ -247,13 +249,13 @@ class _HeldCause:
         return float(np.clip(reach * np.exp((np.log(_DECISIVE) - further) / power), least, most))
 
     def _log_fall(self, reach: float) -> float:
-        """Logarithm of what the likelihood falls by to the largest size of a reach, by way of smaller ones."""
+        """Logarithm of the fall of the log-likelihood at the largest size of a reach, approached by smaller sizes."""
         trial = _HeldCause(self.model, self.base, self.others, self.candidate)
         fall = -float(trial.values(held_sizes(self.candidate.cause.size, reach)[HELD // 2 - 1 :: 2])[-1].sum())
         return float(np.log(max(fall, 1e-3)))
 
     def _too_far(self, sizes: Floats) -> bool:
-        """Whether the likelihood falls so far to the largest size that no polynomial holds near the likeliest one."""
+        """Whether the likelihood falls so far at an end that a polynomial no longer holds near the likeliest size."""
         value = self.values(sizes).sum(axis=1)
         best, fall = int(np.argmax(value)), value.max() - value
         above, below = best < HELD - 2 and fall[-1] > _FALL, best > 1 and fall[0] > _FALL
@@ -283,7 +285,7 @@ def _fill(kept: SharedLikelihood, held: dict[int, _HeldCause], errors: Floats, o
 
 
 def _settled(model: SetModel, start: Point, extensions: tuple[Extension, ...]) -> Expansion:
-    """Near the optimum: one Gauss–Newton step from a start that is close to it, a fit from any other."""
+    """Expansion near the optimum: after one Gauss–Newton step if the start is close to it, after a fit otherwise."""
     about = expanded(model, within(start, extensions), extensions)
     there = expanded(model, moved(about, extensions, 0.0), extensions)
     if 0 <= about.cost - there.cost < _SETTLED:
@@ -367,8 +369,8 @@ def _information(model: SetModel, point: Point, extensions: tuple[Extension, ...
 
 
 def _of_control(matrix: Floats, vector: Floats, normal: Normal, further: int = 0) -> tuple[Floats, Floats, float]:
-    """The part of the control's responses, which show the rig's coordinates, further directions that come last, and
-    perhaps the set's own causes, whose sizes are eliminated as if the mobilities did not show them.
+    """The part of the control's responses, which depend on the rig's coordinates, on further directions that come last,
+    and perhaps on the set's own causes, whose sizes are eliminated as if the mobilities did not depend on them.
     """
     sizes = np.arange(SHARED, vector.size - further)
     matrix, vector = matrix.copy(), vector.copy()
@@ -380,7 +382,7 @@ def _of_control(matrix: Floats, vector: Floats, normal: Normal, further: int = 0
 
 
 def _eliminated(matrix: Floats, vector: Floats, wanted: Indices) -> tuple[Floats, Floats, float]:
-    """A quadratic with all but the wanted coordinates at their optimum, and what it gains by these."""
+    """A quadratic with all but the wanted coordinates at their optimum, and its gain from moving these there."""
     own = np.setdiff1d(np.arange(vector.size), wanted)
     border = matrix[np.ix_(own, wanted)]
     solved = np.linalg.solve(matrix[np.ix_(own, own)], np.column_stack([border, vector[own]]))
@@ -390,7 +392,7 @@ def _eliminated(matrix: Floats, vector: Floats, wanted: Indices) -> tuple[Floats
 
 
 def size_weights(size: Floats, sizes: Floats) -> Floats:
-    """Weights (..., G, S) of the polynomial through some sizes (..., S), at others (..., G) (Lagrange)."""
+    """Lagrange weights (..., G, S) for interpolation from sizes (..., S) to other sizes (..., G)."""
     away = size[..., None] - sizes[..., None, :]
     between = sizes[..., :, None] - sizes[..., None, :]
     weights = [

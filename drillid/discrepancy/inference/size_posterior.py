@@ -1,4 +1,4 @@
-"""Posterior of a cause's size, under the prior by which its evidence is counted."""
+"""Posterior of a cause's size, under the prior with which its evidence is computed."""
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -16,21 +16,21 @@ from drillid.discrepancy.rules import WIDE_PRIOR
 _LEVEL = 0.95
 _TAILS = ((1 - _LEVEL) / 2, (1 + _LEVEL) / 2)
 _REACH, _POINTS = 10.0, 201
-"""Standard errors on either side of an estimate that a posterior is computed for, and at how many sizes."""
+"""Standard errors on either side of an estimate over which a posterior is computed, and the number of sizes."""
 _FAR = 1e3
-"""Tolerances off at which a data sheet has no weight."""
+"""Offset, in tolerances, at which a data-sheet value has practically no weight."""
 
 
 def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: int) -> tuple[float, float]:
     """Central 95 % interval of the posterior of one of a fit's sizes.
 
-    What data sheets state has errors with heavy tails. Where two of them together tell a size, they may contradict each
-    other, and the posterior then has room for either being wrong: it is computed size by size, with all else at its
-    optimum there, its volume by Laplace's approximation.
+    Errors of data-sheet values have heavy tails. Where two values together determine a size, they may contradict each
+    other, and the posterior then allows for either being wrong: it is computed size by size, with all else at its
+    optimum there, and its volume by Laplace's approximation.
 
     Parameters
     ----------
-    place : of the size among those of the fit
+    place : index of the size among those of the fit
     """
     size = extensions[place].cause.size
     estimate, error = float(fit.point.sizes[place]), float(fit.size_errors[place])
@@ -46,7 +46,7 @@ def fitted_size_interval(fit: SetFit, extensions: tuple[Extension, ...], place: 
 
 
 def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, values: Floats) -> Floats:
-    """Log density of a size at N values (N,), up to a constant, with its prior of the fit."""
+    """Log density of a size at N values (N,), up to a constant, with the prior that the fit used."""
     at = np.append(fit.off_data_sheet * fit.prior_error, fit.point.coordinates(extensions)[SHARED:])
     right = fit.information @ at
     information = fit.information.copy()
@@ -57,7 +57,7 @@ def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, val
     documented = tuple(sorted({*fit.heavy_tailed, *DATA_SHEET}))
     equations = HeavyTailedFit(information, error, documented).of(others)
     rest = right[others] - values[:, None] * information[others, index]
-    # each data sheet in turn is not believed
+    # disbelieve each data-sheet value in turn
     starts = [np.zeros(others.size), *(_FAR * error[one] * (others == one) for one in documented)]
     optima = equations.optima(rest, [np.broadcast_to(start, rest.shape) for start in starts])
     squares = 0.5 * information[index, index] * values**2 - right[index] * values
@@ -67,8 +67,9 @@ def _log_density(fit: SetFit, extensions: tuple[Extension, ...], index: int, val
 def size_interval(estimate: float, error: float, size: Size) -> tuple[float, float]:
     """Central 95 % interval of the posterior, which is a mixture of two normal ones, within the size's bounds.
 
-    The prior is half a normal one with the usual size, half one WIDE_PRIOR times as wide, each cut at zero where the
-    size cannot be negative. It draws towards zero a size that was named because noise made it look large.
+    The prior is an equal mixture of a normal one with the usual size as its standard deviation and one WIDE_PRIOR times
+    as wide, each truncated at zero where the size cannot be negative. It shrinks a size that was named because noise
+    made it look large.
 
     Parameters
     ----------

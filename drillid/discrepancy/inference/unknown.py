@@ -2,8 +2,8 @@
 
 At each port the response is disturbed by a smooth complex function of log frequency, with a Gaussian prior of unknown
 amplitude: a discrepancy in the sense of Kennedy and O'Hagan (2001, Journal of the Royal Statistical Society B 63,
-425–464), written in a basis so that it is one more linear model. What the fitted parameters absorb of it shows where
-data sheets state them: one of these, or all, may lie off the data sheets by more than their tolerances.
+425–464), written in a basis so that it is one more linear model. What the fitted parameters absorb of it shows up
+against the data sheets: one stated parameter, or all, may lie off them by more than the tolerances.
 """
 
 from collections.abc import Iterable
@@ -43,7 +43,7 @@ _PLACES = {"upper string": 1 / 3, "lower string": 2 / 3}
 FUNCTIONS = 12
 """Smooth functions over the band, each with real and imaginary part."""
 _REACHES = (0.0, 6.0)
-"""Correlation lengths of a disturbance that are tried, in functions: rough, and as smooth as a gain or a delay."""
+"""Correlation lengths tried for a disturbance, in basis functions: rough, and as smooth as a gain or a delay."""
 AMPLITUDES = 10.0 ** np.arange(-2.5, 0.6, 0.5)
 """Prior standard deviations that are tried, relative to the response or to the pipe's characteristic admittance."""
 _OFF_DATA_SHEET = np.array([3.0, 10.0, 30.0])
@@ -119,7 +119,7 @@ def prior_roots() -> Floats:
 def log_evidence(channel: str, score: Floats, information: Floats) -> Floats:
     """Log Bayes factor of something unknown against nothing, averaged over its size.
 
-    A disturbance has any of the priors of `prior_roots`; off the data sheets lie all stated parameters or one of them.
+    A disturbance has one of the priors of `prior_roots`; of the data sheets, all stated parameters are off or only one.
 
     Parameters
     ----------

@@ -30,20 +30,20 @@ _LAST = -1
 
 
 class _PlacedTerm(Term):
-    """Something that hangs in the string; the shape is its place."""
+    """An element attached to the string; the shape is its place."""
 
     is_place = True
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """It at its place."""
+        """The element at its place."""
         depth = depth_of(shape, window_model, operating_point)
         return window_model.with_string(*self.hung(window_model.system.string, depth, size))
 
     @abstractmethod
     def hung(self, string: String, depth: Any, size: Any) -> String:
-        """The string with it at a depth, m."""
+        """The string with the element at a depth, m."""
 
 
 class LearntInertia(_PlacedTerm):
@@ -90,7 +90,7 @@ class MountInertia(_PlacedTerm):
     size = Size("inertia", "kg m²", 50.0, 0.0, 2e3)
 
     def hung(self, string: String, depth: Any, size: Any) -> String:
-        """The inertia, on a spring that the next terms state."""
+        """The inertia, on a spring and damper that the next terms state."""
         return with_law(string, depth, MountedInertia(size, 0.0, 0.0))
 
 
@@ -143,7 +143,7 @@ class DragCoefficient(Term):
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
     ) -> WindowModel:
-        """Drag of a rate that the next term states."""
+        """Drag whose rate the next term states."""
         law = Relaxation(size, 0.0)
         sections = (replace(section, laws=(*section.laws, law)) for section in window_model.system.string)
         return window_model.with_string(*sections)
@@ -240,11 +240,11 @@ class Element:
     has_place: bool
     """Whether the shape of its first term is a place along the string."""
     ports: tuple[str, ...]
-    """Of `unknown.CHANNELS`, at which an unknown misfit may be this element."""
+    """Those of `unknown.CHANNELS` at which an unknown misfit may be due to this element."""
     starts: tuple[tuple[float, ...], ...]
     """Sizes from which fits begin, in units of the terms' typical sizes."""
     admittance: Callable[[Complex, Floats], Any] | None = None
-    """Of the unit of its first size, N m s/rad, from s and its sizes, where it hangs in the string at its place."""
+    """Admittance per unit of its first size, N m s/rad, from s and its sizes, where it is attached at its place."""
 
     @property
     def order(self) -> int:

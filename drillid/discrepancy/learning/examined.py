@@ -18,7 +18,7 @@ from drillid.discrepancy.verdicts.verdict import LEARNT, UNKNOWN, Verdict
 from drillid.statistics import TWO_SIDED
 
 _MOST_SHOWN = 6
-"""Parameters of an extension that are given in words."""
+"""Most parameters of an extension that are given in words."""
 
 
 def with_learnt(examination: Examination, seed: int = 0) -> Examination:

@@ -50,7 +50,7 @@ def with_law(
     surely: bool = False,
 ) -> Examination:
     """The examination with a law beside its extended model, where the verdict is unknown, or where a law surely shows
-    and is likelier than none: a verdict none becomes unknown, and a named cause gets that beside it.
+    and is likelier than none: a verdict none becomes unknown, and a named cause gets a verdict unknown beside it.
 
     Parameters
     ----------

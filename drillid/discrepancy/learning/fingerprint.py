@@ -1,7 +1,7 @@
 """The fingerprint of a learnt extension: its elements with places, sizes and covariance, and how like another's it is.
 
-A fingerprint holds the best fit of every element to the same data, so that two wells are compared in the words of one
-element even where each was told another. Two extensions are the same where some element explains both with common
+A fingerprint holds the best fit of every element to the same data, so that two wells are compared by the same element
+even where a different one was chosen in each. Two extensions are the same where some element explains both with common
 parameters: twice the loss of log-likelihood by that is a likelihood ratio with as many degrees of freedom as the
 element has parameters (Wilks 1938, Annals of Mathematical Statistics 9, 60–62). A Gaussian process, whose coefficients
 belong to its kernel, is described by its values at the frequencies of `process.COMPARED`.
@@ -25,13 +25,13 @@ from drillid.discrepancy.learning.process import COMPARED, PROCESS_AT, curves
 from drillid.discrepancy.learning.search import Candidate, placed
 
 PLACE_TOLERANCE = 0.03
-"""Of the string's length: standard deviation of the place of one and the same thing in two wells."""
+"""Standard deviation of the place of one and the same thing in two wells, as a share of the string's length."""
 SIZE_TOLERANCE = 0.15
-"""Relative standard deviation of its sizes, as the data sheets of rigs are wrong by some percent."""
+"""Relative standard deviation of its sizes, as the data sheets of rigs are wrong by a few percent."""
 SAME = 0.01
 """p-value from which two fingerprints count as the same."""
 LAW_OF = "law of"
-"""With what it is of, the name of a law among elements."""
+"""Start of a law's name among elements; what it is a law of follows."""
 CONTROL_LAW = "law of the speed control"
 _PLACE_STEP = 0.01
 
@@ -66,7 +66,7 @@ class Described:
 
 @dataclass(frozen=True, eq=False)
 class Fingerprint:
-    """What was found in one well, in the words of every element."""
+    """What was found in one well, as described by every element."""
 
     gain: float
     """Nats that the best element explains."""
@@ -128,7 +128,7 @@ def _described(model: SetModel, candidate: Candidate, loss: float) -> Described:
 
 
 def _place_variance(model: SetModel, candidate: Candidate) -> float:
-    """Variance of the place by the curvature of the cost, of which the sizes take no part."""
+    """Variance of the place from the curvature of the cost, with all else refitted at each place."""
     costs = [
         fit_set(model, candidate.fit.point, placed(candidate.element, place)).cost
         for place in np.clip([candidate.place - _PLACE_STEP, candidate.place + _PLACE_STEP], 0.0, 1.0)
@@ -149,7 +149,7 @@ def _p_value(first: Described, second: Described) -> float:
     covariance = first.covariance + second.covariance + np.diag(tolerance)
     difference = first.values - second.values
     distance = float(difference @ np.linalg.solve(covariance, difference))
-    # an element that describes one of them worse than another does pays for that
+    # an element pays for describing one of them worse than another element does
     return float(chdtrc(first.values.size, distance + 2 * (first.loss + second.loss)))
 
 

@@ -16,8 +16,8 @@ from drillid.discrepancy.learning.fingerprint import SAME, Fingerprint
 
 LEARNT = "learnt.csv"
 COLUMNS = ("well", "rig", "from_m", "to_m", "resembles", "gain_nats", "same_as", "least_p_value", "sentence")
-"""Of the fleet's table; `same_as` holds the other wells with the same, joined by '|', and `least_p_value` the smallest
-p-value of these being the same."""
+"""Columns of the fleet's table; `same_as` holds the other wells with the same, joined by '|', and `least_p_value` the
+smallest p-value of these being the same."""
 _OF_SET = ("from_m", "to_m", "fingerprint")
 """What is read of a well's examination."""
 

@@ -1,8 +1,8 @@
 """A law learnt in time where a misfit is not linear: torque of the bit against its speed, with or without a memory, or
 twist of a coupling against its torque, as a free cubic spline.
 
-The base model holds the law's tangent at each window's mean, so that the law is told by its curvature alone: piecewise
-linear, its double integral a cubic spline. That of the speed control has a slope beside it, as the base model has taken
+The base model holds the law's tangent at each window's mean, so that only its curvature is left to find: piecewise
+linear, its double integral a cubic spline. The law of the speed control also has a slope, as the base model has taken
 the gain that answers the sweep for that of small errors. The part of the speed that repeats with the sweep is what the
 base model predicts, plus what `drillid.simulation` adds with the law to the same rig without it; so errors of the
 simulation are those of a difference. The kind of law is the one that explains most to first order; it is fitted by
@@ -38,7 +38,7 @@ its range, and is as steep.
 _WIDE = 3.0
 """Prior standard deviation of each in these units."""
 _EVERY = 3
-"""Of so many windows one is held back."""
+"""One window in so many is held back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +50,9 @@ class LearntLaw:
     covariance: Floats
     """(K + 1, K + 1) of its slope at the mean, 0 where that is not fitted, and of its second derivatives."""
     slope_in_model: float
-    """Of the law at the mean, N m s/rad; 0 where the base model does not tell that of the law."""
+    """Slope of the law at the mean in the base model, N m s/rad; 0 where that does not determine it."""
     mean: float
-    """Over the windows, rad/s or N m."""
+    """Mean over the windows of what the law acts on, rad/s or N m."""
     evidence: float
     """Log Bayes factor of the law against none, in the data that learning saw."""
     gain: PredictiveGain
@@ -61,7 +61,7 @@ class LearntLaw:
 
     @property
     def offered(self) -> bool:
-        """Whether the data that learning saw speak for it, and the lower limit of the gain is above zero."""
+        """Whether the data that learning saw support it, and the lower limit of the gain is above zero."""
         return self.evidence > 0 and self.gain.low > 0
 
     @property
@@ -97,7 +97,7 @@ class LearntLaw:
 
 
 class _Fit:
-    """A law of one number of knots fitted to windows; coefficients are its slope, where that is one, and curvatures."""
+    """A law with some number of knots fitted to windows; coefficients are its slope, where fitted, and curvatures."""
 
     def __init__(self, kind: LawKind, windows: Sequence[LawWindow], knots: int) -> None:
         swings = [float(np.abs(kind.swing(window)).max()) for window in windows]
@@ -113,13 +113,13 @@ class _Fit:
         self.steps = np.append(_TILT, np.full(knots, _BEND))[-self.units.size :]
 
     def spline(self, coefficients: Floats) -> LawSpline:
-        """The law of coefficients (C,) in units."""
+        """The law with coefficients (C,) in their units."""
         values = self.units * coefficients
         slope = float(values[0]) if self.kind.has_slope else 0.0
         return LawSpline(self.knots, values[-self.knots.size :], self.low, self.high, slope)
 
     def covariance(self, covariance: Floats) -> Floats:
-        """That of slope and second derivatives (K + 1, K + 1), from that of coefficients in units."""
+        """Covariance of slope and second derivatives (K + 1, K + 1), from that of the coefficients in their units."""
         own = np.outer(self.units, self.units) * covariance
         return np.asarray(own if self.kind.has_slope else np.pad(own, (1, 0)), dtype=float)
 
@@ -152,7 +152,7 @@ class _Equations:
 
     @classmethod
     def about(cls, fit: _Fit, point: Floats, kept: Sequence[Booleans]) -> _Equations:
-        """Of the lines that are kept in each window."""
+        """The equations from the lines that are kept in each window."""
         matrices, vectors = [], []
         for number, (window, lines) in enumerate(zip(fit.windows, kept, strict=True)):
             now, slopes = fit.expanded(number, point)
@@ -162,7 +162,7 @@ class _Equations:
         return cls(point, np.stack(matrices), np.stack(vectors))
 
     def solved(self, without: int | None = None) -> tuple[Floats, Floats]:
-        """Coefficients and their covariance, from all windows but one."""
+        """Coefficients and their covariance, from all windows, or from all but one where that is given."""
         kept = [number for number in range(self.matrix.shape[0]) if number != without]
         precision = self.matrix[kept].sum(0) + np.eye(self.point.size) / _WIDE**2
         covariance = np.linalg.inv(precision)
@@ -170,7 +170,7 @@ class _Equations:
         return self.point + step, covariance
 
     def evidence(self, excess: float) -> float:
-        """Log Bayes factor of coefficients with their prior against none, by the equations about the point.
+        """Log Bayes factor of coefficients with their prior against none, from the equations about the point.
 
         Parameters
         ----------
@@ -221,8 +221,8 @@ def _parts(windows: Sequence[LawWindow]) -> tuple[list[Booleans], list[Booleans]
 
 
 def _missed(equations: _Equations) -> float:
-    """Half the squared error of left-out windows, to first order, less that without a law; of one window what the
-    evidence lacks.
+    """Half the squared error of left-out windows, to first order, less that without a law; for a single window the
+    negative log evidence.
     """
     count = equations.matrix.shape[0]
     if count == 1:

@@ -32,11 +32,11 @@ from drillid.physics.top_drive import after_gains, torque_transfers
 from drillid.units import RPM
 
 _MARGIN = 1.25
-"""Compliance that a coupling is simulated with, per the least that keeps its twist from falling."""
+"""Compliance with which a coupling is simulated, relative to the least that keeps its twist from falling."""
 _STAND = 30.0
 """m of pipe as compliant as a usual coupling."""
 POWERS = (2, 3)
-"""Of the swing, in the law's curves that are screened."""
+"""Powers of the swing in the curves of a law that are screened."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class LawKind(ABC):
     variables: ClassVar[tuple[str, str, str]]
     """Dataset variables of the places at which it is drawn, of its values and of their standard errors."""
     words_scale: ClassVar[float] = 1.0
-    """Factor on changes of its slope in words."""
+    """Factor on changes of its slope where they are put in words."""
     has_slope: ClassVar[bool] = False
-    """Whether its slope at the mean is fitted beside its curvature."""
+    """Whether its slope at the mean is fitted as well as its curvature."""
 
     @property
     def place(self) -> float | None:
@@ -95,7 +95,7 @@ class LawKind(ABC):
         return float(window.window_model.system.string[0].characteristic_admittance)
 
     def slope_in_model(self, window: LawWindow) -> float:
-        """Its slope at the mean, where the base model tells that, or 0."""
+        """Its slope at the mean, where the base model determines it, or 0."""
         return 0.0
 
     def change(self, spline: LawSpline) -> Floats:
@@ -103,7 +103,7 @@ class LawKind(ABC):
         return spline.rise
 
     def per_change(self, spline: LawSpline) -> float:
-        """Factor from that change to what does not depend on the range."""
+        """Factor from that change to a quantity that does not depend on the range."""
         return 1 / spline.span
 
 
@@ -268,7 +268,7 @@ class ControlLaw(LawKind):
         return window.simulated(rig, window.mean_speed) - window.still
 
     def change(self, spline: LawSpline) -> Floats:
-        """Of the gain from no error to a large one of either sign."""
+        """Change of the gain from no error to a large one of either sign."""
         return spline.growth
 
     def per_change(self, spline: LawSpline) -> float:
@@ -310,7 +310,7 @@ def _at(system: DrillingSystem, place: float, s: Complex) -> tuple[Complex, Comp
 
 @dataclass(frozen=True, eq=False)
 class Screened:
-    """What a kind of law explains to first order in its curves."""
+    """Misfit that a kind of law explains, to first order in its curves."""
 
     kind: LawKind
     statistic: float

@@ -37,7 +37,7 @@ class LawWindow:
     mean_torque: float
     """N m, of the command; 0 where it is not known."""
     row: int
-    """Of the window in its set."""
+    """Row of the window in its set."""
     s: Complex
     sweep: Complex
     speed: Complex
@@ -55,7 +55,7 @@ class LawWindow:
         mean_torque: float = 0.0,
         row: int = 0,
     ) -> LawWindow | None:
-        """From sweep and speed, (samples,) each at `rate`; None of fewer than two whole periods.
+        """From sweep and speed, (samples,) each at `rate`; None for fewer than two whole periods.
 
         Parameters
         ----------

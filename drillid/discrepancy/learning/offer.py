@@ -24,7 +24,7 @@ from drillid.discrepancy.learning.search import Candidate, learn
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
 
 _PARTS = 4
-"""Parts of the windows that judge in turn; learning takes its time for each."""
+"""Number of parts of the windows that judge in turn; learning is repeated for each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +36,9 @@ class LearntExtension:
     extensions: tuple[Extension, ...]
     """Their terms."""
     fit: SetFit
-    """To all windows."""
+    """Fit to all windows."""
     gain: PredictiveGain
-    """Per window, of what is learnt without the windows that it is measured on."""
+    """Gain per window, of what is learnt without the windows that it is measured on."""
     fingerprint: Fingerprint
 
     @property
@@ -76,7 +76,7 @@ def learnt_extension(model: SetModel, base: SetFit) -> LearntExtension | None:
 
 
 def gain_without(model: SetModel, base: SetFit, held: Booleans) -> PredictiveGain:
-    """The gain on some data (W, F) of what is learnt from the others; none where nothing is."""
+    """The gain on some data (W, F) of what is learnt from the others; no gain where nothing is learnt."""
     seen = np.flatnonzero(~held.all(axis=1))
     evidence = replace(model.evidence, used=model.evidence.used & ~held).subset(seen)
     training = SetModel(evidence, model.deviation)

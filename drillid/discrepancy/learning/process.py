@@ -1,4 +1,4 @@
-"""Terms of a Gaussian process over frequency at a port: a learnt extension where no rational order is told.
+"""Terms of a Gaussian process over frequency at a port: a learnt extension where the data show no rational order.
 
 At the ports above the string f is the relative change of what the port transfers, elsewhere an admittance per
 characteristic admittance of the string. A term is one coefficient of f; its shape is the number of the kernel, and its
@@ -23,15 +23,15 @@ from drillid.physics.equipment import Section
 from drillid.physics.gaussian_process import COUNT, ProcessAdmittance, ProcessShaping, functions
 
 RATES = tuple(np.geomspace(2.0, 40.0, 9).tolist())
-"""λ, rad/s; a finer resolution than 2 rad/s the nodes of the process do not have."""
+"""λ, rad/s; the nodes of the process have no finer resolution than 2 rad/s."""
 AMPLITUDES = tuple((10.0 ** np.arange(-2.5, 0.6, 0.25)).tolist())
 """Prior standard deviation of f at zero frequency."""
 KERNELS = tuple((rate, amplitude) for rate in RATES for amplitude in AMPLITUDES)
 """Hyperparameters by their number."""
 PROCESS_AT = "process at"
-"""With the port, the name of the element."""
+"""Start of the element's name; the port follows."""
 COMPARED = 2j * np.pi * np.array([0.15, 0.3, 0.6, 1.0, 1.6, 2.4, 3.4])
-"""s, at which processes of different kernels are compared."""
+"""Values of the Laplace variable s at which processes of different kernels are compared."""
 _PLACES = {"top": TOP, "upper string": 1 / 3, "lower string": 2 / 3, "bit": BIT}
 _FURTHEST = 8.0
 

@@ -25,14 +25,14 @@ from drillid.physics.responses import string_admittance
 _FITTED = 2
 """Ports at which a process is fitted to the model itself."""
 _LEAST_PART = -1e-9
-"""Of the real part of the string's admittance, relative to its largest size: less is rounding."""
+"""Lower bound of the real part of the string's admittance, relative to its largest modulus: down to it is rounding."""
 
 
 def fitted_process(
     model: SetModel, base: SetFit, ports: Iterable[str]
 ) -> tuple[str, tuple[Extension, ...], SetFit] | None:
     """The process of largest marginal likelihood at any of some ports: port, terms and fit; None where the evidence,
-    averaged over the kernels, speaks for none.
+    averaged over the kernels, supports none.
 
     A process along the string that would make the string supply energy in the band is used only where there is no
     other.
@@ -85,5 +85,5 @@ def _evidence(projection: Projection, amplitude: float) -> tuple[float, Floats]:
 
 
 def _log_marginal(fit: SetFit) -> float:
-    """Laplace's approximation of the log marginal likelihood, but for what all processes have in common."""
+    """Laplace's approximation of the log marginal likelihood, up to terms that all processes have in common."""
     return -fit.cost - 0.5 * float(np.linalg.slogdet(fit.information)[1])

@@ -26,13 +26,13 @@ from drillid.discrepancy.products.immittance import missing_immittance
 from drillid.physics.dual_numbers import Dual
 
 PLACES = tuple((np.arange(21) / 20).tolist())
-"""Places along the string that are screened, or at which a resonance is begun with where the misfit is strong."""
+"""Places along the string that are screened, or from which a resonance is fitted where the misfit is strong."""
 _STEP, _FINEST = 0.08, 0.004
 """First and last step of the search over places."""
 _WORTH = 0.1
-"""Nats by which another place must be better."""
+"""Nats by which another place must be better to be taken."""
 _STRONG = 5.0
-"""Standard deviations by which a strong misfit is above that of a right model."""
+"""Standard deviations by which a strong misfit exceeds that of a correct model."""
 _FITTED = 4
 """Screened candidates of an element that are fitted."""
 _COMPARED = 4
@@ -118,7 +118,7 @@ def learn(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tuple[C
 
 
 def _process(model: SetModel, base: SetFit) -> Candidate | None:
-    """The model with a Gaussian process at the port of its largest evidence; None where there is none for any port."""
+    """The model with a Gaussian process at the port of largest evidence; None without evidence, or if not passive."""
     channels = channel_evidence(model, base)
     ports = [port for port in near(channels) if port in unknown.PORTS]
     if not ports or max(channels.values()) <= 0:
@@ -132,7 +132,7 @@ def _process(model: SetModel, base: SetFit) -> Candidate | None:
 
 
 def _rational(model: SetModel, base: SetFit) -> tuple[tuple[Candidate, ...], tuple[Candidate, ...]]:
-    """As `learn`, of rational elements alone."""
+    """As `learn`, with rational elements alone."""
     chosen: list[Candidate] = []
     firsts: tuple[Candidate, ...] = ()
     while len(chosen) < _MOST_ELEMENTS:
@@ -167,15 +167,15 @@ def _may_follow(element: Element, chosen: Sequence[Candidate]) -> bool:
 def best_of(model: SetModel, before: SetFit, present: tuple[Extension, ...], element: Element) -> Candidate:
     """The best fit of one more element.
 
-    Fits begin at the model before it, and at the data sheets: what it has done to the data, the model before it has
-    absorbed in parameters of its own, from which a fit may not find back.
+    Fits start from the model before it and from the data sheets: the model before it has absorbed the element's effect
+    in parameters of its own, from which a fit may not find its way back.
     """
     expected = model.expected()
     best: Candidate | None = None
     for origin, place, sizes in _starts(model, before, present, element):
         extensions = (*present, *placed(element, place))
         start = Point(origin.shared, origin.local, np.append(before.point.sizes, sizes))
-        # a start that falls too slowly to come to the best one is left
+        # a start whose cost falls too slowly to reach the best one is abandoned
         fit = fit_set(model, start, extensions, np.inf if best is None else best.fit.cost)
         if best is None or fit.cost < best.fit.cost:
             best = Candidate(element, place, extensions, fit)
@@ -191,8 +191,8 @@ def _starts(
     """Points, places and sizes from which fits begin.
 
     A resonance has an optimum wherever its frequency meets another feature of the responses. The first one, where the
-    misfit is strong, starts from places and frequencies all over: a linearisation without it could choose none of them,
-    and the optimum over places is narrow, between others that are far worse.
+    misfit is strong, starts from places and frequencies everywhere: a linearisation without it could not choose among
+    them, and the optimum over places is narrow, between others that are far worse.
     """
     expected = model.expected()
     found = [
@@ -220,7 +220,7 @@ def _refined(model: SetModel, present: tuple[Extension, ...], best: Candidate) -
                 fit = fit_set(model, best.fit.point, extensions, best.fit.cost)
                 tried.append(replace(best, place=place, extensions=extensions, fit=fit))
         closest = min(tried, key=lambda each: each.fit.cost)
-        # a fit that is taken up again falls a little by itself, at any place
+        # the cost of a fit that is resumed falls a little by itself, at any place
         if closest.fit.cost < best.fit.cost - _WORTH:
             best = closest
         else:
@@ -249,7 +249,7 @@ def _screened(
     for index in np.argsort(-explained)[:_FITTED]:
         place, start = tried[index]
         first = float(np.clip(estimate[index], 0.1 * limits.typical, limits.high))
-        # starts that differ in the first size alone are one
+        # starts that differ in the first size alone count as one
         chosen[place, first, *start[1:].tolist()] = place, np.array([first, *start[1:]])
     return list(chosen.values())
 

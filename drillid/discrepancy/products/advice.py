@@ -67,7 +67,7 @@ class _Resolution:
 
 
 class _WithStringTorque(MeasuredRows):
-    """With a measured string torque as well: its response to the speed, with the relative error of the mobility."""
+    """Rows with a measured string torque as well: its response to speed, with the relative error of the mobility."""
 
     def linearised(self, window_model: WindowModel, coordinates: int) -> Linearised:
         """Rows of the string torque are the last ones."""
@@ -171,7 +171,7 @@ def _resolution(model: SetModel, examination: Examination, chosen: Sequence[Exte
 
 
 def _measurements(model: SetModel, point: Point) -> list[tuple[str, SetModel]]:
-    """Every measurement in words, with the model of the set that has it."""
+    """Every measurement in words, with the model of the set as if that measurement had been made."""
     evidence = model.evidence
     measurements = [
         (words, model.with_evidence(replace(evidence, data_sheet=sheet))) for words, sheet in _better_sheets(evidence)

@@ -51,7 +51,7 @@ def examination_dataset(
     Parameters
     ----------
     error_rate : probability that noise alone passes the level of a reflectogram anywhere
-    common_causes : whether to store what the sets say of causes that other wells may have as well
+    common_causes : whether to store the sets' statistics of causes that they may share with other wells
     """
     if not sets:
         return EXAMINATIONS.empty()
@@ -176,7 +176,7 @@ def _separation(examination: Examination) -> Columns:
 
 
 def _shared(examination: Examination, candidates: Sequence[Extension]) -> Columns:
-    """What the set says of causes that it may have in common with other wells."""
+    """The set's statistics of causes that it may share with other wells."""
     kept = shared_likelihood(
         examination.model, examination.extended, examination.extensions, examination.before, candidates
     )

@@ -169,9 +169,9 @@ def _models_of(examination: xr.Dataset, variable: str) -> dict[int, WindowModel]
 def simulated_rigs(examination: xr.Dataset) -> dict[int, NonlinearRig]:
     """The rig of every window that was examined, with what was named or learnt, by its row, for `drillid.simulation`.
 
-    A law of the bit is less its tangent at the window's mean speed, which the system's damping holds. A coupling has
-    the compliance beside its law by which its twist never falls, and its law is about the window's mean torque. What
-    the record does to the speed is no part of the rig.
+    A law of the bit is taken less its tangent at the window's mean speed, which the system's damping holds. A coupling
+    has, besides its law, the compliance that keeps its twist from ever falling, and its law is about the window's mean
+    torque. Effects of the recording on the speed are no part of the rig.
     """
     return {
         row: NonlinearRig(

@@ -49,7 +49,7 @@ def examine_well(
     earlier: xr.Dataset | None,
     common_causes: bool,
 ) -> list[StoredSet]:
-    """Examine every set of a well that is not as it was.
+    """Examine every set of a well that has changed.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def examine_well(
     base_rates : of causes, before the data are looked at
     memo : of detections and verdicts
     earlier : examinations of an earlier run
-    common_causes : whether to store what the sets say of causes that other wells may have as well
+    common_causes : whether to store the sets' statistics of causes that they may share with other wells
     """
     sets = window_sets(data.rig, data.windows, data.fits)
     share = shared_error_rate(error_rate, len(sets))
@@ -87,7 +87,7 @@ def examine_well(
 
 
 def _decided(examination: Examination, share: float) -> dict[str, Any]:
-    """What the set's share of the error rate has decided in its examination, and by which p-values."""
+    """Decisions in a set's examination that its share of the error rate has made, and the p-values behind them."""
     misfit, detections = float(examination.p_value), [float(each.p_value) for each in examination.detections]
     of_law = float(examination.law_p_value)
     return {"p_values": [misfit, detections, of_law], "decisions": _decisions(misfit, detections, of_law, share)}
@@ -100,7 +100,7 @@ def _decides_alike(content: Mapping[str, Any], share: float) -> bool:
 
 
 def _decisions(misfit: float, detections: Sequence[float], of_law: float, share: float) -> list[bool]:
-    """As `decisions`, and whether a law is looked for."""
+    """The result of `decisions`, and whether a law is looked for."""
     return [*decisions(misfit, detections, share), of_law < share * LAW_SHARE]
 
 
@@ -135,7 +135,7 @@ def joined(sets: Sequence[StoredSet], data: WellData) -> xr.Dataset:
 
 
 def _over_windows(sets: Sequence[StoredSet], dims: tuple[str, ...], values: Sequence[Any], data: WellData) -> Any:
-    """Values of all sets on end along the first dimension, but those of windows in the rows of their windows."""
+    """Values of all sets joined along the first dimension; values of windows are put in the rows of these windows."""
     if "window" not in dims:
         return np.concatenate(values)
     axis, windows = dims.index("window"), data.windows.sizes["window"]

@@ -17,7 +17,7 @@ from drillid.units import RPM
 from drillid.windows.channels import sample_rate, window_channels
 
 COLUMNS = ("t_s", "torque_sweep_knm", "td_rpm_measured", "td_rpm", "torque_command_knm", "bit_rpm")
-"""Of the file that is written: time since the window's start; the last three are simulated."""
+"""Columns of the file that is written: time since the window's start first; the last three are simulated."""
 
 
 @dataclass(frozen=True, eq=False)

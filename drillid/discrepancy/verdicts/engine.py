@@ -115,8 +115,8 @@ def _by_responses(
 def _at_lower_base(
     evidence: Evidence, begun: Examination, likeliest: Likeliest, causes: list[Cause], generator: np.random.Generator
 ) -> Examination | None:
-    """The examination begun anew where the base model fits better from what is beside a cause, as its cost has several
-    minima; None where it does not.
+    """The examination restarted where the base model fits better from the coordinates fitted beside a cause, as its
+    cost has several minima; None where it does not.
     """
     if likeliest.posterior is None:
         return None
@@ -152,8 +152,8 @@ def _explained(
 def _at_likeliest_interval(
     examination: Examination, likeliest: FittedCause, causes: list[Cause], generator: np.random.Generator
 ) -> Examination | None:
-    """What is named at the interval of the control that is likeliest beside the likeliest cause, as the base model may
-    have taken an interval for a part of what the cause explains; None where that is no other, or nothing is named.
+    """What is named at the control interval that is likeliest beside the likeliest cause, as the base model's interval
+    may have absorbed part of the cause's effect; None where the interval is the same, or nothing is named.
     """
     model, fit = at_likeliest_interval(examination.model, likeliest.fit, (likeliest.extension,))
     if not fit.cost < likeliest.fit.cost - SHAPE_RESOLVED:
@@ -173,15 +173,15 @@ def _cost(examination: Examination) -> float:
 
 
 def _bounded_p_value(found: Examination) -> float:
-    """Bound on the probability of as much evidence where nothing is wrong, also where linear theory is not valid: in
-    the mean over all causes a Bayes factor exceeds any value no more often than once in as many (Markov's inequality).
+    """Bound on the probability of as much evidence where nothing is wrong, also where linear theory is not valid: the
+    mean Bayes factor of all causes exceeds any value x with probability at most 1/x (Markov's inequality).
     """
     total = sum(verdict.evidence_nats for verdict in found.verdicts)
     return float(min(len(found.before.by_cause) * np.exp(-total), 1.0))
 
 
 def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> list[bool]:
-    """Everything that the error rate decides in an examination: one of the same evidence and decisions is the same.
+    """Everything that the error rate decides in an examination: the same evidence and decisions give the same result.
 
     Parameters
     ----------
@@ -194,8 +194,8 @@ def decisions(misfit: float, detections: Sequence[float], error_rate: float) -> 
 
 
 def at_even_odds(examination: Examination) -> Examination:
-    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given, and what is only
-    unknown is none where that is likelier.
+    """Verdicts with calibrated probabilities; names that are likelier wrong than right are not given, and a verdict
+    unknown becomes none where that is likelier.
     """
     if not examination.verdicts:
         return replace(examination, verdicts=(calibrated(_none(examination)),))
@@ -220,8 +220,8 @@ def at_even_odds(examination: Examination) -> Examination:
 
 
 def _none(examination: Examination) -> Verdict:
-    """The verdict none, with its posterior probability; whatever may be wrong counts alike, and once more where a
-    verdict was found in it. A detection counts for no more than it predicts of windows that it was not taken from.
+    """The verdict none, with its posterior probability; all that may be wrong has equal weight, and counts once more
+    where it gave a verdict. A detection counts for no more than its gain on windows that it was not taken from.
     """
     operating_points, before = examination.model.evidence.operating_points, examination.before
     logs = [

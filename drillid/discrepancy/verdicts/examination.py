@@ -38,17 +38,18 @@ class Examination:
     after: Screen
     """The screen of the extended model; that of the base model where nothing was named."""
     posterior: Posterior | None
-    """Of one cause of the linear responses, also where it leaves too much."""
+    """Posterior of one cause of the linear responses, even where it leaves too much unexplained."""
     detections: tuple[PooledDetection, ...]
     base_rates: BaseRates
     p_value: float
-    """Of the base model: that of its screen, or a bound where it lies so far off that linear theory is not valid."""
+    """p-value of the base model: that of its screen, or a bound where it is so far off that linear theory is not valid.
+    """
     fingerprint: Fingerprint | None = None
-    """Of what was learnt, where that is offered."""
+    """Fingerprint of what was learnt, where that is offered."""
     law: LearntLaw | None = None
-    """Where one is offered."""
+    """The learnt law, where one is offered."""
     law_p_value: float = 1.0
-    """Of the model against a law of any kind; 1 where none is looked for."""
+    """p-value of the model against a law of any kind; 1 where none is looked for."""
 
 
 def unextended(examination: Examination) -> Examination:

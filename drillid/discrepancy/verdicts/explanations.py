@@ -93,8 +93,8 @@ def residuals(model: SetModel) -> int:
 def _with_own_detections(
     fitted_causes: list[FittedCause], detections: tuple[PooledDetection, ...]
 ) -> list[FittedCause]:
-    """Causes with the evidence of their own detections added, for or against; what a cause explains as well as that of
-    the detection counts for both alike.
+    """Causes with the evidence of their own detections added, for or against; a cause without one gets that of another
+    cause's detection which it would explain as well.
     """
     found = {detection.cause: detection for detection in detections if detection.cause in CATALOGUE}
     own = {
@@ -187,7 +187,7 @@ def _posterior_given(
     causes: list[Cause],
     generator: np.random.Generator,
 ) -> Posterior | None:
-    """Posterior of the first of two causes given the second, whose share of the misfit then supports no rival."""
+    """Posterior of the first of two causes given the second, so that what the second explains supports no rival."""
     model, pair = examination.model, other.fit.point
     fit = fit_set(model, pair.without(0), (other.extension,))
     screened = screen(model, fit, (other.extension,), causes, generator)

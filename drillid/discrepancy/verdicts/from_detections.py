@@ -90,7 +90,7 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
         if all(cause.name != detection.cause and not may_be_trace(detection.cause, cause) for cause in named)
         and CATALOGUE[detection.cause].admits_size(detection.size, detection.size_error)
     ]
-    # what another cause explains speaks against no third one either
+    # a detection that another cause explains does not rule out a third one either
     detected = [detection for _, detection in possible]
     possible = [(cause, detection) for cause, detection in possible if not _is_explained(detection, detected)]
     return [
@@ -102,7 +102,7 @@ def _admissible(examination: Examination, detections: list[PooledDetection]) -> 
 
 
 def _takes_the_place(detection: PooledDetection, of: PooledDetection) -> bool:
-    """Whether a detection is stronger than another that is not valid beside it, or as strong and does not allow it."""
+    """Whether a detection displaces another: it is stronger and only one is valid, or as strong and disallows it."""
     own, other = CATALOGUE[detection.cause], CATALOGUE[of.cause]
     if detection.log_evidence == of.log_evidence:
         return not own.allows(other)
@@ -110,7 +110,7 @@ def _takes_the_place(detection: PooledDetection, of: PooledDetection) -> bool:
 
 
 def _is_explained(detection: PooledDetection, detected: list[PooledDetection]) -> bool:
-    """Whether a cause that makes what its detector takes for it is detected too, and not as a side effect of it."""
+    """Whether a cause that its detector mistakes for it is detected too, and not as a side effect of it."""
     detector = CATALOGUE[detection.cause].detector
     makers = detector.excluded_by if detector else ()
     least = SHADOW_OF_DETECTION * detection.log_evidence
@@ -141,7 +141,7 @@ def _reason_not_named(detection: PooledDetection, verdict: Verdict) -> str:
 
 
 def _strongest_of_alike(detections: list[PooledDetection]) -> list[PooledDetection]:
-    """Of detections whose causes look alike the strongest, in order of evidence."""
+    """The strongest of those detections whose causes look alike, in order of evidence."""
     chosen: list[PooledDetection] = []
     for detection in sorted(detections, key=lambda candidate: -candidate.log_evidence):
         if not any(look_alike(CATALOGUE[detection.cause], CATALOGUE[other.cause]) for other in chosen):

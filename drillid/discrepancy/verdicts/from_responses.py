@@ -70,7 +70,7 @@ def explain_responses(
 
 
 def _is_incomplete(model: SetModel, fit: SetFit, after: Screen) -> bool:
-    """Whether an extended model leaves more than noise, or leaves no more because data sheets are not believed."""
+    """Whether an extended model leaves more than noise, or leaves no more only by disbelieving data sheets."""
     above_noise = fit.chi2 > LEFT_CHI2 * residuals(model)
     leaves_more = after.p_value < CLOSURE_RATE and (remaining_evidence(after) > LEFT_UNEXPLAINED or above_noise)
     return leaves_more or fit.data_sheet_cost > OUT_OF_REACH
@@ -100,7 +100,7 @@ def _unnamed_evidence(examination: Examination, found: Examination) -> float:
 def _likelier_alone(
     examination: Examination, first: Posterior, pair: Examination, causes: list[Cause], generator: np.random.Generator
 ) -> Examination:
-    """Of two causes of which one is likelier wrong than right, the other where it leaves no more than noise by itself;
+    """Where one of two causes is likelier wrong than right, the other one if it leaves no more than noise by itself;
     else unknown, as what it explains beside the wrong one is no evidence for it.
     """
     likelier = max(pair.verdicts, key=lambda verdict: verdict.probability)
@@ -189,7 +189,7 @@ def _size(result: Examination, place: int) -> tuple[float, float, float]:
 
 
 def _members(result: Examination, posterior: Posterior, others: tuple[Extension, ...]) -> tuple[str, ...]:
-    """The likeliest causes that cannot be distinguished from the best; of two that can, the likelier is the name."""
+    """The likeliest causes that cannot be distinguished from the best; of two that can, the likelier is named."""
     first, likely = posterior.best, posterior.members
     members = (fit for fit in posterior.fitted_causes if fit.name in likely)
     return tuple(fit.name for fit in members if fit is first or not _distinguishable(result, first, fit, others))

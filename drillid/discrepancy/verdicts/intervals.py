@@ -48,8 +48,8 @@ def run_pulls(value: Floats, error: Floats, run: Integers) -> tuple[Floats, Floa
     the standard errors, with a Gaussian, and the others' own scatter, with Student's t. So a run with large scatter of
     unknown origin is flagged no more often than a quiet one, and errors that are stated too small flag nothing.
 
-    The p-value of a window is from a comparison with those that deviate less, as windows of one interval would mask
-    each other, and is no smaller than those of windows that deviate more. The first window that is flagged wrongly has
+    Each window is compared with those that deviate less, as windows of one interval would mask each other, and its
+    p-value is no smaller than those of windows that deviate more. The first window that is flagged wrongly has
     then nothing unusual among the windows it is compared with, or too much of it.
 
     Returns
@@ -121,7 +121,7 @@ def flag(p_values: list[Floats], error_rate: float) -> Booleans:
 
 
 def bridged(flagged: Booleans, run: Integers, tracks: Sequence[tuple[Floats, Floats]]) -> Booleans:
-    """Flags, with those of the windows between two flagged intervals of a run in which it does not return to its level.
+    """Flags, extended to windows between two flagged intervals of a run where it does not return to its level.
 
     The windows between belong to the intervals where they are together likelier at the level of these than at that of
     the run's other windows (Neyman and Pearson 1933, Philosophical Transactions of the Royal Society A 231, 289–337).

@@ -82,7 +82,7 @@ def class_evidence(evidence: Mapping[str, float], base_rates: BaseRates) -> floa
 
 
 def distinguishable(first: PooledDetection, second: PooledDetection) -> bool:
-    """Whether two courses of one change predict records so different that the likelier one is the name."""
+    """Whether two courses of one change predict records so different that the likelier one is named."""
     return min(first.separation, second.separation) >= DISTINCT
 
 

@@ -10,9 +10,9 @@ from drillid.discrepancy.rules import LARGEST_LOG_ODDS
 NONE = "none"
 UNKNOWN = "unknown"
 UNPROVED = "would fit, but is not proved"
+"""Text between the names that would fit and the reason why they are not given, in the evidence of unknown."""
 LEARNT = "; learnt: "
-"""Before what was learnt, in the evidence of a verdict."""
-"""In the evidence of the verdict unknown, between the names that would fit and the reason why they are not given."""
+"""Text that precedes what was learnt, in the evidence of a verdict."""
 
 
 @dataclass(frozen=True)
