@@ -4,5 +4,5 @@
 include: "workflow/Snakefile"
 
 
-# what is included does not set the target of its own accord
+# an included file does not set the default target
 workflow.default_target = "all"

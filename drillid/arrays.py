@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Of any type: numbers, or the dual numbers of `drillid.physics.dual_numbers`."""
+"""Array of any type: numbers, or the dual numbers of `drillid.physics.dual_numbers`."""
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int64]

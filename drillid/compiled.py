@@ -1,12 +1,12 @@
 """Compiled functions cached on disk between processes.
 
-numba recompiles a function when its own file changes, but not when it calls into another file that has changed,
-nor when a constant from there has. So the functions of some folders are cached in a directory that is named by a hash
-of all their files, and below it by module, so that every checkout with the same files finds them.
+numba recompiles a function when its own file changes, but not when a file changes from which it uses a function or a
+constant. The functions of a set of folders are therefore cached in a directory named by a hash of all their files, and
+below it by module, so that every checkout with the same files finds them.
 
-A compiled function holds copies of those that it calls, optimised together with it. numba leaves all copies of one
-function visible under one name, and a process uses the one that it met first, so that the last bits of a result would
-depend on what was compiled or loaded before, and in which order. Here every function keeps its copies to itself.
+A compiled function holds copies of those that it calls, optimised together with it. numba leaves all copies of a
+function visible under one name, and a process uses the one that it met first, so the last bits of a result would depend
+on what was compiled or loaded before, and in which order. Here every function keeps its copies to itself.
 """
 
 import fcntl
@@ -43,7 +43,7 @@ def _optimise_with_own_copies(library: Any) -> None:
 
 
 def _save_alone(file: Any, key: Any, data: Any) -> None:
-    """Save while no other process does: two that add to one index at once would take the same name for their data."""
+    """Save while no other process does: two that add to an index at once would give their data the same name."""
     with Path(file._cache_path, ".lock").open("a") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         _save(file, key, data)
@@ -54,7 +54,7 @@ _FILE.save = _save_alone
 
 
 class LocatorByModule(_LOCATOR):  # type: ignore[misc]
-    """Where a function is cached below `numba.config.CACHE_DIR`: by its module, where numba takes its file's path."""
+    """Where a function is cached below `numba.config.CACHE_DIR`: by its module, whereas numba uses its file's path."""
 
     def __init__(self, function: Callable[..., Any], file: str) -> None:
         super().__init__(function, file)
@@ -101,23 +101,23 @@ def is_compiled(*folders: str) -> bool:
 
 
 def _cache(folders: tuple[str, ...], root: Path) -> Path:
-    """Where compiled functions of some folders are kept."""
+    """Where compiled functions of these folders are kept."""
     base = Path(_CONFIG.CACHE_DIR) if _CONFIG.CACHE_DIR else _writable(root / "__pycache__")
     return base / f"{'-'.join(folders)}-{_sources(folders, root)}"
 
 
 def load_kernels() -> None:
-    """Load what earlier processes have compiled of the functions that are imported, for the types met there."""
+    """Load the imported functions as compiled by earlier processes, for all argument types met there."""
     for dispatcher in _DISPATCHERS:
         dispatcher.targetctx.refresh()
         for key in dispatcher._cache._cache_file._load_index():
-            # as numba looks it up, so that nothing is compiled here
+            # looked up as numba does, so that nothing is compiled here
             if key == dispatcher._cache._index_key(key[0], dispatcher.targetctx.codegen()):
                 dispatcher.compile(key[0])
 
 
 def _writable(folder: Path) -> Path:
-    """The folder where it can be written, else one of the user's: an installed library may be read-only."""
+    """The folder if it can be written, else one of the user's: an installed library may be read-only."""
     there = next(each for each in (folder, *folder.parents) if each.exists())
     if os.access(there, os.W_OK):
         return folder
@@ -125,7 +125,7 @@ def _writable(folder: Path) -> Path:
 
 
 def _sources(folders: tuple[str, ...], root: Path) -> str:
-    """Hash of this module, which decides how is compiled, and of names and contents of all sources in the folders."""
+    """Hash of this module, which sets how functions are compiled, and of names and contents of the folders' sources."""
     content = hashlib.sha256(Path(__file__).read_bytes())
     for folder in folders:
         if not (root / folder).is_dir():

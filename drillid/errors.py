@@ -7,7 +7,7 @@ _LIBRARY = Path(__file__).resolve().parent
 
 
 def place_in_library(error: BaseException) -> traceback.FrameSummary:
-    """Where an error that nobody foresaw left the library; where it was raised if it never was in there."""
+    """Innermost place in the library that an unforeseen error passed through; where it was raised if there is none."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if Path(frame.filename).is_relative_to(_LIBRARY)]
     return (own or frames)[-1]
@@ -44,11 +44,11 @@ class DatasetError(DrillidError):
 
 
 class DamageError(DatasetError):
-    """A stored dataset that is not as it was written.
+    """A stored dataset that is no longer as it was written.
 
     Parameters
     ----------
-    stage : stage that wrote it
+    stage : stage that wrote the dataset
     """
 
     def __init__(self, where: str, what: str, stage: str) -> None:

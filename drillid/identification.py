@@ -73,7 +73,7 @@ def identify(
 class Identification:
     """One well's datasets as the workflow would write them, in memory; docs/datasets.md lists their variables.
 
-    What explains the fits' misfit, and what the figures need of it, is examined when it is first asked for.
+    The causes of the fits' misfit, and what the figures need of them, are examined when first asked for.
     """
 
     well: Well
@@ -128,7 +128,7 @@ class Identification:
 
     @property
     def problems(self) -> pd.DataFrame:
-        """One row for everything that was rejected or mended: where, what, remedy."""
+        """One row for each item that was rejected or mended: where, what, remedy."""
         tables = [problems_table(self.well.name, stage, found) for stage, found in self.found.items() if found]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(PROBLEM_COLUMNS))
 

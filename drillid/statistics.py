@@ -15,7 +15,7 @@ TWO_SIDED = 1.96
 ONE_SIDED = 1.645
 """Distance to a one-sided 95 % limit in standard errors; the half-width of a 90 % interval."""
 _BISECTIONS = 60
-"""Beyond them, distances are equal in double precision."""
+"""Number of bisections after which distances are equal in double precision."""
 
 
 def expected_ratio(degrees_of_freedom: ArrayLike) -> Floats:
@@ -58,7 +58,7 @@ def sum_of_ratios_probability(
 def mean_ratio_quantile(degrees_of_freedom: Floats, sharing: Floats, p_value: float) -> float:
     """Mean of |error|²/estimated variance over neighbours that Gaussian errors exceed with probability `p_value`.
 
-    One ratio follows F(2, 2ν), and n with one estimate in common F(2n, 2ν). The mean of others is matched in mean and
+    One ratio follows F(2, 2ν), and the mean of n with a common estimate F(2n, 2ν). Other means are matched in mean and
     variance by a scaled F(2n, 2μ). Estimates from sliding averages are correlated by the share of the averages that
     two neighbours have in common.
 
@@ -85,10 +85,10 @@ def to_normal(ratio: Floats, degrees_of_freedom: Floats) -> Floats:
 
 
 def pairwise_distance(ordered: Floats, place: int) -> float:
-    """The distance at a place, from 1, among those of all pairs of values in ascending order.
+    """The `place`-th smallest distance, counted from 1, among those of all pairs of the values in ascending order.
 
-    The pairs themselves, whose number grows with the square of the values', are looked at where a bisection has left
-    few of them; Johnson and Mizoguchi (1978), SIAM Journal on Computing 7, 147–153, have medians in its place.
+    The pairs, whose number grows with the square of that of the values, are only listed once bisection has left few of
+    them; Johnson and Mizoguchi (1978), SIAM Journal on Computing 7, 147–153, use medians instead of bisection.
     """
     size, low, high = ordered.size, 0.0, float(ordered[-1] - ordered[0])
     itself = np.arange(1, size + 1)
@@ -97,7 +97,7 @@ def pairwise_distance(ordered: Floats, place: int) -> float:
         if np.sum(behind - first) <= 2 * size:
             break
         middle = (low + high) / 2
-        # pairs that are no further apart, each counted once, at its smaller value
+        # pairs at most this far apart, each counted once, at its smaller value
         reached = np.maximum(np.searchsorted(ordered, ordered + middle, side="right"), itself)
         if np.sum(reached - itself) < place:
             low, first = middle, reached

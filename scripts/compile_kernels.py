@@ -1,9 +1,9 @@
 """Compiled kernels, made once before the first run, on two cores.
 
-One process simulates and compiles what the verdicts need, the other what the fits need; both take a mobility that is
-computed. Then the simulated log goes through all stages, so that nothing is left to compile.
+One process runs the simulator and compiles what the verdicts need, the other what the fits need, both from a computed
+mobility. Then the simulated log goes through all stages, so that nothing is left to compile.
 
-`make setup` runs it when their sources have changed. Of two at once, one waits for the other and finds all there.
+`make setup` runs it when the kernels' sources have changed. Of two at once, one waits for the other and finds all done.
 """
 
 import multiprocessing
@@ -31,17 +31,17 @@ from drillid.physics.responses import command_mobility, laplace
 
 ROOT = Path(__file__).resolve().parents[1]
 WELL, RIG = "D03", ROOT / "config/demo/rigs/charlie.yaml"
-"""Of the demo; a well whose windows are accepted, so that they are examined as a set."""
+"""Well and rig of the demo; the well's windows are accepted, so they are examined as a set."""
 DEPTH = 1600.0
 
 
 def main() -> None:
-    """Compile what is not compiled yet."""
+    """Compile all kernels that are not compiled yet."""
     cache = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / ".venv/numba"))
     with held(cache / ".lock"), tempfile.TemporaryDirectory() as folder:
         log = Path(folder, f"{WELL}_20250601T0600.csv")
         print("compiled kernels: two processes, less than a minute …", flush=True)
-        # forked, so that it holds the lock as well
+        # forked, so that it too holds the lock
         other = multiprocessing.get_context("fork").Process(target=timed, args=("fits", fit_mobility))
         other.start()
         timed("simulator", lambda: simulate(log))
@@ -51,25 +51,25 @@ def main() -> None:
 
 
 def timed(kernels: str, work: Callable[[], object]) -> None:
-    """Do it, and tell what it was for and how long it took."""
+    """Do the work, then print which kernels it compiled and how long it took."""
     began = time.monotonic()
     work()
     print(f"compiled kernels: {kernels}, {time.monotonic() - began:.0f} s", flush=True)
 
 
 def simulate(log: Path) -> None:
-    """A stand of two windows."""
+    """Simulate a stand of two windows."""
     write_demo_log(WELL, 0, log, SimulateSettings(connection_s=20.0))
 
 
 def fit_mobility() -> None:
-    """One fit with intervals."""
+    """Make one fit with intervals."""
     sheet, measured = computed()
     fit(measured, sheet.equipment, sheet.prior(DEPTH), FitsSettings())
 
 
 def examine_mobility() -> None:
-    """The model of a set of one window, with sums over its rows and with the rows themselves; a gear with play."""
+    """Run the model of a set of one window, summed over its rows and row by row, and a gear with play."""
     sheet, measured = computed()
     rows = (row[None] for row in (measured.mobility, measured.variance, measured.degrees_of_freedom))
     used, points = np.ones((1, measured.frequency.size), dtype=bool), OperatingPoints(*np.full((5, 1), DEPTH))
@@ -80,7 +80,7 @@ def examine_mobility() -> None:
 
 
 def computed() -> tuple[DataSheet, Measured]:
-    """The rig's data sheet and a mobility of the well, without a simulation."""
+    """The rig's data sheet and the well's mobility, computed without a simulation."""
     system, frequency = WELLS[WELL].system(0), np.linspace(0.05, 3.0, 100)
     mobility, same = command_mobility(system, laplace(frequency)), np.ones(frequency.size)
     sheet = data_sheet(Rig.from_yaml(RIG), system.top_drive.controller, DEPTH)

@@ -18,7 +18,7 @@ _DPI = 66
 
 
 def page() -> str:
-    """The page, whose pictures lie in the folder beside it."""
+    """The page; its pictures lie in the folder beside it."""
     parts = [
         "<!-- Written by `make gallery`; edit scripts/write_gallery.py instead. -->",
         "# Gallery",

@@ -29,18 +29,18 @@ _MARK = "# %%"
 _DPI = 110
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _RELATIVE_TOLERANCE = 0.02
-"""What another processor's rounding may make of a number at the end of a fit."""
+"""Difference that another processor's rounding may make to a number at the end of a fit."""
 
 
 def cells(script: str) -> list[NotebookNode]:
     """Cells of a script's text, with the number of lines above each as `metadata.line`.
 
-    What is above the first mark is left to editors.
+    What is above the first mark is for editors and not part of any cell.
 
     Raises
     ------
     SettingsError
-        If a cell is neither text nor code, or one of text has lines that are no comments.
+        If a cell is neither text nor code, or a cell of text has lines that are not comments.
     """
     mark = re.search(rf"^{_MARK}", script, re.MULTILINE)
     place = mark.start() if mark else len(script)
@@ -63,8 +63,8 @@ def cells(script: str) -> list[NotebookNode]:
 def write_page(script: Path, folder: Path) -> Path:
     """Run a script and write `<folder>/<script's name>.md`, with its figures in a folder of that name beside it.
 
-    Figures are those of pyplot that are open after a cell, and others that a cell has given a name. Their labels,
-    `plt.figure("label")`, or else those names, name their files.
+    Figures are those of pyplot that are open after a cell, and others to which a cell has given a name. Files are named
+    by a figure's label, `plt.figure("label")`, or else by that name.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _saved(name: str, figure: Figure, figures: Path) -> str:
 
 @contextlib.contextmanager
 def _drawing_without_a_screen() -> Iterator[None]:
-    """Figures in memory, with pyplot's settings as they were afterwards."""
+    """Draw figures in memory; pyplot's settings are restored afterwards."""
     pyplot.switch_backend("agg")
     with matplotlib.rc_context():
         try:
@@ -147,7 +147,7 @@ def _same_numbers(line: str, other: str) -> bool:
 
 
 def _tolerance(number: str) -> float:
-    """Two steps of a number's last digit, and a share of its size."""
+    """Tolerance of a number: two steps of its last digit, and a share of its size."""
     return _RELATIVE_TOLERANCE * abs(float(number)) + 2 * float(Decimal((0, (1,), Decimal(number).as_tuple().exponent)))
 
 
@@ -156,7 +156,7 @@ def main(
 ) -> None:
     """Run the tutorials and write their pages; fail where one differs from the page kept in docs.
 
-    A page that is written over the kept one may differ: that is what it is written again for.
+    A page written over the kept one may differ: that is why it is written again.
     """
     changed = []
     for script in sorted(DOCS.glob("*.py")):

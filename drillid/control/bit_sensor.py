@@ -239,7 +239,7 @@ class _Estimators:
         return cls(speed, torque, *densities)
 
     def memory(self, padded: int) -> int:
-        """Samples to either side with nearly all energy of the filters of bit speed, the longest of all draws."""
+        """Samples to either side that hold nearly all energy of the filters of bit speed, the most of all draws."""
         responses = _to_time(self.speed.reshape(-1, self.speed.shape[-1]), padded) ** 2
         half = padded // 2
         folded = responses[:, :half] + responses[:, : -half - 1 : -1]
@@ -263,7 +263,7 @@ def _mean_torque(system: DrillingSystem, command: float, speed: float) -> float:
 
 
 def _spectrum(series: Floats, taper: Floats) -> Complex:
-    """Fourier coefficients of a series about its mean, padded to twice its length, without the mean."""
+    """Fourier coefficients of a tapered series about its mean, padded to twice its length; without the first one."""
     return np.asarray(np.fft.rfft((series - series.mean()) * taper, 2 * series.size)[1:], dtype=complex)
 
 

@@ -56,7 +56,7 @@ def loop_transfer(system: DrillingSystem, s: Complex) -> Complex:
 
 
 class Loops:
-    """Loops of one system under one controller after the other; what no controller changes is found once per grid."""
+    """Loops of one system under one controller after the other; what none of them changes is found once per grid."""
 
     def __init__(self, system: DrillingSystem) -> None:
         self._system = system

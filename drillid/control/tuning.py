@@ -25,7 +25,7 @@ _LAGS = (20.0, 0.05)
 _EVALUATIONS = 160
 _MOST_DRAWS = 100
 _INFEASIBLE = 1e6
-"""Cost of settings whose margins are too small, above every goal relative to its present value."""
+"""Cost of settings whose margins are too small; exceeds any goal relative to its present value."""
 
 UNITS: Mapping[str, str] = {
     "proportional": "kN m/rpm",
@@ -36,7 +36,7 @@ UNITS: Mapping[str, str] = {
     "low_pass": "s",
     "high_pass": "s",
 }
-"""Units in which a rig's control panel usually takes its settings."""
+"""Units in which settings are usually entered on a rig's control panel."""
 _SI_UNITS: Mapping[str, str] = {
     "proportional": "N m s/rad",
     "integral": "N m/rad",
@@ -76,11 +76,11 @@ class Tuning:
 
     controller: Controller
     value: float
-    """Goal of the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), by the goal."""
+    """Goal of the worst sample; (rad/(N m s)), its square, or s² rad/(N m s), depending on the goal."""
     present: float
     """The same for the present controller."""
     margins: Margins
-    """Of each sample."""
+    """Margins of each sample."""
 
     def in_units(self, units: Mapping[str, str] = UNITS) -> dict[str, tuple[float, str]]:
         """Settings in the rig's units, without those that are switched off."""

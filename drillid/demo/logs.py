@@ -50,7 +50,7 @@ class LogWriter:
     time_header: str
     columns: tuple[LogColumn, ...]
     zone: str | None = None
-    """Time zone of stamps written without zone; None for UTC stamps marked as such."""
+    """Time zone of stamps that are written without one; None for UTC stamps marked as such."""
     faults: Faults = Faults()
 
     def write(

@@ -31,9 +31,9 @@ from drillid.units import RPM, STANDARD_GRAVITY
 STAND_LENGTH = 30.0
 """m drilled with each stand."""
 _LEAD_IN_S = 30.0
-"""Simulated before each log starts, so that transients have decayed."""
+"""Time simulated before each log starts, so that transients have decayed."""
 _LIFT_OFF_S, _SLOW_DOWN_S, _STANDSTILL_S = 5.0, 20.0, 30.0
-"""s after drilling: the bit is off bottom, the set point reaches zero, the string is at rest."""
+"""Times after drilling, s, when the bit is off bottom, the set point reaches zero, and the string is at rest."""
 _BLOCK_WEIGHT = 25e3 * STANDARD_GRAVITY
 _BUOYANCY = 0.85
 
@@ -222,7 +222,7 @@ def write_demo_logs(well: str, paths: Sequence[Path], settings: SimulateSettings
     Parameters
     ----------
     well : name of one of WELLS
-    paths : one log per stand, in order; the names end in the logs' starts, the suffix chooses the format
+    paths : one log per stand, in order; the names end in the logs' start times, the suffix sets the format
 
     Raises
     ------
@@ -240,7 +240,7 @@ def write_demo_log(well: str, stand: int, path: Path, settings: SimulateSettings
     ----------
     well : name of one of WELLS
     stand : number of the stand, from 0
-    path : the log; its name ends in the log's start, the suffix chooses the format
+    path : the log; its name ends in the log's start time, the suffix sets the format
 
     Raises
     ------

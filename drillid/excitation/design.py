@@ -135,7 +135,7 @@ class Design:
     power: Floats
     """(bands,) N² m²; the sum is the square of the rms."""
     criterion: float
-    """Mean square of the chosen relative errors ("errors"), or log of their determinant ("volume")."""
+    """Mean square of the chosen relative errors ("errors"), or log of their covariance's determinant ("volume")."""
     distance: float
     """Relative excess of a band's largest sensitivity over the mean; 0 at the optimum (Kiefer and Wolfowitz 1960)."""
 

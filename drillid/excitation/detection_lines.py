@@ -21,13 +21,13 @@ class Distortion:
     edges: Floats
     """(bands + 1,) Hz."""
     response: Floats
-    """Of excited lines."""
+    """Level of the excited lines."""
     even: Floats
-    """Of even lines that are not excited: distortion of even order."""
+    """Level of even lines that are not excited: distortion of even order."""
     odd: Floats
-    """Of odd lines that are not excited: distortion of odd order."""
+    """Level of odd lines that are not excited: distortion of odd order."""
     noise: Floats
-    """Of the noise of all lines, from the spread between periods."""
+    """Level of the noise on all lines, from the spread between periods."""
 
 
 def distortion(speed: Floats, sweep: Floats, rate: float, period: float, edges: Floats) -> Distortion:

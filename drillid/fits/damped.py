@@ -1,13 +1,13 @@
-"""Damped Gauss–Newton steps, for all least-squares fits: how the damping follows the trial steps, and where a fit ends.
+"""Damped Gauss–Newton steps of all least-squares fits: how the damping follows the trial steps, and when a fit ends.
 
 A Gauss–Newton step leads to the minimum of a quadratic model of the cost, which may lie where the model no longer
 holds; a damped step is shorter. A trial step that lowers the cost is accepted and the damping falls, any other is
-rejected and the damping rises. What the damping acts on is each fit's own:
+rejected and the damping rises. What the damping acts on differs from fit to fit:
 
 - a window, and a set of windows, add it to the model's matrix as a share of the diagonal (Levenberg 1944, Marquardt
   1963);
-- the joint fit of a well divides the whole step by it, because a smoother over all windows solves for that step and
-  would have to run again for a damped matrix.
+- the joint fit of a well divides the whole step by it, because the step is solved for by a smoother over all windows,
+  which would have to run again for a damped matrix.
 
 The rules of all fits are the constants below.
 """
@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 
 LEAST_CURVATURE = 1e-12
-"""Least diagonal of a matrix by which its damping is scaled."""
+"""Lower limit of the diagonal elements by which damping is scaled."""
 
 
 class Damping(NamedTuple):
@@ -30,43 +30,43 @@ class Damping(NamedTuple):
     largest: float
     """Damping above which no further step is tried."""
     reduction: float
-    """Factor of the damping after an accepted step that lowers the cost as expected."""
+    """Factor on the damping after an accepted step that lowers the cost as expected."""
     growth: float
-    """Factor of the damping after a rejected step."""
+    """Factor on the damping after a rejected step."""
     acceleration: float
-    """Factor by which the growth itself grows with each rejected step in a row."""
+    """Factor by which the growth itself rises with each further rejected step in a row."""
 
 
 WINDOW = Damping(1e-3, 1e-9, 1e12, 1 / 3, 2.0, 2.0)
-"""Nielsen's rule (1999): the eight parameters are few, so that the fall that the model expects is worth computing."""
+"""Nielsen's rule (1999): with only eight parameters, the fall expected from the model is worth computing."""
 SET = Damping(1e-3, 1e-9, 1e8, 1 / 8, 8.0, 1.0)
-"""Marquardt's rule, by factors alone: it needs no expected fall, with hundreds of deviations eliminated."""
+"""Marquardt's rule, by factors alone: with hundreds of deviations eliminated, it needs no expected fall."""
 DEVIATIONS = SET._replace(least=0.0)
-"""Of each window's four deviations for itself; a few iterations of small systems, without a lower end."""
+"""For each window's own four deviations: a few iterations of small systems, without a lower limit of the damping."""
 HALVING = Damping(1.0, 1.0, 2.0**11, 0.0, 2.0, 1.0)
-"""Of steps that are divided by it: the whole step first, then its half, quarter …"""
+"""Damping by which a step is divided: first the whole step is tried, then a half, a quarter …"""
 
 
 @dataclass(frozen=True)
 class Ending:
-    """Where a fit ends."""
+    """When a fit ends."""
 
     steps: int
-    """Most accepted steps."""
+    """Largest number of accepted steps."""
     trials: int
-    """Most trial steps."""
+    """Largest number of trial steps."""
     fall: float
     """Fall of the cost, in units of log-likelihood, below which an accepted step is the last."""
     rise: float = 0.0
     """Rise of the cost below which a rejected step is the last: the cost is flat."""
     patience: float = 1.0
-    """Falls like the last that a fit may still need to the cost that is asked for."""
+    """Number of further falls as large as the last that a fit may still need to reach the cost asked for."""
 
 
 SET_END = Ending(60, 60, fall=1e-2, rise=1e-3, patience=10.0)
-"""Causes are compared by gains of order one."""
+"""Causes are compared by gains of order one, so a coarse end is enough."""
 JOINT_END = Ending(40, 480, fall=1e-5)
-"""Walks and jumps are compared by evidence at the optimum, and the fit starts anew from each."""
+"""Walks and jumps are compared by the evidence at the optimum, and the fit starts afresh for each of them."""
 
 
 def lowered(rule: Damping, damping: float, gain: float) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def lowered(rule: Damping, damping: float, gain: float) -> tuple[float, float]:
 
     Parameters
     ----------
-    gain : fall of the cost over the one that the quadratic model expects, at most 1; 1 where none is computed
+    gain : ratio of the cost's fall to that expected from the quadratic model, at most 1; 1 if none is computed
     """
     return max(damping * max(rule.reduction, 1.0 - (2.0 * gain - 1.0) ** 3), rule.least), rule.growth
 
@@ -85,7 +85,7 @@ def raised(rule: Damping, damping: float, growth: float) -> tuple[float, float]:
 
 
 class Expanded(Protocol):
-    """What is fitted, with all that a step from there needs."""
+    """A point of the fit, with all that a step from there needs."""
 
     @property
     def cost(self) -> float:
@@ -108,7 +108,7 @@ def descend(
     Parameters
     ----------
     steps_from : trial steps from a state, as a function of the damping
-    enough : cost that is asked for; a fit that falls too slowly to come there is left where it is
+    enough : cost asked for; a fit that falls too slowly to reach it is stopped
     """
     here, steps, accepted = start, steps_from(start), 0
     damping, growth = rule.first, rule.growth

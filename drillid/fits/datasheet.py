@@ -1,4 +1,4 @@
-"""What data sheets and tally say about a rig, as fits take it: given equipment, priors, the controller."""
+"""Data sheets and tally of a rig as the fits use them: known equipment, priors, the controller."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ if TYPE_CHECKING:
     from drillid.config.rig import Rig
 
 _CONTRADICTION = 4.0
-"""Standard deviations between log and data sheets that tolerances do not explain."""
+"""Standard deviations between log and data sheets beyond which tolerances do not explain the difference."""
 _LEAST_GAIN_ERROR = 1e-9
-"""N m s/rad or N m/rad, in place of zero."""
+"""N m s/rad or N m/rad, used in place of zero."""
 _SHOWN_INTERVAL_ERROR = 1e-3
-"""Relative, of an interval of the control that rows show: at least ten times what a window of them gives."""
+"""Relative error of a control interval seen in the logged rows: at least ten times that from one window of them."""
 CLOCK_ERROR = 0.002
 """s, usual offset between the clocks of speed and torque."""
 COMMAND_BANDS = 40
-"""Bands in which the error of the control's response that all windows have in common is independent."""
+"""Number of bands with independent errors of the control's response; the errors are common to all windows."""
 
 
 @dataclass(frozen=True, eq=False)
 class DataSheet:
-    """What a rig's data sheets and tally say, each with its standard uncertainty; infinite where they are silent."""
+    """What a rig's data sheets and tally state, with standard uncertainties; infinite where they are silent."""
 
     controller: Controller
     controller_relative: float = 0.02
-    """Of both gains."""
+    """Relative standard uncertainty of both gains."""
     gain_errors: tuple[float, float] | None = None
-    """Of P and of I, relative, where the logged command tells more of them than the data sheet."""
+    """Relative standard uncertainties of P and I where the logged command improves on the data sheet."""
     collar_length: float = 0.0
     """m; 0 without collars."""
     collar_polar_moment: float = 0.0
     """m⁴."""
     collar_relative: float = 0.1
-    """Of the collars' inertia."""
+    """Relative standard uncertainty of the collars' inertia."""
     delay: float = 0.04
     """s."""
     delay_error: float = np.inf
@@ -59,17 +59,17 @@ class DataSheet:
     """m⁴, of the pipe."""
     polar_moment_error: float = np.inf
     length_relative: float = np.inf
-    """Of the pipe's length as waves see it."""
+    """Relative standard uncertainty of the pipe's length as seen by waves."""
     clock_error: float = CLOCK_ERROR
-    """s, between the clocks of speed and torque: sampling of the control, rows put on one grid."""
+    """s, between the clocks of speed and torque, from sampling of the control and from putting rows on one grid."""
     control_interval: float = np.nan
     """s, at which the control reads the speed and holds its command; NaN where data sheets are silent."""
     control_interval_relative: float = 0.03
-    """Relative standard uncertainty of it."""
+    """Its relative standard uncertainty."""
 
     @property
     def equipment(self) -> KnownEquipment:
-        """What a fit of one window takes as given."""
+        """Equipment that a fit of one window takes as known."""
         return KnownEquipment(self.controller, self.collar_length, self.collar_polar_moment)
 
     def prior(self, bit_depth: float) -> Prior:
@@ -86,7 +86,7 @@ class DataSheet:
 
 
 _STATED = {"delay": DELAY, "inertia_td": INERTIA_TD, "polar_moment": POLAR_MOMENT}
-"""Parameters that data sheets state as such, and their places among the eight."""
+"""Parameters that data sheets state directly, and their places among the eight."""
 
 
 def data_sheet(rig: Rig, controller: Controller, bit_depth: float) -> DataSheet:
@@ -132,7 +132,7 @@ def stated_controller(rig: Rig, spectra: xr.Dataset) -> Controller:
 
 
 def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
-    """The data sheet with its gains and those of the logged command taken together, each by its own error."""
+    """The data sheet with its gains and those from the logged command combined, weighted by their errors."""
     logged = logged_gains(spectra, sheet.controller)
     if logged is None:
         return sheet
@@ -147,7 +147,7 @@ def with_logged_gains(sheet: DataSheet, spectra: xr.Dataset) -> DataSheet:
 
 
 def with_held_control(sheet: DataSheet, held: Sequence[float]) -> DataSheet:
-    """The data sheet with the interval of the control that the windows' logs show, NaN where one does not."""
+    """The data sheet with the control interval seen in the windows' logs (`held`, s; NaN where a log shows none)."""
     shown = np.array(held)[np.isfinite(held)]
     if np.isfinite(sheet.control_interval) or not shown.size:
         return sheet
@@ -175,9 +175,9 @@ def logged_gains(spectra: xr.Dataset, filters: Controller) -> tuple[Floats, Floa
 
     The command less the sweep is −A H times the speed, without the rig's noise, whatever the string does: P + I/s is
     fitted to it by least squares, with the filters taken as given and an offset between the clocks of command and
-    speed, as long as these usually are, left free. The gains are the median of all windows'. What is left over is an
-    error that all windows have in common and that is independent in COMMAND_BANDS bands, from the sampling of the
-    control and from interpolated rows; more windows do not reduce it. None where no command is logged.
+    speed, as large as is usual, left free. The gains are the median of all windows'. The residual is taken as an error
+    common to all windows and independent in COMMAND_BANDS bands, from the sampling of the control and from
+    interpolated rows; more windows do not reduce it. None where no command is logged.
     """
     s, logged = laplace(spectra["frequency"].values), logs_command(spectra)
     unfiltered = _taken_back(spectra) * (1 + s * filters.speed_filter) * (1 + s * filters.torque_filter)
@@ -196,7 +196,7 @@ def logs_command(spectra: xr.Dataset) -> Booleans:
 
 
 def _taken_back(spectra: xr.Dataset) -> Complex:
-    """What the control takes back per speed, as recorded, (window, frequency)."""
+    """Reduction of the torque command per speed, as recorded, (window, frequency)."""
     taken_back = (spectra["sweep_power"] - spectra["cross_command"]) / spectra["cross_speed"]
     return np.asarray(taken_back.values)
 
@@ -223,7 +223,7 @@ def _real(values: Complex) -> Floats:
 
 
 def contradicted_controller(rig: Rig, spectra: xr.Dataset) -> list[Problem]:
-    """A row where the logged torque command shows other gains than the data sheets, beyond their tolerance."""
+    """A problem row if the gains in the logged torque command differ from the data sheets beyond their tolerance."""
     if rig.controller is None:
         return []
     stated = np.array([rig.controller.proportional, rig.controller.integral])

@@ -1,9 +1,9 @@
 """Intervals of the eight parameters by profile likelihood, compiled.
 
 The profile of a parameter is the least cost over all others with that parameter held. A 95 % interval ends where the
-profile is 1.96²/2 above its minimum (Wilks 1938), or at the bound where it does not come so high. A parameter that
-cannot be negative has fewer ways to err near zero, so that a smaller rise ends its interval there (Feldman and
-Cousins 1998, Physical Review D 57). Of several optima the interval holds what is about each of them.
+profile is 1.96²/2 above its minimum (Wilks 1938), or at the bound if it does not rise so far. The estimate of
+a parameter that cannot be negative can err in fewer ways near zero, so a smaller rise ends its interval there (Feldman
+and Cousins 1998, Physical Review D 57). With several optima, the interval covers those about each of them.
 """
 
 import math
@@ -16,21 +16,21 @@ from drillid.fits.solver import minimise, solve_free
 from drillid.physics.kernel import SIZE
 
 QUANTILE = 1.959963984540054
-"""Of the standard normal law, two-sided at 95 %."""
+"""Quantile of the standard normal distribution, two-sided at 95 %."""
 _HALVINGS = 24
 _CLOSE = 0.02
-"""Largest difference of the root of twice the rise in cost from the quantile at an interval's end."""
+"""Largest difference at an interval's end between the root of twice the rise in cost and the quantile."""
 _TRIALS = 12
 _ONE_STEP, _STEPS, _MORE_STEPS, _ALL = np.array([1, 12, 50, -1])
 """As numpy's integers, as in `drillid.fits.solver`."""
 _TOLERANCE = 2e-3
 _LARGEST_FACTOR = 4.0
-"""By which a trial may be farther from the optimum than the one before."""
+"""Largest factor by which a trial may lie farther from the optimum than the one before."""
 
 
 @compiled
 def _spread(point: Floats, gradient: Floats, hessian: Floats, low: Floats, high: Floats, i: int, step: Floats) -> float:
-    """Standard deviation of a parameter from the curvature, and the steps of all others for one of its own, (n,).
+    """Standard deviation of a parameter from the curvature, and the steps of all others per unit step of it, (n,).
 
     Others that are pushed against a bound stay there.
     """
@@ -88,8 +88,8 @@ def interval_end(
 ) -> float:
     """One end of the interval of parameter i: upwards for a direction of 1, downwards for −1.
 
-    Newton's method on z = √(2 (profile − least)), which is nearly a straight line; its slope is that of the cost, as
-    the others are at their best.
+    Newton's method on z = √(2 (profile − least)), which is nearly a straight line; its slope follows from that of
+    the cost, as the others are at their optimum.
     """
     size = optimum.size
     held = np.zeros(size, np.bool_)
@@ -155,9 +155,9 @@ def intervals(
 
     Parameters
     ----------
-    optima, costs : (optimum, n) and (optimum,), the best first; what rises higher than an interval's end is left out
+    optima, costs : (optimum, n) and (optimum,), the best first; those higher than an interval's end are left out
     data : with all priors
-    alone : without the prior on the parameter `which`, whose interval is the wider of both
+    alone : the same without the prior on the parameter `which`, whose interval is the wider of both
     low, high : bounds, (n,)
     """
     size = optima.shape[1]

@@ -83,7 +83,7 @@ def curvature(scaled: Floats, data: Data, robust: bool, gradient: Floats, hessia
 
 @compiled
 def _with_gains(scaled: Floats, gains: Complex, first: int, size: int, table: Floats) -> None:
-    """Take the table from the known gains to others, and append the derivatives to these."""
+    """Convert the table from the known gains to others, and append the derivatives to these."""
     for j in range(size):
         known = complex(table[j], table[BLOCK + j])
         by_proportional, by_integral = gains[0, first + j], gains[1, first + j]
@@ -100,7 +100,7 @@ def _with_gains(scaled: Floats, gains: Complex, first: int, size: int, table: Fl
 
 @compiled
 def _weigh(data: Data, first: int, size: int, robust: bool, table: Floats, weights: Floats) -> float:
-    """Turn the table's mobility into the error and weight all of it; returns the cost."""
+    """Turn the table's mobility into the error, and weight error and derivatives; returns the cost."""
     cost = 0.0
     for j in range(size):
         k = first + j

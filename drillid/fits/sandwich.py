@@ -1,7 +1,7 @@
-"""Errors of a fit whose model is not quite right: the sandwich of the curvature about the spread of the scores.
+"""Errors of a fit whose model is not quite right: the scores' spread sandwiched between inverse curvatures.
 
 Where the model is right, the scores of neighbouring frequencies are independent and their spread is the curvature.
-Where its shape is in error, residuals are alike over many frequencies: the scores' covariance over neighbours then
+Where it is misspecified, residuals are alike over many frequencies: the scores' covariance over neighbours then
 holds both the noise and the model's error (Huber 1967; White 1982, Econometrica 50; Newey and West 1987, ibid. 55).
 """
 

@@ -1,4 +1,4 @@
-"""Starting points of a fit without advance information: any string, any pipe, any top drive; compiled.
+"""Starting points of a fit without prior knowledge: any string, any pipe, any top drive; compiled.
 
 The inverse of the mobility is nearly linear in three of the unknowns: 1/M − A H = e^(sT_d) (J_td s + IP y), with y the
 input admittance per polar moment. With T_d = T₀ + ΔT and r = e^(−sT₀) (1/M − A H), r = J_td s + IP y + ΔT s r to first
@@ -20,11 +20,11 @@ from drillid.physics.responses import laplace
 from drillid.physics.top_drive import control
 
 Singles = NDArray[np.float32]
-"""Numbers of the search, which only ranks trials: the processor does twice as many at once."""
+"""Single precision is enough, as the search only ranks trials; the processor handles twice as many numbers at once."""
 COST, TRIAL_LENGTH, INERTIA, POLAR, DELAY_CHANGE, SHAPE = range(6)
 """Columns of the trials."""
 _DELAYS = 61
-"""Trial delays between 0 and the largest."""
+"""Number of trial delays between 0 and the largest."""
 
 _LENGTHS = np.arange(200.0, 1e4, 25.0)
 _ENDS = np.array(
@@ -35,10 +35,10 @@ _ENDS = np.array(
         for share in (0.1, 0.8)
     ]
 )
-"""Lower ends of the trials, per polar moment: κ, δ, inertia of so many metres of pipe, and damping as a share of its
+"""Lower ends of the trials, per polar moment: κ, δ, inertia of a length of pipe, and damping as a share of its
 characteristic admittance."""
 _APART = 60.0
-"""m, between lengths of two starting points."""
+"""m, least difference in length between two starting points."""
 _MOST_TRIALS = 2000
 WIDEST, PER_FREQUENCY = 0.05, 1 / 12
 """Bins in which neighbouring frequencies are averaged: their largest width, Hz, and width per frequency."""
@@ -201,7 +201,7 @@ def _solve_three(
 ) -> None:
     """Least squares for J_td, IP and ΔT: cost and the three, (4,); J_td and IP are brought within their bounds."""
     yy, ys, yt, yd = sums[0], sums[1], sums[2], sums[3]
-    # what the delay's change explains is taken out of all others
+    # the part explained by the change of delay is removed from all others
     aa, ab, bb = ss - sd * sd / dd, ys - sd * yd / dd, yy - yd * yd / dd
     at, bt = st - sd * dt / dd, yt - yd * dt / dd
     determinant = aa * bb - ab * ab

@@ -15,9 +15,9 @@ from drillid.physics.parameters import LENGTH
 
 _lowered, _raised = compiled(lowered), compiled(raised)
 _TOLERANCE = 1e-7
-"""Fall in cost, as expected of a step, below which it is the last."""
+"""Expected fall in cost below which a step is the last."""
 _FIRST_STEPS, _MORE_STEPS, _STEPS = np.array([4, 25, 100])
-"""As numpy's integers: numba compiles a function anew for every Python integer that it is called with."""
+"""As NumPy integers: numba compiles a function anew for every Python integer that it is called with."""
 _PROMISING = 30.0
 """Cost above the best after the first steps, within which a start is followed further."""
 _AS_GOOD = 10.0
@@ -34,9 +34,9 @@ _SAME_LENGTH = 0.003
 
 @compiled
 def solve_free(matrix: Floats, right: Floats, free: Booleans, solution: Floats) -> bool:
-    """Solve the symmetric system (n, n) for the free unknowns, by Cholesky's factors; the others keep their value.
+    """Solve the symmetric system (n, n) for the free unknowns, by Cholesky's factors; the others keep their values.
 
-    What the kept unknowns contribute is taken to the right-hand side. False if the matrix is not positive.
+    The contribution of the others is moved to the right-hand side. False if the matrix is not positive definite.
     """
     size = right.size
     factor, work = np.empty((size, size)), np.empty(size)
@@ -79,7 +79,7 @@ def bounded_step(
     """Minimum within the bounds of a quadratic model about the point, as a step (n,); False if the model has none.
 
     A parameter that the step would carry over a bound goes to the bound, and the step of the others is found again.
-    The held ones make the step that is given.
+    Held parameters take the step that is given.
     """
     size = point.size
     free = np.empty(size, np.bool_)
@@ -122,8 +122,8 @@ def minimise(
     ----------
     robust : as in `curvature`
     low, high : bounds, (n,)
-    held : parameters that keep their value, (n,)
-    tolerance : fall in cost, as expected of a step, below which it is the last
+    held : parameters that keep their values, (n,)
+    tolerance : expected fall in cost below which a step is the last
     """
     size = point.size
     cost = curvature(point, data, robust, gradient, hessian)
@@ -179,8 +179,8 @@ def follow(starts: Floats, thin: Data, data: Data, low: Floats, high: Floats, po
     """Optima (kept, n) of the starts (start, n), with their costs (kept,); returns their number.
 
     In rounds: a few steps of all starts on the thinned data; the better of them, and strings a little shorter and
-    longer than the best, to their optimum there; and those optima that lie apart and are about as good as the best
-    on all of the data, to their optimum where that may be the best.
+    longer than the best, to their optimum there; and distinct optima about as good as the best, on all of the data,
+    to their optimum if that may be the best.
     """
     size = starts.shape[1]
     none = np.zeros(size, np.bool_)

@@ -45,7 +45,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     def completed_fits(
         name: str, contents: xr.Dataset, depth: Floats, members: list[Indices], dimension: str
     ) -> xr.Dataset:
-        # gains that its own windows show depend on no others, so that fits stay as they are in a well that grows
+        # gains read from a fit's own windows depend on no others, so earlier fits stay unchanged as a well grows
         own_gains = [bool(reads_own[windows].any()) for windows in members]
         gains = [None if own else vars(controller) for own in own_gains]
         of_rows = zip(contents["key"].values.tolist(), depth.tolist(), gains, strict=True)
@@ -96,14 +96,14 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
 
 
 def _sheets(rig: Rig, known: DataSheet, bit_depth: Floats) -> list[DataSheet]:
-    """The data sheets at each bit depth, with the control of a known one."""
+    """The data sheets at each bit depth, with the controller of a known one."""
     return [
         replace(data_sheet(rig, known.controller, depth), gain_errors=known.gain_errors) for depth in bit_depth.tolist()
     ]
 
 
 def _prior(sheet: DataSheet, bit_depth: float, settings: FitsSettings) -> Prior:
-    """Prior of a fit; where data sheets are not to be used, of the gains alone, as the control is known from them."""
+    """Prior of a fit; if data sheets are not to be used, of the gains alone, as the control is known from them."""
     prior = sheet.prior(bit_depth)
     return prior if settings.use_data_sheets else replace(Prior.silent(), gains=prior.gains)
 

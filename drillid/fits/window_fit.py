@@ -28,23 +28,23 @@ if TYPE_CHECKING:
 
 
 _NEAR_BOUND = 0.01
-"""Standard errors from a physical bound below which a value counts as at the bound."""
+"""Number of standard errors from a physical bound within which a value counts as at the bound."""
 _USUAL_FACTOR = 3.0
 """Factor within which internal damping lies about its usual size, at one standard deviation."""
 _FARTHEST_FACTOR = 30.0
-"""Factor about its usual size within which an interval of internal damping is looked for."""
+"""Factor about its usual size within which the interval of internal damping is searched for."""
 _LEAST_FREQUENCIES = 20
-"""Frequencies below which eight parameters are not worth a fit."""
+"""Number of frequencies below which a fit of eight parameters is not worthwhile."""
 _KEPT = 8
-"""Optima that are followed on all of the data."""
+"""Number of optima that are followed on all of the data."""
 _MISMATCH_RATE = 0.05
-"""Chance of the residuals below which they count as larger than the noise."""
+"""Probability of the residuals below which they count as larger than the noise."""
 _MOST_FREEDOM = 1e9
 _LOW, _HIGH = to_scaled(BOUNDS)
 _GAIN_REACH = 10.0
-"""Standard uncertainties within which the gains of the control are looked for."""
+"""Number of standard uncertainties within which the gains of the control are searched for."""
 _LEAST_GAIN = 0.1
-"""Share of a gain's known value below which it is not looked for."""
+"""Share of a gain's known value below which it is not searched for."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Prior:
-    """What the rig's data sheets say: value and standard uncertainty, shape (8,); NaN where they are silent."""
+    """What the rig's data sheets state: value and standard uncertainty, shape (8,); NaN where they are silent."""
 
     value: Floats
     error: Floats
@@ -74,7 +74,7 @@ class Prior:
 
     @staticmethod
     def silent() -> Prior:
-        """No knowledge."""
+        """The prior without any knowledge."""
         return Prior(np.full(len(PARAMETERS), np.nan), np.full(len(PARAMETERS), np.nan))
 
 
@@ -84,7 +84,7 @@ class Fit:
 
     value: Floats
     error: Floats
-    """Standard error: half of the 95 % interval over 1.96, of the open half where the other ends at a bound."""
+    """Standard error: half the 95 % interval's width over 1.96; if one end is at a bound, the other half over 1.96."""
     lower: Floats
     upper: Floats
     """Ends of the 95 % interval; a physical bound where the data set none."""
@@ -99,14 +99,14 @@ class Fit:
     residual_dof: float
     probability: float
     mismatch: float
-    """Factor by which residuals exceed the noise; 1 where they may be noise. Errors hold what of it is alike over
-    neighbouring frequencies."""
+    """Factor by which residuals exceed the noise; 1 where they may be noise. The errors include the part of the excess
+    that is alike over neighbouring frequencies."""
     accepted: bool
     reason: str
 
     @staticmethod
     def refused(reason: str) -> Fit:
-        """No fit at all."""
+        """The result where no fit was made."""
         size = len(PARAMETERS)
         nothing, status = np.full(size, np.nan), np.full(size, Identifiability.UNDETERMINED, dtype=np.int8)
         return Fit(
@@ -128,7 +128,7 @@ class Fit:
 
 
 def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsSettings) -> Fit:
-    """Most likely parameters from many starting points that need no advance information.
+    """Most likely parameters from many starting points that need no prior knowledge.
 
     Errors over their estimated deviations follow Student's t with the variance's own degrees of
     freedom; the rig's data sheets pull as Gaussian priors. Derivatives are exact.
@@ -146,7 +146,7 @@ def fit(measured: Measured, known: KnownEquipment, prior: Prior, settings: FitsS
 
 
 def likelihood(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
-    """What the compiled likelihood reads.
+    """Data and priors as the compiled likelihood reads them.
 
     Besides the rig's data sheets, internal damping has a prior of its own: its logarithm is that of
     the usual size within a factor of three, which spans the paper's table 1. Without it, noise
@@ -174,13 +174,13 @@ def _gain_columns(known: KnownEquipment, prior: Prior, s: Complex) -> Complex:
 
 
 def _bounds(prior: Prior, free: int) -> tuple[Floats, Floats]:
-    """Bounds of the scaled parameters and of so many free gains."""
+    """Bounds of the scaled parameters and of the free gains (`free` of them)."""
     reach = np.minimum(_GAIN_REACH, (1 - _LEAST_GAIN) / np.maximum(prior.gains, 1e-9))[:free]
     return np.append(_LOW, -reach), np.append(_HIGH, reach)
 
 
 def optima(data: Data, measured: Measured, known: KnownEquipment, prior: Prior, starts: int) -> tuple[Floats, Floats]:
-    """Optima that lie apart, best first: scaled parameters and free gains (optimum, n), and costs (optimum,)."""
+    """Distinct optima, best first: scaled parameters and free gains (optimum, n), and costs (optimum,)."""
     frequency, mobility, variance, freedom = thin(
         *_contiguous(measured.frequency, measured.mobility, measured.variance, measured.degrees_of_freedom)
     )
@@ -204,8 +204,8 @@ def _contiguous(*arrays: Array) -> Iterator[Array]:
 def _interval(data: Data, prior: Prior, points: Floats, costs: Floats) -> tuple[Floats, Floats]:
     """Ends of the 95 % intervals, scaled: by profile likelihood about all optima that the data do not separate.
 
-    The interval of internal damping is the wider of those with and without its prior: what the data alone give,
-    but no less than what is left where noise is fitted by resonances too sharp for any string.
+    The interval of internal damping is the wider of those with and without its prior: that of the data alone, but
+    no narrower than with the prior, as noise can be fitted by resonances too sharp for any string.
     """
     low, high = _bounds(prior, len(data.gains))
     low[DELTA], high[DELTA] = np.log([1 / _FARTHEST_FACTOR, _FARTHEST_FACTOR])
@@ -239,7 +239,7 @@ def _errors(value: Floats, lower: Floats, upper: Floats, status: NDArray[np.int8
 
 
 def _covariance(data: Data, prior: Prior, scaled: Floats) -> Floats:
-    """Inverse of the curvature at the optimum in SI, with the spread of what is searched as the widest of priors."""
+    """Inverse of the curvature at the optimum in SI, with the search range's variance as the widest prior."""
     gradient, hessian = np.empty(scaled.size), np.empty((scaled.size, scaled.size))
     curvature(scaled, data, True, gradient, hessian)
     slopes = SCALES.copy()
@@ -252,7 +252,7 @@ def _covariance(data: Data, prior: Prior, scaled: Floats) -> Floats:
 def _error_factors(
     measured: Measured, mobility: Complex, derivatives: Complex, known: KnownEquipment, prior: Prior, value: Floats
 ) -> Floats:
-    """Factors (8,) on standard errors for what residuals alike over neighbouring frequencies tell of the model.
+    """Factors (8,) on standard errors for model error, as seen in residuals alike over neighbouring frequencies.
 
     Parameters
     ----------

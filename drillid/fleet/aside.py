@@ -1,6 +1,6 @@
-"""What a stage made of a well before, set aside while the stage is done again, so that its unchanged rows are kept.
+"""Earlier results of a stage for a well, set aside while the stage is redone, so that unchanged rows are kept.
 
-A folder is moved as a whole, with its key: what lies aside with a key is complete, whenever a run may be killed.
+A folder is moved as a whole, with its key: a folder set aside that has a key is complete, even after a killed run.
 """
 
 import os
@@ -13,9 +13,9 @@ _KEPT_FILES = {".snakemake_timestamp"}
 
 
 def set_aside(folders: WellFolders, stage: str) -> None:
-    """Empty the stage's folder of the well; what was finished there lies aside until `forget_aside`.
+    """Empty the well's folder of the stage; finished results are set aside until `forget_aside`.
 
-    It is of use only where it has the basis of the work to come: another one would make every row anew.
+    They are of use only if made on the same basis as the work to come: on another, every row is made anew.
     """
     folder, aside = folders.stage(stage), folders.aside(stage)
     finished = stored(folder).get("status") == "done" and stored(folder).get("basis") == folders.basis
@@ -32,7 +32,7 @@ def set_aside(folders: WellFolders, stage: str) -> None:
 
 
 def clear(folders: WellFolders, stage: str) -> None:
-    """Empty the folder, its key first, so that what is half deleted never looks complete."""
+    """Empty the folder, its key first, so that a half-deleted folder never looks complete."""
     folder = folders.stage(stage)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / KEY).unlink(missing_ok=True)
@@ -44,7 +44,7 @@ def clear(folders: WellFolders, stage: str) -> None:
 
 
 def forget_aside(folders: WellFolders, stage: str) -> None:
-    """Delete what lies aside, its key first."""
+    """Delete what was set aside, its key first."""
     aside = folders.aside(stage)
     (aside / KEY).unlink(missing_ok=True)
     if aside.exists():

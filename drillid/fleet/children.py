@@ -1,4 +1,4 @@
-"""Children of a process that end with it, at once and however it ends."""
+"""Child processes that end when their parent does, at once and however it ends."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _PR_SET_PDEATHSIG = 1
 
 
 def mapped_apart(function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[tuple[Item, Future[Result]]]:
-    """Apply a function to one item after the other in a child process, and in a new one where that was killed.
+    """Apply a function to one item after the other in a child process, replaced by a new one if it is killed.
 
-    The child is forked, so that it has what this process imported already, and it keeps what
-    it imports itself for the items behind. No threads may run here, as a fork leaves them out.
+    The child is forked, so it has all that this process has imported, and keeps its own imports
+    for the items that follow. No threads may run here, as a fork does not copy them.
 
     Yields
     ------
-    Each item with its ended future, whose exception is `BrokenProcessPool` where the child died of it.
+    Each item with its finished future, whose exception is `BrokenProcessPool` if the child died on this item.
     """
     waiting = list(items)
     while waiting:
@@ -48,7 +48,7 @@ def _child() -> ProcessPoolExecutor:
 
 
 def end_with(parent: int) -> None:
-    """End this process when its parent is gone; a job that is killed would leave it waiting for ever."""
+    """End this process when its parent is gone; otherwise a killed job would leave it waiting for ever."""
     if sys.platform == "linux":
         # the kernel ends this process at once, whatever it is busy with
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -58,5 +58,5 @@ def end_with(parent: int) -> None:
             time.sleep(_LOOK_EVERY_S)
         os._exit(1)
 
-    # elsewhere, and where the parent had gone before that
+    # on other systems, and if the parent was gone before that call
     threading.Thread(target=watch, daemon=True).start()

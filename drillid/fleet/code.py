@@ -1,7 +1,7 @@
-"""Hashes of source files by what they do: comments, docstrings and layout apart.
+"""Hashes of source files by what they do, regardless of comments, docstrings and layout.
 
-A syntax tree takes as long as importing the module it is of, so that hashes are kept beside the bytecode, by the bytes
-of the files that they are of; one that is kept is never out of date.
+Parsing a module takes as long as importing it, so hashes are cached beside the bytecode under the bytes of the source
+files; a cached hash is therefore never out of date.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 
 _HERE = Path(__file__).resolve()
 _KEPT = 4000
-"""Hashes that are kept, the latest ones; the library has a few hundred files."""
+"""Number of hashes kept, the latest ones; the library has a few hundred files."""
 
 
 def code_hashes(files: Sequence[Path], store: Path) -> list[str]:
@@ -26,7 +26,7 @@ def code_hashes(files: Sequence[Path], store: Path) -> list[str]:
     Parameters
     ----------
     files : valid Python
-    store : file in which hashes are kept, where it can be written
+    store : file in which hashes are cached, if it can be written
 
     Raises
     ------
@@ -38,13 +38,13 @@ def code_hashes(files: Sequence[Path], store: Path) -> list[str]:
     known = _read(store)
     new = {name: tree_hash(content) for name, content in zip(names, contents, strict=True) if name not in known}
     if new and not sys.dont_write_bytecode:
-        # read again, as other processes keep theirs meanwhile
+        # read again, as other processes may have added theirs meanwhile
         _write(store, dict(list((_read(store) | new).items())[-_KEPT:]))
     return [known[name] if name in known else new[name] for name in names]
 
 
 def tree_hash(source: bytes) -> str:
-    """The same of a file's bytes, found anew."""
+    """The same hash from a file's bytes, without the cache."""
     tree = ast.parse(ast.unparse(ast.parse(source)))
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
@@ -55,7 +55,7 @@ def tree_hash(source: bytes) -> str:
 
 @functools.cache
 def _manner() -> bytes:
-    """What a hash depends on beside the file: Python's syntax trees and this module."""
+    """What a hash depends on besides the file: Python's syntax trees and this module."""
     return sys.version.encode() + _HERE.read_bytes()
 
 
@@ -68,7 +68,7 @@ def _read(store: Path) -> dict[str, str]:
 
 
 def _write(store: Path, content: dict[str, str]) -> None:
-    """Write it whole; where that cannot be done, such as for an installed library, every process finds its own."""
+    """Write it atomically; where it cannot be written, as with an installed library, every process hashes anew."""
     temporary = store.with_suffix(f".{os.getpid()}.part")
     try:
         store.parent.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
-"""`drillid run`: Snakemake with what a nightly run needs beside it.
+"""`drillid run`: Snakemake with what a nightly run needs besides.
 
-A run that was killed needs no unlocking, a signal ends all processes, and wells that failed are named in a closing line
-and in the exit code.
+A killed run needs no unlocking, a signal ends all processes, and failed wells are named in a closing line and show in
+the exit code.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from drillid.fleet.lock import RUN, identity
 from drillid.fleet.provenance import PACKAGE
 
 OUTCOME = "DRILLID_OUTCOME"
-"""Environment variable with the file into which the workflow writes what became of its wells."""
+"""Environment variable with the path of the file to which the workflow writes what became of its wells."""
 FAILED_WELLS = 3
-"""Exit code where the workflow went through but wells failed."""
+"""Exit code if the workflow completed but wells failed."""
 _GRACE_S = 10.0
-"""Time for all processes to end by themselves before they are killed, s."""
+"""Time that all processes have to end by themselves before they are killed, s."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class RunOutcome:
 
     code : exit code of the workflow, or FAILED_WELLS
     wells : number of `wells`, reason of each `failed` one, those `unfinished`, `missing_logs`, all as a `line`, and the
-        path of the `report` where there is one; empty where the run did not come so far
+        path of the `report` if there is one; empty if the run did not get that far
     """
 
     code: int
@@ -51,8 +51,8 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
     ----------
     arguments : targets and options for Snakemake
     profile : workflow profile
-    configuration : configuration file; config/config.yaml where None
-    jobs : cores of this machine, or jobs on a cluster; the profile's where empty
+    configuration : configuration file; config/config.yaml if None
+    jobs : cores of this machine, or jobs on a cluster; the profile's if empty
     strict : whether failed wells make the exit code FAILED_WELLS
 
     Raises
@@ -61,7 +61,7 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
         If there is no workflow, or the configuration cannot be read.
     """
     read_yaml(configuration or "config/config.yaml")
-    # targets come first: --configfile takes all words that follow it
+    # targets come first: --configfile takes all arguments that follow it
     command = [sys.executable, "-m", "snakemake", *arguments, "--nolock", *snakemake_words(profile)]
     command += [] if "--logger" in arguments else ["--logger", "drillid"]
     command += ["--jobs", jobs] if jobs else []
@@ -76,13 +76,13 @@ def run(arguments: Sequence[str], profile: Path, configuration: Path | None, job
 
 
 def _path() -> str:
-    """Python's path, on which Snakemake finds its plugins, and these the library."""
+    """Python's path, on which Snakemake finds its plugins, and the plugins find the library."""
     places = [*map(str, plugin_folders()), os.environ.get("PYTHONPATH"), str(PACKAGE.parent)]
     return os.pathsep.join(filter(None, places))
 
 
 def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:
-    """Exit code of a command in a group of its own, which ends as a whole when this process is asked to end."""
+    """Run a command in a process group of its own, ended as a whole when this process is told to end; its exit code."""
     stopped: list[int] = []
     with subprocess.Popen(command, env=environment, start_new_session=True) as child:
 
@@ -102,7 +102,7 @@ def _supervised(command: Sequence[str], environment: dict[str, str]) -> int:
             signal.setitimer(signal.ITIMER_REAL, 0)
             for number, handler in before.items():
                 signal.signal(number, handler)
-        # whatever ended the command, none of what it started may go on writing
+        # however the command ended, nothing that it started may go on writing
         _signal_group(child.pid, signal.SIGKILL)
     return 128 + stopped[0] if stopped else code
 

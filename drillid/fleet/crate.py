@@ -1,4 +1,4 @@
-"""The run as an RO-Crate, `<results>/ro-crate-metadata.json`: which workflow made which results of which inputs.
+"""The run as an RO-Crate, `<results>/ro-crate-metadata.json`: which workflow made which results from which inputs.
 
 It follows RO-Crate 1.1 (Sefton et al., https://w3id.org/ro/crate/1.1) and the profile Workflow Run Crate 0.5
 (Leo et al., PLoS ONE 19, 2024, https://w3id.org/ro/wfrun/workflow/0.5).
@@ -50,12 +50,12 @@ Entity = dict[str, Any]
 
 
 def settings_of(results: Path) -> Settings:
-    """Settings with which the results of a folder were made; their sheets lie where the run found them.
+    """Settings with which the results in a folder were made; paths of sheets are where the run found them.
 
     Raises
     ------
     SettingsError
-        If the folder has no description of a run, or not of this version.
+        If the folder has no description of a run, or one of another version.
     """
     from drillid.config.settings import Settings
 
@@ -71,7 +71,7 @@ def settings_of(results: Path) -> Settings:
 
 
 def write_crate(settings: Settings, results: Path, wells: Sequence[str], workflow: Path) -> None:
-    """Describe the run beside its results; dates differ from run to run, all else follows from the inputs.
+    """Describe the run beside its results; dates differ from run to run, everything else follows from the inputs.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def write_crate(settings: Settings, results: Path, wells: Sequence[str], workflo
 
 
 def _crate(settings: Settings, results: Path, workflow: Path, inputs: list[Entity], made: list[Entity]) -> list[Entity]:
-    """Descriptor, root, workflow with what it needs, and the run itself."""
+    """Descriptor, root, workflow with its requirements, and the run itself."""
     packages = {"drillid": drillid.__version__, **numerical_versions()}
     needed = [
         {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "softwareVersion": version}

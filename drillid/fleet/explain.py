@@ -21,13 +21,13 @@ from drillid.formats.remote import local_file, url_of
 from drillid.formats.remote import states as remote_states
 
 _INPUTS = ".inputs.json"
-"""What is no result, and may differ between runs that give the same results."""
+"""Not a result: it may differ between runs that give the same results."""
 _SETTLED_S = 2.0
-"""Age from which a file's time tells of every later change."""
+"""Age beyond which any later change of a file shows in its modification time."""
 
 
 def known_inputs(folder: Path) -> dict[str, list[str]]:
-    """State and SHA-256 of the inputs that the stage in a folder read, by their paths or URLs."""
+    """State and SHA-256 of the inputs that a folder's stage read, by path or URL."""
     try:
         content = json.loads((folder / _INPUTS).read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -36,13 +36,13 @@ def known_inputs(folder: Path) -> dict[str, list[str]]:
 
 
 def inputs_of(paths: Sequence[Path], known: Mapping[str, list[str]] | None = None) -> dict[str, list[str]]:
-    """State and SHA-256 of every file that is there, by its path or URL.
+    """State and SHA-256 of every file that exists, by path or URL.
 
-    As in git's index, a file whose size, time and place on the disk are as they were is not read again.
+    As in git's index, a file whose size, time and place on the disk are unchanged is not read again.
 
     Parameters
     ----------
-    known : of an earlier run, from `known_inputs`
+    known : those of an earlier run, from `known_inputs`
     """
     found, elsewhere, known = dict[str, list[str]](), remote_states(paths), known or {}
     for path in paths:
@@ -56,12 +56,12 @@ def inputs_of(paths: Sequence[Path], known: Mapping[str, list[str]] | None = Non
 
 
 def remember_inputs(folder: Path, found: Mapping[str, list[str]]) -> None:
-    """Keep what `inputs_of` found in a stage's folder."""
+    """Store the result of `inputs_of` in a stage's folder."""
     write_whole(folder / _INPUTS, json.dumps(found))
 
 
 def _local_state(path: Path) -> str:
-    """Empty of a file that is not there, or so new that it might change within the tick of its clock."""
+    """Size, time and inode; empty if the file is missing or so new that it may change within a tick of the clock."""
     try:
         status = path.stat()
     except OSError:
@@ -71,14 +71,14 @@ def _local_state(path: Path) -> str:
 
 
 def inputs_behind(folders: WellFolders) -> dict[str, str]:
-    """SHA-256 of the rig description and the logs that a well's results come from, by path; empty before any stage."""
+    """SHA-256 of the rig description and the logs behind a well's results, by path; empty before any stage has run."""
     first = next(name for name, stage in STAGES.items() if not stage.reads)
     found = stored(folders.stage(first)).get("inputs", {})
     return found if isinstance(found, dict) else {}
 
 
 def attributes_of(key: Mapping[str, Any], inputs: Mapping[str, str]) -> dict[str, str]:
-    """Attributes by which a dataset tells what it comes from, the same for the same inputs wherever these lie.
+    """Attributes that tell what a dataset was made from; the same inputs give the same attributes wherever they lie.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def attributes_of(key: Mapping[str, Any], inputs: Mapping[str, str]) -> dict[str
 
 
 def explain(path: Path) -> str:
-    """In words, from the file's own stage back to the logs.
+    """How a file came to be, in words, from its own stage back to the logs.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def explain(path: Path) -> str:
     Raises
     ------
     SettingsError
-        If it lies below no such folder, or the stage never finished there.
+        If it lies in no such folder, or the stage never finished there.
     """
     _, stage, well = _place(path.absolute())
     lines = [f"{path} is of the stage {stage} of the well {well}."]
@@ -114,9 +114,9 @@ def explain(path: Path) -> str:
 
 
 def stages_behind(path: Path) -> dict[str, dict[str, Any]]:
-    """What each stage recorded of itself, from the file's own back to the records: the content of its key.json.
+    """What each stage recorded about itself in its key.json, from the file's own stage back to the records.
 
-    Parameters, errors : as of `explain`
+    Parameters, errors : as for `explain`
     """
     results, stage, well = _place(path.absolute())
     waiting, found = [stage], dict[str, dict[str, Any]]()

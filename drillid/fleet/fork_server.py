@@ -1,7 +1,7 @@
-"""One process a run that loads what its jobs need, and a child of it for each job.
+"""One process per run that loads what its jobs need, and a forked child of it for each job.
 
-A job's own work may take less time than the start of Python with all libraries and compiled kernels; here that is paid
-once a run and machine instead of once a job. The server itself works on no well and opens no file of the results.
+A job's own work may take less time than starting Python with all libraries and compiled kernels; here that is paid
+once per run and machine instead of once per job. The server itself works on no well and opens no file of the results.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from drillid.fleet.stages import ALL_STAGES
 
 RUN_STAGE = "drillid.fleet.run:run_configured"
 _LIBRARIES = ("zarr.storage", "zarr.codecs", "matplotlib.backends.backend_agg")
-"""Loaded within functions only, so that the modules of the library do not load them."""
+"""Imported within functions only, so importing the library's modules does not load them."""
 _REAP_EVERY_S, _PATIENCE_S = 5.0, 1.0
 
 
 @contextlib.contextmanager
 def served(rules: Collection[str]) -> Iterator[None]:
-    """Let the jobs that are started meanwhile be children of a server, which ends with this process at the latest.
+    """Run jobs started within this context as children of a server, which ends with this process at the latest.
 
     Parameters
     ----------
-    rules : of the jobs; others have no use of it
+    rules : rules of the jobs; without a stage or library import among them no server is started
     """
     modules = [stage.module for name, stage in ALL_STAGES.items() if name in rules]
     modules += [module for rule in sorted(rules) for module in modules_of_script(rule)]
@@ -51,22 +51,22 @@ def served(rules: Collection[str]) -> Iterator[None]:
     with tempfile.TemporaryDirectory(prefix="drillid-") as folder:
         place = str(Path(folder, "jobs"))
         with _started(place, modules) as server:
-            # behind a place that is bound already, jobs wait until the server has loaded all
+            # the socket is bound already, so jobs wait there until the server has loaded everything
             os.environ[SERVER] = os.pathsep.join([sys.prefix, place])
             try:
                 yield
             finally:
                 os.environ.pop(SERVER, None)
-                # it ends when its input does
+                # the server ends when its standard input does
                 if server.stdin is not None:
                     server.stdin.close()
                 server.wait()
 
 
 def modules_of_script(rule: str) -> list[str]:
-    """Modules of the library that the functions of a rule's script import; none where it has no script or no function.
+    """Modules of the library that the functions of a rule's script import; empty without a script or a function.
 
-    A script imports within functions only, so that one that hands its job over loads nothing by itself.
+    A script imports within functions only, so that it loads nothing itself when it hands its job over.
     """
     try:
         script = importlib.util.find_spec(f"scripts.{rule}")
@@ -80,7 +80,7 @@ def modules_of_script(rule: str) -> list[str]:
 
 
 def _started(place: str, modules: Sequence[str]) -> subprocess.Popen[bytes]:
-    """The server, which alone listens at the place: where it dies, jobs are refused instead of kept waiting."""
+    """The server, the only process listening on the socket: if it dies, jobs are refused instead of left waiting."""
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(place)
         listening.listen(socket.SOMAXCONN)
@@ -89,15 +89,15 @@ def _started(place: str, modules: Sequence[str]) -> subprocess.Popen[bytes]:
 
 
 def main(descriptor: int, modules: Sequence[str]) -> None:
-    """Load what jobs need, then start a child for each of them until the process that started this one ends."""
-    # of a terminal, which sends it to the jobs as well
+    """Load what jobs need, then fork a child for each of them until the process that started this one ends."""
+    # a terminal sends its interrupt to the jobs as well
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         _load(modules)
-    except Exception:  # each job meets it by itself, and its log tells of it
+    except Exception:  # each job meets the error itself and logs it
         sys.exit(1)
     gc.collect()
-    # pages that hold objects of the server stay shared with the children
+    # memory pages with the server's objects stay shared with the children
     gc.freeze()
     listening = socket.socket(fileno=descriptor)
     while True:
@@ -117,7 +117,7 @@ def main(descriptor: int, modules: Sequence[str]) -> None:
 
 
 def _reap() -> bool:
-    """Take note of children that have ended; whether there are others."""
+    """Reap children that have ended; returns whether any are still running."""
     with contextlib.suppress(ChildProcessError):
         while os.waitpid(-1, os.WNOHANG)[0]:
             continue
@@ -126,7 +126,7 @@ def _reap() -> bool:
 
 
 def _load(modules: Sequence[str]) -> None:
-    """Import modules with all of the library that they use, and load the compiled kernels in there."""
+    """Import modules with all modules of the library that they use, and load the compiled kernels of these."""
     importlib.import_module(RUN_STAGE.partition(":")[0])
     for module in modules:
         for each in sorted(closure(module)):
@@ -134,7 +134,7 @@ def _load(modules: Sequence[str]) -> None:
     for library in _LIBRARIES:
         with contextlib.suppress(ImportError):
             importlib.import_module(library)
-    # whoever has built the graph of imports must not fork children that build another one
+    # a process that has built the import graph must not fork children that build another one
     for stage in ALL_STAGES.values():
         source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else []))
     compiled = sys.modules.get("drillid.compiled")
@@ -143,7 +143,7 @@ def _load(modules: Sequence[str]) -> None:
 
 
 def _work(client: socket.socket, server: int) -> None:
-    """Do a job as the process would that ordered it: its folder, environment and streams; never returns."""
+    """Do a job as the process that ordered it would, with its folder, environment and streams; never returns."""
     code = 1
     try:
         end_with(server)
@@ -172,7 +172,7 @@ def _work(client: socket.socket, server: int) -> None:
 
 
 def _end_with(client: socket.socket) -> None:
-    """End this process where the one that ordered the job is gone."""
+    """End this process when the one that ordered the job is gone."""
     with contextlib.suppress(OSError):
         client.recv(1)
     os._exit(1)

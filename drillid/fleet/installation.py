@@ -1,4 +1,4 @@
-"""Where the workflow's files are: in the current folder, or else beside the library, in its checkout or package."""
+"""Where the workflow's files are: in the current folder, or else with the library, in its checkout or package."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _TO_FILL_IN = ("config/config.yaml", "config/wells.tsv", "config/logs.tsv", "con
 
 
 def workflow_folder() -> Path:
-    """Folder with the Snakefile: the current one where it holds one, else that of the library.
+    """Folder with the Snakefile: the current one if it has a Snakefile, else that of the library.
 
     Raises
     ------
     SettingsError
-        If neither holds a workflow.
+        If neither has a workflow.
     """
     return _first_with_workflow(_PLACES)
 
@@ -49,7 +49,7 @@ def _first_with_workflow(places: Iterable[Path]) -> Path:
 
 
 def snakemake_words(profile: Path) -> list[str]:
-    """Snakefile and profile as Snakemake's command takes them.
+    """Arguments of Snakemake's command for Snakefile and profile.
 
     Raises
     ------
@@ -65,25 +65,25 @@ def snakemake_words(profile: Path) -> list[str]:
 
 
 def plugin_folders() -> list[Path]:
-    """Folders with plugins of Snakemake, which finds them by their names where Python's path leads there.
+    """Folders with plugins for Snakemake, which finds them by name if they are on Python's path.
 
     Raises
     ------
     SettingsError
         If there is no workflow.
     """
-    # without Snakemake's own plugin for Kubernetes the one that changes it cannot be imported
+    # the plugin that modifies Snakemake's own for Kubernetes cannot be imported without it
     found = {"progress": True, "kubernetes": find_spec("snakemake_executor_plugin_kubernetes") is not None}
     return [(workflow_folder() / _PLUGINS / name).resolve() for name, usable in found.items() if usable]
 
 
 def write_example(folder: Path) -> list[Path]:
-    """Write a configuration with empty sheets to fill in; files that are there already are kept.
+    """Write a configuration with empty sheets to fill in; existing files are kept.
 
     Raises
     ------
     SettingsError
-        If there is no workflow to take them from.
+        If there is no workflow to copy them from.
     """
     written = _copied(_TO_FILL_IN, folder)
     (folder / "config/rigs").mkdir(parents=True, exist_ok=True)
@@ -91,12 +91,12 @@ def write_example(folder: Path) -> list[Path]:
 
 
 def write_demo(folder: Path = Path()) -> Path:
-    """Write the demo's configuration where it is not there already, and return its path.
+    """Write the demo's configuration unless it exists, and return its path.
 
     Raises
     ------
     SettingsError
-        If there is no workflow to take it from.
+        If there is no workflow to copy it from.
     """
     root = workflow_folder()
     files = [path.relative_to(root).as_posix() for path in sorted((root / _DEMO).rglob("*")) if path.is_file()]
@@ -105,7 +105,7 @@ def write_demo(folder: Path = Path()) -> Path:
 
 
 def _copied(names: Iterable[str], folder: Path) -> list[Path]:
-    """Copy files of the workflow's folder to the same places of another; those that are there already are kept."""
+    """Copy files of the workflow's folder to the same places in another; existing files are kept."""
     source, written = workflow_folder(), []
     for name in names:
         path = folder / name

@@ -1,6 +1,6 @@
-"""A job of the workflow as its script starts it: in a child of the run's fork server where there is one, else here.
+"""A job of the workflow as its script starts it: in a child of the run's fork server if there is one, else here.
 
-A script imports this module alone, so that one that hands its job over has loaded nothing by itself.
+A script imports only this module, so that it has loaded nothing else when it hands its job over.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from pathlib import Path
 from typing import Any
 
 SERVER = "DRILLID_FORK_SERVER"
-"""Environment variable with the environment of Python whose jobs the server takes, and the server's socket."""
+"""Environment variable with the Python environment whose jobs the server takes, and the server's socket."""
 TAKEN = b"+"
-"""The server's answer to an order that a child of it works on."""
+"""The server's answer once one of its children works on an order."""
 _STREAMS = 3
 
 
 def run_job(function: str, **arguments: Any) -> None:
-    """Call a function with all that its module takes loaded already, where a fork server of this run is reached.
+    """Call a function, in a child of this run's fork server, where its module is already loaded, if there is one.
 
     Parameters
     ----------
     function : as `module:function`
-    arguments : of the function, as JSON can hold them
+    arguments : of the function; must be representable in JSON
 
     Raises
     ------
@@ -44,7 +44,7 @@ def run_job(function: str, **arguments: Any) -> None:
 
 
 def _of_server(server: socket.socket, function: str, arguments: dict[str, Any]) -> int | None:
-    """Exit code of a job of the server; None where the server ended before it took the job."""
+    """Exit code of a job run by the server; None if the server ended before it took the job."""
     order = {"function": function, "arguments": arguments, "folder": str(Path.cwd()), "environment": dict(os.environ)}
     with server:
         try:
@@ -61,12 +61,12 @@ def _of_server(server: socket.socket, function: str, arguments: dict[str, Any]) 
 
 
 def run_stage_job(stage: str, snakemake: Any) -> None:
-    """The job of a batch of wells.
+    """Run a stage on a batch of wells as a job.
 
     Parameters
     ----------
     stage : name of the stage
-    snakemake : what Snakemake hands to a script
+    snakemake : the object that Snakemake hands to a script
     """
     run_job(
         "drillid.fleet.run:run_configured",
@@ -80,14 +80,14 @@ def run_stage_job(stage: str, snakemake: Any) -> None:
 
 
 def called(function: str) -> Callable[..., Any]:
-    """The function of a name `module:function`."""
+    """The function named `module:function`."""
     module, _, name = function.partition(":")
     found: Callable[..., Any] = getattr(importlib.import_module(module), name)
     return found
 
 
 def _connected() -> socket.socket | None:
-    """A connection to the server; None where there is none, or Python's environment is another than the server's."""
+    """A connection to the server; None if there is none, or if it runs in another Python environment."""
     prefix, _, place = os.environ.get(SERVER, "").rpartition(os.pathsep)
     if not place or prefix != sys.prefix:
         return None
@@ -101,7 +101,7 @@ def _connected() -> socket.socket | None:
 
 
 def send(server: socket.socket, order: dict[str, Any]) -> None:
-    """Send an order, behind its length and with this process's streams."""
+    """Send an order, preceded by its length, with this process's streams."""
     content = json.dumps(order).encode()
     streams = array.array("i", range(_STREAMS))
     server.sendmsg([len(content).to_bytes(8, "big")], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, streams.tobytes())])

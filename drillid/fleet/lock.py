@@ -1,7 +1,7 @@
 """One run at a time on a folder of results, and no process of a run that outlives it.
 
-A lock is an open file under `flock`: the kernel takes it away when the last process that holds it ends, however it
-ends, so that a killed run leaves nothing to be unlocked.
+A lock is an open file under `flock`: the kernel releases it when the last process that holds it ends, however it
+ends, so a killed run leaves nothing to unlock.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from typing import TextIO
 from drillid.errors import SettingsError
 
 RUN = "DRILLID_RUN"
-"""Environment variable that names the process on which a whole run depends: host, number and start of the process."""
+"""Environment variable that names the process on which a whole run depends: host, process ID and start time."""
 _LOOK_EVERY_S = 0.5
 _PATIENCE_S = 5.0
-"""So long is waited for the processes of a run that has just been killed; they notice it within _LOOK_EVERY_S."""
+"""Time to wait for the processes of a run that has just been killed; they notice within _LOOK_EVERY_S."""
 _held: list[TextIO] = []
 
 
@@ -62,7 +62,7 @@ def _locked(file: TextIO) -> bool:
 
 @contextlib.contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Wait for a lock and hold it; forked children hold it too, so that none of a killed job writes any more."""
+    """Wait for a lock and hold it; forked children hold it too, so no child of a killed job can still be writing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
@@ -70,7 +70,7 @@ def held(path: Path) -> Iterator[None]:
 
 
 def name_run() -> None:
-    """Name this process as the one on which the run depends, unless another is named already; then end with that."""
+    """Name this process as the one on which the run depends; if one is named already, end when that one does."""
     if RUN in os.environ:
         end_with_run(_kill_group)
     else:
@@ -78,7 +78,7 @@ def name_run() -> None:
 
 
 def identity(process: int | None = None) -> str:
-    """Host, number and start of a process, by default this one; no other process ever has the same."""
+    """Host, process ID and start time of a process, this one by default; unique to that process."""
     import psutil
 
     found = psutil.Process(process)
@@ -86,7 +86,7 @@ def identity(process: int | None = None) -> str:
 
 
 def end_with_run(end: Callable[[], None] | None = None) -> None:
-    """End this process soon after the one on which its run depends; on other machines nothing is done."""
+    """End this process soon after the one on which its run depends; does nothing on other machines."""
     named = os.environ.get(RUN, "")
     host, _, rest = named.partition(" ")
     if host != socket.gethostname() or named == identity():
@@ -115,7 +115,7 @@ def _exit() -> None:
 
 
 def _kill_group() -> None:
-    """End this process with all that it started, where it leads a group of its own."""
+    """End this process, with all that it started if it leads a process group of its own."""
     if os.getpgrp() == os.getpid():
         os.killpg(os.getpid(), signal.SIGKILL)
     os._exit(1)

@@ -1,7 +1,7 @@
 """What a job leaves for the workflow to see: a manifest of its batch, `<results>/<stage>/<batch>.json`.
 
-It names the batch's wells with the keys in their folders, which lie beside it. Snakemake knows the manifest only; the
-folders are kept or done again well by well, by their keys.
+It lists the batch's wells with the keys in their folders, which lie beside it. Snakemake knows only the manifest;
+whether a well's folder is kept or redone depends on its key.
 """
 
 import json
@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 KEY = "key.json"
-"""File of a well's folder that says what its datasets were made from; without it they count as never made."""
+"""File in a well's folder that says what its datasets were made from; without it they count as never made."""
 
 PROBLEMS = "problems.csv"
-"""File of a well's folder with whatever the stage rejected."""
+"""File in a well's folder with whatever the stage rejected."""
 
 
 def stored(folder: Path) -> dict[str, Any]:
-    """What one stage of one well was made from; empty where it was never finished, or a file is damaged or missing."""
+    """What one stage of one well was made from; empty if it was never finished, or a file is damaged or missing."""
     try:
         content = json.loads((folder / KEY).read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -29,12 +29,12 @@ def stored(folder: Path) -> dict[str, Any]:
 
 
 def stored_key(folder: Path) -> str:
-    """The key of one stage of one well; empty where it was never finished."""
+    """The key of one stage of one well; empty if it was never finished."""
     return str(stored(folder).get("key", ""))
 
 
 def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") -> None:
-    """Write the wells' keys once all of them went through the stage.
+    """Write the wells' keys once all of them have been through the stage.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") 
 
 
 def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> bool:
-    """Whether a manifest is that of a batch made from the same, whose folders are whole, with the keys that it names,
-    and no well that failed has been mended.
+    """Whether a manifest still holds: same batch, same code, settings and rigs, folders complete with the keys that it
+    lists, and nothing changed that may have made a well fail.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], m
 
 
 def failed_in(path: Path) -> int:
-    """How many of the manifest's wells failed; 0 where there is none."""
+    """How many of the manifest's wells failed; 0 without a manifest."""
     return sum(stored(path.parent / str(well)).get("status", "failed") == "failed" for well in _keys(_read(path)))
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """Content of a manifest; empty where there is none or it is damaged."""
+    """Content of a manifest; empty if it is missing or damaged."""
     try:
         content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -92,13 +92,13 @@ def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str])
 
 
 def _names(content: dict[str, Any]) -> list[str]:
-    """Files and stores that a key names."""
+    """Files and stores that a key lists."""
     names = content.get("files", [])
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file under another name first, so that it is never there in part."""
+    """Write a file under another name first, so that a partial file is never seen."""
     temporary = path.with_suffix(".part")
     temporary.write_text(text)
     os.replace(temporary, path)

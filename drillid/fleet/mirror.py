@@ -1,8 +1,8 @@
 """A copy of the results elsewhere: on a store such as S3, or in another folder, brought up to date after each run.
 
-Stages rename whole folders and lock files, which stores of objects do not know, so they work in a folder of this
-machine or of a mounted share. The copy has the same promise: a well's folder has no key.json there while it is brought
-up to date, and what names others, manifests, tables and the report, comes last.
+Stages rename whole folders and lock files, which object stores cannot do, so they work in a folder of this machine or
+of a mounted share. The copy keeps the same guarantee: a well's folder has no key.json there while it is being brought
+up to date, and files that refer to others (manifests, tables and the report) come last.
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from drillid.fleet.mirror_lock import LOCK, hold
 LISTING = "mirror.json"
 """What the copy holds: its place, its version, and size and time in ns of each file by its path."""
 _VERSION = ".mirror"
-"""The versions of the copy that this machine's results go on from: JSON with its place and their names."""
+"""The versions of the copy that this machine's results continue from: JSON with its place and their names."""
 _NOT_COPIED = {"raw", "logs", "benchmarks", ".previous", LISTING, _VERSION}
-"""Inputs, what only this machine's runs tell of, and what stages keep for themselves."""
+"""Inputs, records of this machine's runs alone, and what stages keep for themselves."""
 _AT_ONCE = 500
-"""Files that are copied in one request."""
+"""Number of files copied in one request."""
 
 
 @dataclass(frozen=True)
 class Changes:
-    """Files that were written to the copy, and deleted there."""
+    """Numbers of files written to the copy and deleted from it."""
 
     written: int
     deleted: int
 
 
 def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
-    """Bring the copy of the results up to date; files that have not changed are left alone.
+    """Bring the copy of the results up to date; unchanged files are left alone.
 
     Parameters
     ----------
     results : folder of the results
     mirror : folder or URL of the copy, such as s3://bucket/main
-    listing : file to write, with what the copy holds
+    listing : file in which to list what the copy holds
 
     Raises
     ------
     SettingsError
-        If the place does not answer or refuses to be written, or another machine has brought it up to date meanwhile.
+        If the place does not answer or cannot be written, or another machine has brought it up to date meanwhile.
     """
     local = _files(results)
     with _answering(mirror):
@@ -61,14 +61,14 @@ def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
         known, there = before.get("files", {}), _sizes_there(system, root)
         changed = [name for name, state in local.items() if known.get(name) != state or there.get(name) != state[0]]
         gone = sorted(there.keys() - local.keys() - {LISTING, LOCK})
-        # a well's folder that changes has no key until it is whole
+        # a well's folder that changes has no key until it is complete
         folders = {"/".join(Path(name).parts[:2]) for name in (*changed, *gone)}
         keys = {f"{folder}/{KEY}" for folder in folders} & there.keys()
         _delete(system, root, keys | set(gone))
         for names in _in_order({*changed, *(keys & local.keys())}):
             _put(system, results, root, names)
         write_whole(listing, json.dumps({"mirror": mirror, "version": version, "files": local}, indent=0))
-        # both hold for a run that is killed before or after the listing is there
+        # whether the run is killed before or after the listing is written, one of the two versions is right
         _remember(results, mirror, before.get("version"), version)
         _put(system, listing.parent, root, [listing.name])
         _remember(results, mirror, version)
@@ -76,7 +76,7 @@ def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
 
 
 def restore(results: Path, mirror: str) -> bool:
-    """Fetch the results from their copy where this machine has none yet; whether it did.
+    """Fetch the results from their copy if this machine has none yet; returns whether it did.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def restore(results: Path, mirror: str) -> bool:
 
 
 def _files(results: Path) -> dict[str, list[int]]:
-    """Size and time of each file that is copied, by its path below the results."""
+    """Size and time of each file to be copied, by its path within the results."""
     found = {}
     for folder, folders, names in os.walk(results):
         folders[:] = sorted(name for name in folders if name not in _NOT_COPIED and not name.endswith(".part"))
@@ -121,7 +121,7 @@ def _files(results: Path) -> dict[str, list[int]]:
 
 
 def hold_mirror(results: Path, mirror: str) -> Callable[[], None]:
-    """Keep other machines away from the copy until the function that is returned is called.
+    """Keep other machines away from the copy until the returned function is called.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _remembered(results: Path, mirror: str) -> Sequence[str]:
 
 
 def _listing_there(system: Any, root: str) -> dict[str, Any]:
-    """What the copy holds by its own listing; nothing where there is none that can be read."""
+    """What the copy holds according to its own listing; empty if there is no readable one."""
     system.invalidate_cache()
     try:
         content = json.loads(system.cat_file(f"{root}/{LISTING}"))
@@ -180,7 +180,7 @@ def _sizes_there(system: Any, root: str) -> dict[str, int]:
 
 
 def _in_order(names: Iterable[str]) -> list[list[str]]:
-    """Files in the order in which they may be read: data, then keys, then manifests, tables and report."""
+    """Files in the order in which they are copied: data, then keys, then manifests, tables and report."""
     order: list[list[str]] = [[], [], []]
     for name in sorted(names):
         path = Path(name)
@@ -199,7 +199,7 @@ def _put(system: Any, folder: Path, root: str, names: list[str]) -> None:
 
 
 def _delete(system: Any, root: str, names: Iterable[str]) -> None:
-    # keys first, so that what is half deleted never looks complete
+    # keys first, so that a half-deleted folder never looks complete
     for piece in _pieces(sorted(names, key=lambda name: Path(name).name != KEY)):
         system.rm([f"{root}/{name}" for name in piece])
 
@@ -222,7 +222,7 @@ def _answering(mirror: str) -> Iterator[None]:
         yield
     except SettingsError:
         raise
-    except Exception as error:  # each store has errors of its own
+    except Exception as error:  # each store raises errors of its own
         said = " ".join(f"{type(error).__name__}: {error}".split())
         remedy = "Look at the address, the network and the credentials, then run again"
         raise SettingsError("mirror", f"{mirror} cannot be reached or written ({said})", remedy) from error

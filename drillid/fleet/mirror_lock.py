@@ -1,6 +1,6 @@
-"""One machine at a time on a copy of the results: an object beside the copy names the one that works on it.
+"""One machine at a time on a copy of the results: an object beside the copy names the machine working on it.
 
-The object is renewed while the run lasts, as a store takes nothing away by itself when a machine is gone.
+The object is renewed while the run lasts, as a store does not remove it by itself when a machine is gone.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ LOCK = ".lock"
 """Name of the object: JSON with the `holder`, a `token` of its run and when it was last `renewed`, s since 1970."""
 _RENEW_EVERY_S = 60.0
 _GONE_AFTER_S = 900.0
-"""A machine that has not renewed its lock for so long counts as gone."""
+"""A machine that has not renewed its lock for this long counts as gone."""
 
 
 def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
-    """Keep other machines away from a copy until the function that is returned is called.
+    """Keep other machines away from a copy until the returned function is called.
 
     Parameters
     ----------
     system : file system of the copy
     root : its folder there
-    results : the folder that is copied; a lock that an earlier run on it has left is taken over
+    results : the folder that is copied; a lock left by an earlier run on it is taken over
 
     Raises
     ------
@@ -41,19 +41,19 @@ def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
     place, holder, token = f"{root}/{LOCK}", f"{socket.gethostname()}:{results.absolute()}", uuid.uuid4().hex
     _refuse_another(_read(system, place), lambda lock: lock.get("holder") == holder)
     _write(system, place, holder, token)
-    # of two that begin at once, the one that has written last holds it
+    # if two begin at once, the last to write holds the lock
     _refuse_another(_read(system, place), lambda lock: lock.get("token") == token)
     done = threading.Event()
 
     def renew() -> None:
         while not done.wait(_RENEW_EVERY_S):
-            # of the network, each store's own: the next minute tries again
+            # network errors differ from store to store; it tries again in a minute
             with contextlib.suppress(Exception):
                 _write(system, place, holder, token)
 
     def release() -> None:
         done.set()
-        # a lock that cannot be taken away counts as gone after a while
+        # a lock that cannot be removed expires after a while
         with contextlib.suppress(Exception):
             if _read(system, place).get("token") == token:
                 system.rm_file(place)

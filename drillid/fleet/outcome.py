@@ -19,29 +19,29 @@ _NAMED = 5
 
 
 def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
-    """Reason of each well that failed in a stage."""
+    """Reason for each well that failed in a stage."""
     reasons = {well: _reason(_folders(WellFolders(results, well))) for well in wells}
     return {well: reason for well, reason in reasons.items() if reason}
 
 
 def failed_start_ups(results: Path, start_ups: Sequence[str]) -> dict[str, str]:
-    """Reason of each start of rotation that failed; one that no run came to has not."""
+    """Reason for each start of rotation that failed; one that no run has reached does not count."""
     reasons = {name: _reason({START_UPS.name: _start_up_folder(results, name)}) for name in start_ups}
     return {name: reason for name, reason in reasons.items() if reason}
 
 
 def unfinished_start_ups(results: Path, start_ups: Sequence[str]) -> list[str]:
-    """Starts of rotation that no run came to, or that failed."""
+    """Starts of rotation without a key: no run has reached them, or they failed for an unforeseen reason."""
     return [name for name in start_ups if not stored(_start_up_folder(results, name))]
 
 
 def unfinished_wells(results: Path, wells: Sequence[str]) -> list[str]:
-    """Wells that have not gone through all stages, be it that they failed or that a run went only so far."""
+    """Wells without a key in some stage: they failed for an unforeseen reason, or no run has got that far."""
     return [well for well in wells if not all(map(stored, _folders(WellFolders(results, well)).values()))]
 
 
 def missing_logs(logs: Sequence[Path]) -> list[str]:
-    """Listed logs, files or addresses, that are not there; none of a store that does not answer."""
+    """Listed logs, files or URLs, that do not exist; logs in a store that does not answer are not counted."""
     elsewhere = dict.fromkeys(filter(url_of, logs), "unknown")
     with contextlib.suppress(SettingsError):
         elsewhere = states(logs)
@@ -49,7 +49,7 @@ def missing_logs(logs: Sequence[Path]) -> list[str]:
 
 
 def missing_logs_line(missing: Sequence[str]) -> str:
-    """The sentence on listed logs that are not there; empty where all are."""
+    """The sentence on listed logs that do not exist; empty if all do."""
     if not missing:
         return ""
     more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
@@ -59,7 +59,7 @@ def missing_logs_line(missing: Sequence[str]) -> str:
 def closing_line(
     names: Sequence[str], failed: Mapping[str, str], unfinished: Sequence[str] = (), kind: str = "wells"
 ) -> str:
-    """What became of the wells, or of the starts of rotation, in one sentence; reasons and the remedy's place."""
+    """What became of the wells, or starts of rotation, in one line, with reasons and where to find the remedies."""
     waiting = [name for name in unfinished if name not in failed]
     total = len(names)
     if not failed:
@@ -85,7 +85,7 @@ def _folders(folders: WellFolders) -> dict[str, Path]:
 
 
 def _reason(places: Mapping[str, Path]) -> str:
-    """The first failure in the stages' folders; one that nobody foresaw has a row and no key."""
+    """The first failure in the stages' folders; an unforeseen one has a row but no key."""
     keys = {stage: stored(folder) for stage, folder in places.items()}
     failed = [stage for stage, key in keys.items() if key.get("status") == "failed"]
     without_key = [stage for stage, key in keys.items() if not key]

@@ -33,19 +33,19 @@ from drillid.formats.remote import size_of, states, url_of
 
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
-"""Memory for the largest log; measured are 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, over 250 MB of
-imports."""
+"""Memory per size of the largest log; measured: 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, on top of
+250 MB of imports."""
 _TEXT = (
     *(".csv", ".txt", ".tsv", ".tab", ".asc", ".dat", ".prn"),
     *(".las", ".lvm", ".wits", ".wits0", ".wit", ".xml", ".witsml"),
 )
-"""Suffixes of logs in text."""
+"""Suffixes of text logs."""
 
 
 def prepare_environment(root: str | Path) -> None:
-    """Let every job find the library below `root` and take one thread a process, as wells are spread over processes.
+    """Let every job find the library below `root` and use one thread per process, as wells are spread over processes.
 
-    Snakemake reads the rules again on each node of a cluster, so that this holds there too.
+    Snakemake reads the rules again on each node of a cluster, so this takes effect there too.
     """
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
     for variable in THREAD_VARIABLES:
@@ -54,7 +54,7 @@ def prepare_environment(root: str | Path) -> None:
 
 @dataclass(frozen=True)
 class Plan:
-    """The settings with the wells that they name."""
+    """The settings with the wells that their sheets list."""
 
     settings: Settings
     wells: Mapping[str, Listing]
@@ -69,8 +69,8 @@ class Plan:
 
         Parameters
         ----------
-        config : the configuration as Snakemake has merged it
-        files : where it was read from; Snakemake itself takes the last of two equal keys
+        config : the configuration as merged by Snakemake
+        files : where it was read from, checked for duplicate keys, of which Snakemake itself takes the last
 
         Raises
         ------
@@ -84,14 +84,14 @@ class Plan:
 
     @property
     def batches(self) -> dict[str, tuple[str, ...]]:
-        """Wells of each job, by the batch's name: its well where it holds one, else its number."""
+        """Wells of each job, by the batch's name: that of its well if batches hold one each, else a number."""
         names, size = tuple(self.wells), self.settings.fleet.batch_size
         if size == 1:
             return {name: (name,) for name in names}
         return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
 
     def restore_results(self) -> bool:
-        """Begin with the copy of the results where this machine has none; whether it does.
+        """Start from the copy of the results if this machine has none; returns whether it did.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class Plan:
         return mirror is not None and restore(Path(self.settings.results), mirror)
 
     def hold_mirror(self) -> Callable[[], None]:
-        """Keep other machines away from the copy of the results until the function that is returned is called.
+        """Keep other machines away from the copy of the results until the returned function is called.
 
         Raises
         ------
@@ -113,12 +113,12 @@ class Plan:
         return hold_mirror(Path(self.settings.results), mirror) if mirror is not None else lambda: None
 
     def drop_untrue_manifests(self) -> None:
-        """Take away the manifests of batches that hold other wells now, or one whose folder is gone or other than named
-        there, or which is mended, and those made from other code, settings or rigs, of which Snakemake has no note
-        where the results come from another folder or machine.
+        """Delete manifests that are out of date: the batch has other wells, a folder is gone or has another key, inputs
+        of a failed well have changed, or code, settings or rigs have, of which Snakemake has no record where the
+        results come from another folder or machine.
 
-        Snakemake then sees that the batch is to be done; its other wells are left alone by their keys. A manifest is
-        there only while no job works on its batch, so a running workflow is not disturbed.
+        Snakemake then sees that the batch is to be done; the keys of its other wells keep these from being redone. A
+        manifest exists only while no job works on its batch, so a running workflow is not disturbed.
         """
         results, batches = Path(self.settings.results), self.batches
         found = {results / stage / f"{batch}.json": wells for stage in STAGES for batch, wells in batches.items()}
@@ -132,15 +132,15 @@ class Plan:
                     path.unlink(missing_ok=True)
 
     def age_incomplete_report(self) -> None:
-        """Make the fleet's page older than all else where that of a well is gone: Snakemake has it written again."""
+        """If a well's page is missing, make the fleet's page older than all else, so that Snakemake rewrites it."""
         report = Path(self.settings.results, "report.html")
         pages = [report.with_suffix("") / f"{well}.html" for well in self.wells]
         if report.exists() and not all(page.exists() for page in pages):
             os.utime(report, (0, 0))
 
     def outcome(self) -> dict[str, Any]:
-        """How many wells there are, why some failed, which were not finished, which logs are not there, and the closing
-        line of the run.
+        """How many wells there are, why some failed, which were not finished, which logs are missing, and the run's
+        closing line.
         """
         results, wells, starts = Path(self.settings.results), tuple(self.wells), tuple(self.start_ups)
         failed, failed_starts = failed_wells(results, wells), failed_start_ups(results, starts)
@@ -165,7 +165,7 @@ class Plan:
         }
 
     def forget(self, stage: str, wells: Sequence[str]) -> None:
-        """Take the wells' keys and problems away, so that the stage and what follows are done again in any case."""
+        """Delete the wells' keys and problems, so that the stage and those that follow are redone in any case."""
         again = {stage}
         for later in STAGES.values():
             if again.intersection(later.upstream):
@@ -176,28 +176,28 @@ class Plan:
             forget_aside(WellFolders(Path(self.settings.results), well), name)
 
     def threads(self, wells: Sequence[str]) -> int:
-        """Processes that a job over these wells starts on its own machine."""
+        """Number of processes that a job over these wells starts on its own machine."""
         fleet = self.settings.fleet
         return 1 if fleet.scheduler else min(fleet.processes, len(wells))
 
     def logs(self, wells: Sequence[str]) -> list[str]:
-        """Log files that are there or are simulated; one that is missing is its well's problem, not the workflow's."""
+        """Log files that exist or are simulated; a missing one is its well's problem, not the workflow's."""
         simulated = self.settings.simulate is not None
         return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
 
     def start_up_files(self, name: str) -> list[str]:
-        """Files of a start of rotation that are there; one that is missing is a row of problems.csv."""
+        """Existing files of a start of rotation; a missing one becomes a row of problems.csv."""
         listing = self.start_ups[name]
         return [str(path) for path in (listing.rig_file, *listing.logs) if path.exists()]
 
     def memory_mb(self, wells: Sequence[str]) -> int:
-        """Memory of a job that holds raw logs or their records, one log a process at a time, in MB."""
+        """Memory of a job that holds raw logs or their records, one log per process at a time, in MB."""
         largest = max((_memory_of(log) for well in wells for log in self.wells[well].logs), default=0.0)
         return self.threads(wells) * int(_BASE_MB + largest)
 
     def dependencies(self, stage: str, wells: Sequence[str]) -> dict[str, Any]:
-        """What the stage depends on besides its inputs: code, sections of the settings, rigs, state of the logs; all
-        but the logs also as one hash that is the same on any machine, `made_from`.
+        """What the stage depends on besides its inputs: code, sections of the settings, rigs and state of the logs, and
+        `made_from`, one hash of all but the logs, which is the same on any machine.
         """
         asked = stage, tuple(wells)
         if asked not in self._dependencies:
@@ -222,7 +222,7 @@ class Plan:
         return {"wells": list(self.wells), "start_ups": list(self.start_ups), "source": source}
 
     def common_causes_dependencies(self) -> dict[str, Any]:
-        """The same for what wells have in common, by what the sheet says that they share."""
+        """The same for causes that wells have in common, with the hole section and tool of each well in the sheet."""
         return {
             "wells": {folder: {"section": well.section, "tool": well.tool} for folder, well in self.wells.items()},
             "source": source_hash("drillid.common_causes.stage"),
@@ -240,12 +240,12 @@ class Plan:
         }
 
     def simulated_logs(self) -> dict[str, tuple[str, int]]:
-        """Well and number of the stand of each log that is simulated, by the log's path below `<results>/raw`.
+        """Well and stand number of each simulated log, by the log's path below `<results>/raw`.
 
         Raises
         ------
         SettingsError
-            If the logs sheet has such a log elsewhere.
+            If the logs sheet places such a log elsewhere.
         """
         if self.settings.simulate is None:
             return {}
@@ -269,13 +269,13 @@ def _failed_on(listings: Mapping[str, Listing], name: str) -> str:
 
 
 def _of_sheets(of_well: Mapping[str, Any]) -> Any:
-    """What sheets and rig description say of a well."""
+    """What the sheets and the rig description say about a well."""
     further = [of_well[name] for name in ("name", "stated") if name in of_well]
     return [of_well["rig"], *further] if further else of_well["rig"]
 
 
 def _memory_of(log: Path) -> float:
-    """Memory that the log needs over that of the imports, in MB; none where it is not there (yet)."""
+    """Memory that the log needs on top of the imports, in MB; 0 if it does not exist (yet)."""
     try:
         size = log.stat().st_size if url_of(log) is None else size_of(states([log])[log])
     except OSError:

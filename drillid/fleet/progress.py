@@ -1,4 +1,4 @@
-"""How far a run is: a line for each stage on a terminal, else a plain line whenever a stage has ended."""
+"""Progress of a run: a live line for each stage on a terminal, else a plain line when a stage has ended."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
 SHOWN = "DRILLID_PROGRESS"
-"""Environment variable that tells jobs that a terminal shows the run's progress, so that they print no lines."""
+"""Environment variable that tells jobs that the run's progress is shown, so that they print no lines."""
 
 
 class RunProgress:
-    """Jobs that have ended, of each rule, and wells that failed in them.
+    """Finished jobs of each rule, and wells that failed in them.
 
     Parameters
     ----------
-    console : where it is shown; only a terminal has lines that change
-    jobs : number of jobs of each rule, in the order of the data's way
+    console : where it is shown; only a terminal has live lines
+    jobs : number of jobs of each rule, in the order in which data flow
     """
 
     def __init__(self, console: Console, jobs: Mapping[str, int]) -> None:
@@ -46,12 +46,12 @@ class RunProgress:
         self.lines.start()
 
     def job_started(self, rule: str) -> None:
-        """A job of the rule has begun: from here on its time counts."""
+        """A job of the rule has begun: the rule's clock runs from the first one on."""
         if rule in self.tasks:
             self.lines.start_task(self.tasks[rule])
 
     def job_ended(self, rule: str, outputs: list[str]) -> None:
-        """A job of the rule has made its outputs, among them perhaps a manifest of wells."""
+        """A job of the rule has made its outputs, which may include a manifest of wells."""
         if rule not in self.tasks:
             return
         self.ended[rule] += 1
@@ -64,9 +64,9 @@ class RunProgress:
             self.say(", ".join(filter(None, [line, failed])))
 
     def say(self, text: str) -> None:
-        """A message, above the lines that change."""
+        """Print a message above the live lines."""
         self.console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def stop(self) -> None:
-        """Leave the lines as they are."""
+        """Stop updating the lines."""
         self.lines.stop()

@@ -1,4 +1,4 @@
-"""Hashes of code and inputs, so that results notice when either changes."""
+"""Hashes of code and inputs, by which changes of either are noticed."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 PACKAGE = Path(__file__).resolve().parent.parent
 _WITHOUT_EFFECT = {"drillid", "drillid.config.settings"}
-"""The package's version, and the models around the settings: the settings' values are in every key themselves."""
+"""Modules that do not count: the package's version, and the models of the settings, whose values are in every key."""
 
 
 def file_manifest(paths: Iterable[Path]) -> str:
-    """Hash of names, sizes and modification times; any replacement of a file changes it, a back-dated one too.
+    """Hash of names, sizes and modification times; any replacement of a file changes it, even a back-dated one.
 
-    Of files elsewhere it is that of their sizes and versions.
+    For files in a remote store, it is the hash of sizes and versions.
 
     Raises
     ------
     SettingsError
-        If a store elsewhere does not answer.
+        If a remote store does not answer.
     """
     paths = list(paths)
     elsewhere = states(paths)
@@ -48,14 +48,14 @@ def _size_and_time(path: Path) -> tuple[int, int]:
 
 
 def yaml_digest(path: Path, keys: tuple[str, ...]) -> str:
-    """Hash of the top-level `keys` of a YAML file; of its bytes where it is not valid, so that a repair is noticed."""
+    """Hash of the top-level `keys` of a YAML file; of its bytes if it is invalid, so that a repair is noticed."""
     content = _yaml(path, _size_and_time(path))
     return digest({key: content.get(key) for key in keys}) if isinstance(content, dict) else digest(content)
 
 
 @functools.lru_cache(maxsize=1024)
 def _yaml(path: Path, _: tuple[int, int]) -> Any:
-    """Parsed content, read again when size or time of the file change; its bytes in hex where that fails."""
+    """Parsed content, read again when the file's size or time changes; its bytes in hex if it cannot be parsed."""
     try:
         return read_yaml(path)
     except SettingsError:
@@ -71,9 +71,9 @@ def _bytes(path: Path) -> str:
 
 @functools.cache
 def source_hash(*modules: str) -> str:
-    """Hash of the code of modules and of all modules of their package that they use, comments and docstrings apart.
+    """Hash of the code of modules and all modules of their package that they use, without comments and docstrings.
 
-    It is taken once a process, as closures are.
+    It is computed once per process, as closures are.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def source_hash(*modules: str) -> str:
 
 @functools.cache
 def numerical_versions() -> dict[str, str]:
-    """Versions of the libraries on which the last bits of results depend."""
+    """Versions of the libraries that affect the last bits of results."""
     return {name: importlib.metadata.version(name) for name in ("numba", "numpy", "pandas", "pyarrow", "scipy")}
 
 
@@ -99,7 +99,7 @@ def package_hash() -> str:
 
 
 def template_hash() -> str:
-    """Hash of the report's templates, which no import shows."""
+    """Hash of the report's templates, which do not appear among the imports."""
     return digest({path.name: path.read_text() for path in sorted((PACKAGE / "report" / "templates").iterdir())})
 
 
@@ -107,7 +107,7 @@ def template_hash() -> str:
 def closure(module: str) -> frozenset[str]:
     """The module and all modules of its package that it uses, found in the sources without importing them.
 
-    A package that is imported as a whole may look its modules up by itself, so all of them count.
+    A package that is imported as a whole may load any of its modules itself, so all of them count.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def closure(module: str) -> frozenset[str]:
 
 @functools.cache
 def _graph(package: str) -> ImportGraph:
-    """Imports among the modules of a package, those for type checkers apart.
+    """Imports among the modules of a package, except those for type checkers.
 
     grimp starts threads, so a process that has built a graph must not fork children that build another one.
     """

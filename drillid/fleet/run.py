@@ -54,16 +54,16 @@ class Outcome:
     problems: int = 0
     seconds: float = 0.0
     trace: str = ""
-    """Of what nobody foresaw; such a well has no key and is tried again by the next run."""
+    """Traceback of an unforeseen error; such a well has no key and is tried again by the next run."""
     fatal: bool = False
-    """Whether the machine was at fault (disk, memory), so that the job must fail."""
+    """Whether the machine was at fault (disk, memory), in which case the job must fail."""
     core_seconds: float = field(default=0.0, compare=False)
-    """Time of one core, where `seconds` are those of the clock."""
+    """Processor time, whereas `seconds` is elapsed time."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """All that a process needs to take one well through one stage."""
+    """Everything that a process needs to take one well through one stage."""
 
     stage: str
     listing: Listing
@@ -83,7 +83,7 @@ def run_stage(
     """Take the wells of one batch through a stage.
 
     Each well ends with its datasets, a problems.csv and a key.json in `<results>/<stage>/<well>/`;
-    a well whose key is unchanged is left alone, and one that fails is a row of its problems.csv.
+    a well whose key is unchanged is left alone, and one that fails gets a row in its problems.csv.
 
     Parameters
     ----------
@@ -92,14 +92,14 @@ def run_stage(
     settings : all settings
     log : file for the outcome of every well, tracebacks included
     manifest : file with the wells' keys, written last
-    made_from : what it says on code, settings and rigs that the batch was planned with
+    made_from : hash of code, settings and rigs that the batch was planned with, recorded in the manifest
 
     Raises
     ------
     SettingsError
         If the sheets cannot be used, or a dask worker holds older code.
     OSError
-        If disk or memory failed a well; all wells of the batch have been tried before.
+        If disk or memory failed for a well; by then all wells of the batch have been tried.
     """
     end_with_run()
     tasks, outcomes = tasks_of(stage, wells, settings), list[Outcome]()
@@ -113,7 +113,7 @@ def run_stage(
         if fatal:
             raise OSError("\n".join(f"{outcome.well}: {outcome.trace}" for outcome in fatal))
         if manifest is not None:
-            # within the lock, as a job that outlived its run for a moment may still be at work on the batch
+            # within the lock, as a job that briefly outlives its run may still be working on the batch
             write_manifest(manifest, wells, made_from)
     return outcomes
 
@@ -121,7 +121,7 @@ def run_stage(
 def run_configured(
     stage: str, wells: Sequence[str], config: dict[str, Any], log: str, manifest: str, made_from: str
 ) -> None:
-    """`run_stage` by the workflow's configuration as a job is given it."""
+    """`run_stage` with the workflow's configuration as passed to a job."""
     run_stage(stage, wells, Settings.checked(config, "configuration"), log, manifest, made_from)
 
 
@@ -139,19 +139,19 @@ def tasks_of(stage: str, wells: Sequence[str], settings: Settings) -> list[Task]
 
 
 def process_well(task: Task) -> Outcome:
-    """Take one well through one stage; what goes wrong ends as a row in its problems.csv, if it can be written.
+    """Take one well through one stage; any failure becomes a row in its problems.csv, if that can be written.
 
     Raises
     ------
     SettingsError
-        If this process holds other code than the workflow.
+        If this process has loaded other code than the workflow.
     """
     if task.code != _LOADED:
         raise SettingsError("dask worker", "runs an older version of drillid", "Restart the dask workers")
     try:
         return _processed(task)
     except (OSError, MemoryError) as error:
-        # not of the stage itself: its results cannot be written, or what lies there not be read or taken away
+        # not a fault of the stage itself: its results cannot be written, or existing files not be read or removed
         return _fallen(task, _machine_fault(error), traceback.format_exc(), fatal=True)
 
 
@@ -176,7 +176,7 @@ def _processed(task: Task) -> Outcome:
     write_table(problems_table(task.listing.name, stage.name, end.problems), folder / PROBLEMS)
     if not end.trace:
         content = failed if end.status == "failed" else key
-        # beside the key, not in it: how the numbers came to be, for `drillid explain`
+        # stored with the key but not part of its hash: how the numbers came to be, for `drillid explain`
         if read:
             remember_inputs(folder, read)
         files = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
@@ -189,7 +189,7 @@ def _processed(task: Task) -> Outcome:
 
 
 def drop_damaged(results: Path, wells: Sequence[str]) -> None:
-    """Take damaged datasets away from the tables and the report, each with a row; the next run makes them again."""
+    """Remove damaged datasets, which tables and report would read, each with a row; the next run remakes them."""
     for well, stage in itertools.product(wells, _REPORTED):
         folders = WellFolders(results, well)
         try:
@@ -203,8 +203,8 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
 
 
 def collect_problems(results: Path, wells: Sequence[str], start_ups: Sequence[str] = ()) -> pd.DataFrame:
-    """The problems of all wells and stages as one table, in the order of the wells and of the data's way, then those of
-    starts of rotation.
+    """The problems of all wells and stages as one table, in the order of wells and stages, then those of starts of
+    rotation.
     """
     files = [WellFolders(results, well).stage(stage) / PROBLEMS for well in wells for stage in STAGES]
     files += [WellFolders(results, start_up).stage(START_UPS.name) / PROBLEMS for start_up in start_ups]
@@ -229,7 +229,7 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
     try:
         problems = tuple(process(task.listing.load(), folders, task.settings))
     except DamageError as error:
-        # the damaged dataset counts as never made, so that the next run makes it again, and not from what lies aside
+        # the damaged dataset counts as never made, so that the next run makes it anew, not from what was set aside
         (folders.stage(error.stage) / KEY).unlink(missing_ok=True)
         forget_aside(folders, error.stage)
         return _End("failed", (Problem(error.where, error.what, error.remedy),), traceback.format_exc())
@@ -237,7 +237,7 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
         return _End("failed", (Problem(error.where, error.what, error.remedy),))
     except (OSError, MemoryError) as error:
         return _End("failed", (_machine_fault(error),), traceback.format_exc(), fatal=True)
-    except Exception as error:  # the other wells go on; row, log and the missing key tell of it
+    except Exception as error:  # the other wells go on; problem row, log and the missing key record it
         return _End("failed", (_unforeseen(error),), traceback.format_exc())
     made = stage.reads or folders.has(stage.name, stage.name)
     return _End("done" if made else "failed", problems)
@@ -266,7 +266,7 @@ def _key(stage: Stage, listing: Listing, settings: Settings, folders: WellFolder
 
 
 def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:
-    """The key of a failure, which holds until rig description or logs change in any way."""
+    """The key of a failure, valid until the rig description or the logs change in any way."""
     state = failed_on(listing)
     return {**key, "key": digest([key["key"], "failed", state]), "failed_on": state}
 
@@ -279,7 +279,7 @@ def _read_problems(path: Path) -> pd.DataFrame:
 
 
 def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
-    """Outcomes in the order in which the wells end."""
+    """Outcomes in the order in which the wells finish."""
     fleet = settings.fleet
     if fleet.scheduler is None and min(fleet.processes, len(tasks)) < 2:
         for task, future in mapped_apart(process_well, tasks):
@@ -294,7 +294,7 @@ def _outcomes(tasks: Sequence[Task], settings: Settings) -> Iterator[Outcome]:
 
 
 def _result(task: Task, future: Any) -> Outcome:
-    """The outcome, or the row that stands for a well that its process died of."""
+    """The outcome, or that of a failed well, with a row, if its process died."""
     error = future.exception()
     if not _is_death(error):
         outcome: Outcome = future.result()
@@ -308,7 +308,7 @@ def _result(task: Task, future: Any) -> Outcome:
 
 
 def _fallen(task: Task, problem: Problem, trace: str, fatal: bool = False) -> Outcome:
-    """The outcome of a well that is not to be kept, and its row where that can be written."""
+    """The outcome of a failed well, whose results are not kept; writes its problem row if that is possible."""
     folders = WellFolders(task.results, task.listing.folder, name=task.listing.name)
     with contextlib.suppress(OSError):
         clear(folders, task.stage)
@@ -318,14 +318,14 @@ def _fallen(task: Task, problem: Problem, trace: str, fatal: bool = False) -> Ou
 
 
 def _is_death(error: BaseException | None) -> bool:
-    """The process was killed or ended itself; dask is asked only where it was at work."""
+    """Whether the process was killed or ended itself; dask's error counts only if dask has been loaded."""
     distributed = sys.modules.get("distributed")
     deaths = (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
     return isinstance(error, deaths)
 
 
 def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
-    """Counts as lines, because several jobs share the terminal; none where that shows the run's progress."""
+    """Print counts line by line, as several jobs share the terminal; nothing if the run's progress is shown there."""
     if SHOWN in os.environ:
         yield from outcomes
         return
@@ -343,7 +343,7 @@ def _counted(stage: str, total: int, outcomes: Iterator[Outcome]) -> Iterator[Ou
 
 @contextlib.contextmanager
 def logged(path: str | Path | None) -> Iterator[logging.Logger]:
-    """A logger into the job's own file, written anew and ended by what the job took; without a path it is silent."""
+    """A logger to the job's own file, overwritten, whose last line is the time and memory used; silent without path."""
     logger = logging.Logger("drillid.fleet.run")
     handler = logging.NullHandler() if path is None else _file_handler(Path(path))
     logger.addHandler(handler)

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stage:
-    """One step that works well by well; it is done again when anything named here changes."""
+    """A processing step taken well by well; it is redone when anything named here changes."""
 
     name: str
-    """Name of the stage: its folder of the library, rule, script, section of the settings and folder of results."""
+    """Name of the stage and of its subpackage, rule, script, section of the settings and results folder."""
     reads: tuple[tuple[str, str], ...]
     """Datasets without which there is nothing to do, as (stage, dataset)."""
     settings: tuple[str, ...]
@@ -30,7 +30,7 @@ class Stage:
 
     @property
     def sections(self) -> dict[str, set[str] | bool]:
-        """Sections of the settings with the keys that count, or True where all do."""
+        """Sections of the settings with the keys that count, or True if all do."""
         chosen: dict[str, set[str] | bool] = {}
         for section, _, key in (name.partition(".") for name in self.settings):
             chosen[section] = {key} if key else True
@@ -38,7 +38,7 @@ class Stage:
 
     @property
     def upstream(self) -> tuple[str, ...]:
-        """The earlier stages that it reads, each once, in the order of the data's way."""
+        """The earlier stages whose datasets it reads, each once."""
         return tuple(dict.fromkeys(stage for stage, _ in self.reads))
 
 
@@ -83,7 +83,7 @@ STAGES: dict[str, Stage] = {
         ),
     )
 }
-"""The stages in the order of the data's way."""
+"""The stages in the order in which data flow."""
 
 START_UPS = Stage(
     "start_ups",
@@ -91,7 +91,7 @@ START_UPS = Stage(
     ("start_ups", "figures"),
     ("top_drive", "pipe", "pipe_shear_modulus", "assembly", "assembly_shear_modulus", "mud_density", "friction"),
 )
-"""The one stage of a measured start of rotation, whose description stands in the place of a rig's."""
+"""The only stage for a measured start of rotation, whose description takes the place of a rig's."""
 ALL_STAGES = {**STAGES, START_UPS.name: START_UPS}
 
 
@@ -108,12 +108,12 @@ def fingerprint(stage: Stage, listing: "Listing", settings: "Settings", simulate
     stage : the stage
     listing : the well's rows of the sheets
     settings : all settings, of which the stage's sections are taken
-    simulated : the logs do not exist yet when the workflow is laid out, so they are left to
-        the workflow's own comparison of time stamps
+    simulated : whether the logs are simulated; they do not exist yet when the workflow is laid out, so
+        they are left to its own comparison of time stamps
     """
-    # datasets and tables say the well's name, which only here may change without its folder
+    # datasets and tables contain the well's name, which may change without its folder: only here is that noticed
     name = {} if listing.name == listing.folder else {"name": listing.name}
-    # a stage is handed its rig description, which the modules it imports need not show
+    # the rig description is passed to a stage, so its module need not appear among the stage's imports
     own = name | ({"stated": listing.stated} if listing.stated else {})
     return own | {
         "source": source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else [])),

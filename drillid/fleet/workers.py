@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _IDLE_S = 600
-"""Dask's operator takes the pods of a job that was killed away after so long."""
+"""Time after which dask's operator removes the pods of a killed job."""
 
 
 @contextlib.contextmanager
 def client_of(fleet: FleetSettings, tasks: int) -> Iterator[Client]:
-    """A client whose workers take these tasks, one at a time each; what was started for it ends with it.
+    """A client whose workers take these tasks, each one at a time; whatever was started for it ends with it.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def _on_slurm(workers: SlurmWorkers, tasks: int) -> Any:
     try:
         cluster.sync(_submitted, cluster)
     except (OSError, RuntimeError, ValueError) as error:
-        with contextlib.suppress(AssertionError):  # of dask, which expects every job to have been submitted
+        with contextlib.suppress(AssertionError):  # an error of dask, which expects every job to have been submitted
             cluster.close()
         said = " ".join(str(error).split())
         raise SettingsError(place, f"Slurm refuses the workers' jobs ({said})", "Correct the keys there") from error
@@ -87,7 +87,7 @@ def _on_slurm(workers: SlurmWorkers, tasks: int) -> Any:
 
 
 async def _submitted(cluster: Any) -> None:
-    """Wait until all jobs are submitted, which otherwise happens behind this thread's back, errors included."""
+    """Wait until all jobs are submitted; otherwise that happens in the background, with its errors unseen."""
     await cluster
     for job in cluster.workers.values():
         await job
@@ -119,14 +119,14 @@ def _on_kubernetes(workers: KubernetesWorkers, tasks: int) -> Any:
     specification = kubernetes_specification(workers, min(workers.workers, tasks), f"drillid-{uuid.uuid4().hex[:8]}")
     try:
         return operator.KubeCluster(custom_cluster_spec=specification, namespace=workers.namespace, quiet=True)
-    except Exception as error:  # its packages have errors of their own
+    except Exception as error:  # its packages raise errors of their own
         said = " ".join(str(error).split())
         remedy = "Look at kubectl's context and at dask's operator, then run again"
         raise SettingsError(place, f"Kubernetes starts no workers ({said})", remedy) from error
 
 
 def kubernetes_specification(workers: KubernetesWorkers, pods: int, name: str) -> dict[str, Any]:
-    """The resource DaskCluster of dask's operator: a scheduler and so many workers, which mount the volumes."""
+    """The DaskCluster resource of dask's operator: a scheduler and a number of workers, which mount the volumes."""
     operator = _imported("dask_kubernetes.operator", "fleet.scheduler.kubernetes")
     amount = {"memory": f"{workers.memory_mb}M", "cpu": "1"}
     specification: dict[str, Any] = operator.make_cluster_spec(
@@ -149,7 +149,7 @@ def kubernetes_specification(workers: KubernetesWorkers, pods: int, name: str) -
 
 
 def worker_environment() -> dict[str, str]:
-    """Variables by which a worker finds the library of this checkout, at the same path, and takes one thread."""
+    """Variables by which a worker finds this checkout's library, at the same path, and uses one thread."""
     return {"PYTHONPATH": str(PACKAGE.parent), **dict.fromkeys(THREAD_VARIABLES, "1")}
 
 

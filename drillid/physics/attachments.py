@@ -100,10 +100,10 @@ def with_law(string: String, depth: Quantity, law: DampingLaw) -> String:
 
 
 def _opened(string: String, depth: Quantity) -> tuple[String, Section, String]:
-    """The string with a piece of length SPREAD of its own about a depth.
+    """The string with a piece of length SPREAD about a depth split off: sections above, the piece, sections below.
 
-    The piece lies within the section that the depth meets in the mean over the windows, or within the next that is long
-    enough.
+    The piece lies within the section at that depth in the mean over the windows or, if that is too short, within the
+    nearest that is long enough.
     """
     lengths = np.array([float(np.mean(primal(section.length))) for section in string])
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])

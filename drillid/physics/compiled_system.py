@@ -1,9 +1,9 @@
 """A drilling system and its recording as rows of numbers, from which compiled responses are computed.
 
 The responses are those of `drillid.physics.responses` and `drillid.physics.sensor`, whitened and with derivatives, at
-a small part of the cost. A further factor of a transfer and a law that adds to the shunt admittance are computed
-outside and handed over as curves of frequency. What the compiled code does not know, such as impedance matching or a
-law that adds to the series admittance, is left to those.
+a small part of the cost. Further factors of a transfer and laws that add to the shunt admittance are computed
+outside and passed in as curves over frequency. What the compiled code does not cover, such as impedance matching or a
+law that adds to the series admittance, is left to those modules.
 """
 
 from collections.abc import Sequence
@@ -53,7 +53,7 @@ class CompiledSystem:
     quantities: list[Any]
     """In the order of `drillid.physics.system_layout`; numbers, arrays (W, 1) or Duals of them."""
     constants: list[Any]
-    """The same of what no derivative is taken to."""
+    """Likewise the constants, to which no derivatives are taken."""
     structure: Structure
     factors: tuple[Shaping | None, Shaping | None, Shaping | None]
     """Further factors of recording, control and top drive."""
@@ -92,7 +92,7 @@ class CompiledSystem:
         return full[0], full[1]
 
     def _arguments(self, data: Data) -> tuple[Floats, Floats, Structure, Data, Slopes, Curves, Integers]:
-        """Of the compiled functions: quantities and constants (W, K), and what depends on coordinates."""
+        """Arguments of the compiled functions: quantities and constants (W, K), and what depends on coordinates."""
         windows = data.weight.shape[0]
         duals = [(place, own) for place, own in enumerate(self.quantities) if isinstance(own, Dual)]
         pairs = Slopes(*_pairs(duals), _columns([slope for _, own in duals for slope in own.tangents], windows))
@@ -106,7 +106,7 @@ class CompiledSystem:
         s, kappa = np.asarray(1j * omega, dtype=complex), COURSE + self.structure.parts
         factors = {place: own.factor(s) for place, own in zip(_FACTORS, self.factors, strict=True) if own is not None}
         shunts = [(line, law.shunt(section, s) / section.polar_moment) for line, law, section in self.shunts]
-        # a factor over its value has the derivatives of its logarithm
+        # a factor divided by its value has the derivatives of its logarithm
         by_place = [(place, factor / primal(factor)) for place, factor in factors.items()]
         by_place += [(kappa + PER_LINE * line, addition) for line, addition in shunts]
         windows = max((primal(curve).shape[0] for _, curve in by_place if np.ndim(primal(curve)) > 1), default=1)
@@ -124,7 +124,7 @@ class CompiledSystem:
 
 @lru_cache
 def _lower(size: int) -> Booleans:
-    """Where a matrix has its lower triangle."""
+    """Mask of a matrix's lower triangle."""
     return np.tri(size, dtype=bool)
 
 
@@ -139,7 +139,7 @@ def _columns(quantities: Sequence[Any], windows: int) -> Floats:
     """Table (W, K) of numbers and arrays (W, 1)."""
     values = [quantity.value if isinstance(quantity, Dual) else quantity for quantity in quantities]
     if windows == 1:
-        # the same at a small part of the cost
+        # the same result at a fraction of the cost
         return np.array([[value.item() if isinstance(value, np.ndarray) else value for value in values]], dtype=float)
     table = np.empty((windows, len(values)))
     for place, value in enumerate(values):
@@ -155,7 +155,7 @@ def data_of(
     control: Complex,
     control_weight: Floats,
 ) -> Data:
-    """Measured responses (W, F) with their weights, where the control's are (W, rows) at some of the frequencies."""
+    """Measured responses (W, F) with their weights; those of the control are (W, rows), at some of the frequencies."""
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     padded = np.append(omega, np.full(-omega.size % BLOCK, omega[-1]))
     places = np.full(omega.size, -1, dtype=np.int64)
@@ -166,7 +166,7 @@ def data_of(
 
 
 def compiled_system(system: DrillingSystem, recording: Recording, course: Sequence[Any]) -> CompiledSystem | None:
-    """The system as rows of numbers; None where the compiled code does not know a part of it.
+    """The system as rows of numbers; None where the compiled code does not cover a part of it.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def compiled_system(system: DrillingSystem, recording: Recording, course: Sequen
 
 
 def _has_known_parts(system: DrillingSystem, recording: Recording) -> bool:
-    """Whether every part is of the very class that the compiled code was written for, as a subclass may add to it."""
+    """Whether every part is exactly of the class that the compiled code was written for; a subclass may add to it."""
     parts: dict[type, Sequence[Any]] = {
         DrillingSystem: [system],
         Recording: [recording],
@@ -238,11 +238,11 @@ class _Bit:
 
     @classmethod
     def of(cls, bit: Bit) -> "_Bit | None":
-        """Of a bit that cuts regeneratively by one law at most."""
+        """The bit, if it has at most one regenerative cutting law; None otherwise."""
         damping, regenerative = bit.damping, []
         for law in bit.cutting:
             if isinstance(law, StribeckCutting):
-                # its admittance is a number
+                # its admittance is the same at all frequencies
                 damping = damping + cutting_admittance(law, np.zeros(1, dtype=complex))
             else:
                 regenerative.append(law)
@@ -263,7 +263,7 @@ class _Lines:
     constants: list[Any] = field(default_factory=list)
     """Reference frequency of each."""
     shunts: list[tuple[int, DampingLaw, Section]] = field(default_factory=list)
-    """Other laws that add to its shunt admittance, with a section that has them."""
+    """Place of a line, a further law that adds to its shunt admittance, and a section of that line."""
     has_loss: list[int] = field(default_factory=list)
     places: dict[tuple[int, ...], int] = field(default_factory=dict)
 
@@ -273,7 +273,7 @@ class _Lines:
         others = [law for law in section.laws if type(law) not in _KNOWN]
         if len(laws) + len(others) < len(section.laws) or any(_adds_in_series(law) for law in others):
             return None
-        # sections are copies of one another with other lengths, and share their quantities
+        # sections are often copies of one another with other lengths, and share their quantities
         own = (section.kappa, section.delta, section.density, section.shear_modulus, *section.laws)
         key = tuple(id(quantity) for quantity in own)
         if others:

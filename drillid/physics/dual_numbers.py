@@ -66,7 +66,7 @@ def _reflected(ufunc: np.ufunc) -> Callable[..., Any]:
 class Dual(NDArrayOperatorsMixin):
     """An array and its derivatives.
 
-    Only derivatives to parameters that take part are carried along: most parameters of a rig enter late.
+    Only derivatives to parameters already involved are carried: most parameters of a rig enter late.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Dual(NDArrayOperatorsMixin):
 
     @classmethod
     def _made(cls, value: Array, tangents: Array, indices: Indices, parameters: int) -> "Dual":
-        """Of parts that have their shapes already."""
+        """A Dual from parts that already have the right shapes."""
         made = cls.__new__(cls)
         made.value, made.tangents, made.indices, made.parameters = value, tangents, indices, parameters
         return made
@@ -114,7 +114,7 @@ class Dual(NDArrayOperatorsMixin):
                 total = part if total is None else _summed(*total, *part)
         return Dual._made(result, *total, self.parameters) if total is not None else result
 
-    # as a Dual is the first argument, there is no need to ask numpy whose operators they are
+    # with a Dual as the first argument, numpy need not be asked whose operator applies
     __add__ = _operator(np.add)
     __sub__ = _operator(np.subtract)
     __mul__ = _operator(np.multiply)
@@ -133,14 +133,14 @@ class Dual(NDArrayOperatorsMixin):
 
 
 def _summed(tangents: Array, first: Indices, others: Array, second: Indices) -> tuple[Array, Indices]:
-    """Sum of the tangents of two arguments, and the indices of the sum's parameters."""
+    """Sum of the tangents of two arguments, and the indices of its parameters."""
     if first is second:
         return tangents + others, first
     union = _union(first.tobytes(), second.tobytes())
     if union is None:
         return tangents + others, first
     indices, rows, further = union
-    # asked for only where they differ, as either question takes as long as a sum of small arrays
+    # worked out only if they differ, as either call takes as long as a sum of small arrays
     shape, kind = tangents.shape[1:], tangents.dtype
     if shape != others.shape[1:]:
         shape = np.broadcast_shapes(shape, others.shape[1:])
@@ -157,7 +157,7 @@ Rows = Indices | slice
 
 @lru_cache(maxsize=10_000)
 def _union(first: bytes, second: bytes) -> tuple[Indices, Rows, Rows] | None:
-    """Indices of either parameter, and where each one's own lie within them; None where they are the same."""
+    """Union of two sets of indices, and the places of each set within it; None where the sets are the same."""
     one, other = (np.frombuffer(each, dtype=np.intp) for each in (first, second))
     indices = np.union1d(one, other)
     if one.size == other.size == indices.size:
@@ -166,14 +166,14 @@ def _union(first: bytes, second: bytes) -> tuple[Indices, Rows, Rows] | None:
 
 
 def _rows(places: Indices) -> Rows:
-    """Places as a slice where they follow one another, which takes a small part of the time."""
+    """Places as a slice if they are consecutive, which is much faster."""
     if places.size and places[-1] - places[0] == places.size - 1:
         return slice(int(places[0]), int(places[-1]) + 1)
     return places
 
 
 def _aligned(tangents: Array, dimensions: int) -> Array:
-    """Tangents with axes of length 1 behind the first, to broadcast against values of so many dimensions."""
+    """Tangents with axes of length 1 after the first, to broadcast against values with this number of dimensions."""
     missing = dimensions + 1 - tangents.ndim
     return tangents.reshape(tangents.shape[0], *(1,) * missing, *tangents.shape[1:]) if missing > 0 else tangents
 

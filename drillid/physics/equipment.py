@@ -135,12 +135,12 @@ class TopDrive:
     shaping: Shaping | None = None
     """Further factor of D."""
     hold_variance: Quantity = 0.0
-    """s², what control that samples and holds adds to the variance of the delay, as in
+    """s², addition to the variance of the delay by control that samples and holds, as in
     `drillid.physics.held_control`."""
     hold_skewness: Quantity = 0.0
-    """s³, the same of its third cumulant."""
+    """s³, addition to its third cumulant."""
     hold_higher: tuple[Quantity, Quantity] = (0.0, 0.0)
-    """s⁴ and s⁵, of its fourth and fifth."""
+    """s⁴ and s⁵, additions to its fourth and fifth."""
 
 
 @dataclass(frozen=True)

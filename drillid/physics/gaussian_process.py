@@ -6,9 +6,9 @@ and Ljung 2012, Automatica 48, 1525–1535). Its transform f(s) then has
     E f(s) f(r) = λΩ/(s + r + 2λ) · (1/(s + Ω) + 1/(r + Ω)),    Ω = λ + μ,
 
 one at s = r = 0 (Lataire and Chen 2016, Automatica 72, 40–52). λ is the resolution in frequency: the response forgets
-within 1/λ. The process is written in NODES of its values (subset of regressors; Quiñonero-Candela and Rasmussen 2005,
-Journal of Machine Learning Research 6, 1939–1959), so that it is one more linear model with independent standard normal
-coefficients. Every function is analytic right of the imaginary axis.
+within 1/λ. The process is represented by its values at NODES (subset of regressors; Quiñonero-Candela and Rasmussen
+2005, Journal of Machine Learning Research 6, 1939–1959), so it is one more linear model with independent standard
+normal coefficients. Every function is analytic right of the imaginary axis.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from drillid.physics.dual_numbers import composed, primal
 from drillid.physics.equipment import Quantity, Shaping
 
 NODES: Complex = np.asarray(2j * np.pi * np.linspace(0.0, 5.0, 16), dtype=complex)
-"""s, at which real and imaginary part of f are the variables of the process."""
+"""Values of s at which real and imaginary part of f are the variables of the process."""
 COUNT = 2 * NODES.size - 1
 """Number of coefficients: f is real at s = 0."""
 BANDWIDTH = 2 * np.pi * 15.0
@@ -61,7 +61,7 @@ def _whitening(rate: float) -> Floats:
 
 
 def value(rate: float, coefficients: tuple[Quantity, ...], s: Any) -> Any:
-    """f(s) by its coefficients, (COUNT) of them."""
+    """f(s) from its COUNT coefficients."""
     known = functions(rate, s)
     total = sum((primal(own) * row for own, row in zip(coefficients, known, strict=True)), start=np.zeros_like(s))
     return composed(total, list(zip(known, coefficients, strict=True)))

@@ -28,7 +28,7 @@ WIDTH = 2 * (SIZE + 1)
 
 
 class TransmissionLine(NamedTuple):
-    """Inputs of the model beside its parameters: quantities per frequency, and the collars."""
+    """Inputs of the model besides its parameters: quantities per frequency, and the collars."""
 
     blocks: Floats
     """For each block of frequencies (block, 8 BLOCK): real and imaginary parts of the Laplace variable s (1/s), of

@@ -8,7 +8,7 @@ from drillid.physics.kernel import compiled
 
 @compiled
 def rate_limited(series: Floats, steps: Floats) -> Floats:
-    """A series (samples,) limited to each of several largest changes a sample (steps,); shape (steps, samples)."""
+    """A series (samples,) limited to each of several largest changes per sample (steps,); shape (steps, samples)."""
     limited = np.empty((steps.size, series.size))
     for row in range(steps.size):
         current, step = series[0], steps[row]
@@ -20,9 +20,9 @@ def rate_limited(series: Floats, steps: Floats) -> Floats:
 
 @compiled
 def lacking_after_steps(series: Floats, step: float) -> tuple[Floats, Floats]:
-    """What a torque lacks whose rate is limited, of a command that is held between its samples.
+    """Shortfall of a rate-limited torque from a command that is held between its samples.
 
-    However small its steps, each takes time.
+    Each step of the command takes time to follow, however small it is.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def lacking_after_steps(series: Floats, step: float) -> tuple[Floats, Floats]:
     Returns
     -------
     lacking : (samples,) N m, mean until the next sample
-    centroid : (samples,) of what is lacking until then, in sample intervals
+    centroid : (samples,) in time of the shortfall until then, in sample intervals
     """
     lacking, centroid = np.zeros(series.size), np.zeros(series.size)
     current = series[0]
@@ -49,9 +49,10 @@ def lacking_after_steps(series: Floats, step: float) -> tuple[Floats, Floats]:
 
 @compiled
 def withheld_by_play(torque: Floats, step: float, inertia: float, half_play: float) -> Floats:
-    """What a gear with play adds to the torque that a rigid gear would pass on, (samples,) N m.
+    """What a gear with play adds to the torque that a rigid gear would transmit, (samples,) N m.
 
-    While the teeth are apart it passes none on. When they meet, without rebound, the motor gives back what it gained.
+    While the teeth are apart it transmits none. When they meet, without rebound, the motor gives back the momentum
+    that it gained.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ _RATE = 1e-3
 """m/s, assumed rate of penetration where only the torque of the blades is known."""
 _LEAST_POINTS = 2
 _STALL = 10.0
-"""Their greatest depth of cut per steady depth of cut."""
+"""Greatest depth of cut of the blades per steady depth of cut, assumed likewise."""
 
 
 @dataclass(frozen=True)
@@ -124,10 +124,10 @@ class Cutting:
 
 @dataclass(frozen=True, eq=False)
 class SpeedLaw:
-    """A torque at the bit as a table of its speed, in addition to all other torques; straight beyond either end.
+    """A torque at the bit tabulated against its speed, added to all other torques; straight beyond either end.
 
     Linear between its points, which are equally spaced: a spline is given by many of them. With a memory τ the torque
-    is that of the speed w that follows the bit's speed v by τ dw/dt = v − w: a law of one state.
+    is that at a speed w that lags the bit's speed v, τ dw/dt = v − w: a law with one state.
     """
 
     speed: Floats
@@ -153,10 +153,10 @@ class SpeedLaw:
 
 @dataclass(frozen=True, eq=False)
 class TwistLaw:
-    """A coupling in the string that gives way by a twist as a table of its torque, beside the string's own twist.
+    """A coupling in the string whose twist, added to the string's own, is tabulated against its torque.
 
-    Beyond either end of the table it is straight. The twist never falls as the torque rises, so that no energy comes
-    from it.
+    Beyond either end of the table it is straight. The twist never falls as the torque rises, so the coupling cannot
+    supply energy.
     """
 
     depth: float
@@ -177,10 +177,10 @@ class TwistLaw:
 
 @dataclass(frozen=True, eq=False)
 class ErrorLaw:
-    """A torque that the speed control adds to its own as a table of its speed error, as a gain that grows with it.
+    """A torque that the speed control adds to its own, tabulated against the speed error: a gain that grows with it.
 
-    Linear between its points, straight beyond either end. The error is that of the filtered reading from the set
-    point; the torque passes the control's filter.
+    Linear between its points, straight beyond either end. The error is the set point less the filtered reading;
+    the torque passes through the control's filter.
     """
 
     error: Floats
@@ -298,8 +298,8 @@ class NonlinearRig:
     def from_linear(cls, system: DrillingSystem, weight_on_bit: float) -> "NonlinearRig":
         """The rig whose cutting laws, linearised at their speed, are those of the system; the inverse of `linearised`.
 
-        A linear law of blades holds their torque and number only. A rate of penetration of 1 mm/s is assumed, and that
-        the cut carries all of the weight at ten times its steady depth.
+        A linear law of blades contains only their torque, number and speed. A rate of penetration of 1 mm/s is assumed,
+        and a cut that carries all of the weight at ten times its steady depth.
 
         Parameters
         ----------
@@ -332,7 +332,7 @@ class NonlinearRig:
     def linearised(self, speed: float, weight_on_bit: float = 0.0) -> DrillingSystem:
         """The linear system of small vibrations about a steady speed (rad/s), with the cutting laws at that speed.
 
-        Wall contact, laws of bit, coupling and control, gear, limits, sensor and the control's sampling are left out.
+        Wall contact, tabulated laws, gear, limits, sensor and the control's sampling are left out.
         """
         laws: list[RegenerativeCutting | StribeckCutting] = []
         if self.cutting is not None:
@@ -346,4 +346,4 @@ class NonlinearRig:
 
 
 VaryingRig = Callable[[float], NonlinearRig]
-"""The rig at a time in s since the first step; its parameters may change, not which parts it has."""
+"""The rig at a time in s since the first step; its parameters may change, but not which parts it has."""

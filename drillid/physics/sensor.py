@@ -37,12 +37,12 @@ class Recording:
     shaping: Shaping | None = None
     """Further factor of R."""
     hold_variance: Quantity = 0.0
-    """v, s², what readings between the steps of a held command add to the variance of the time stamps, as in
+    """v, s², addition to the variance of the time stamps by readings between the steps of a held command, as in
     `drillid.physics.held_control`."""
     hold_skewness: Quantity = 0.0
-    """κ, s³, the same of their third cumulant."""
+    """κ, s³, addition to their third cumulant."""
     hold_higher: tuple[Quantity, Quantity] = (0.0, 0.0)
-    """s⁴ and s⁵, of their fourth and fifth."""
+    """s⁴ and s⁵, additions to their fourth and fifth."""
 
     def __post_init__(self) -> None:
         if self.filter_order < 1:

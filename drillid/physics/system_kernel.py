@@ -173,7 +173,7 @@ def _top(inertia: float, share: float, omega: Floats, table: Floats, to_inertia:
 
 @compiled
 def _down_section(own: Floats, kept: Floats, table: Floats, to_line: Floats, to_own: Floats) -> None:
-    """From the derivative to the admittance above a section to those to its quantities and to the load below."""
+    """Derivatives to a section's quantities and to the load below, from that to the admittance above it."""
     length, polar = own[0], own[1]
     for j in range(BLOCK):
         adjoint = read(table, _ADJOINT, j)
@@ -331,7 +331,7 @@ def _downwards(
 
 
 class Scratch(NamedTuple):
-    """Tables of one block, which are filled again and again."""
+    """Tables of one block, refilled for each block."""
 
     table: Floats
     kept: Floats
@@ -377,7 +377,7 @@ def respond(
 
     Parameters
     ----------
-    with_slopes : whether derivatives are needed; those to quantities that are not of the recording are left unrecorded
+    with_slopes : whether derivatives are needed; except to the recording's quantities, they are those before recording
     """
     share, lines = 1.0 / structure.parts, COURSE + structure.parts
     table, kept, slopes, of_control, of_lines, factors = scratch

@@ -1,4 +1,4 @@
-"""How a drilling system is laid out for the compiled responses: quantities in a row, curves, and tables of a block."""
+"""Layout of a drilling system for the compiled responses: quantities in a row, curves, and tables of a block."""
 
 from typing import NamedTuple
 
@@ -43,7 +43,7 @@ class Structure(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What the system consists of that is given as curves of N frequencies, in one window or in all alike (V = 1, W).
+    """Parts of the system given as curves over N frequencies, alike in all windows (V = 1) or for each of them (V = W).
 
     Their derivatives are to coordinates, each through the quantity that stands for the curve.
     """
@@ -53,9 +53,9 @@ class Curves(NamedTuple):
     shunts: Complex
     """(V, lines, N) addition to the shunt admittance per length and polar moment, N s/(rad m⁴); (V, 0, N) without."""
     quantity: Integers
-    """(pairs,) of a factor its place, of a line's addition that of its κ."""
+    """(pairs,) place of the quantity: of a factor its own, of a line's addition that of the line's κ."""
     coordinate: Integers
-    """(pairs,)"""
+    """(pairs,) coordinate that the derivative is taken to."""
     slope: Complex
     """(V, pairs, N) derivative of the factor's logarithm, or of the addition."""
 

@@ -1,6 +1,6 @@
 """Compiled responses beside measured ones: whitened residuals, derivatives to coordinates, and their products.
 
-A system's quantities depend on a few coordinates, window by window. What is summed over frequencies is summed block by
+A system's quantities depend on a few coordinates, window by window. Sums over frequencies are taken block by
 block, while a block's tables are in the processor's cache.
 """
 
@@ -23,17 +23,17 @@ from drillid.physics.system_layout import CONTROL, TOP_DRIVE, Curves, Structure,
 
 
 class Data(NamedTuple):
-    """What is compared with a system's responses, with F frequencies."""
+    """Measurements to compare with a system's responses, at F frequencies."""
 
     omega: Floats
-    """(blocks · BLOCK,) 1/s, the last one repeated."""
+    """(blocks · BLOCK,) 1/s, padded with the last one."""
     frequencies: int
     mobility: Complex
     """(W, F)"""
     weight: Floats
     """(W, F) reciprocal standard deviations."""
     control_rows: Integers
-    """(F,) row of each frequency's response of the control, or −1."""
+    """(F,) row of the control's response at each frequency; −1 where there is none."""
     control: Complex
     """(W, control rows)"""
     control_weight: Floats
@@ -41,14 +41,14 @@ class Data(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Derivatives of quantities to coordinates that are not zero."""
+    """Non-zero derivatives of quantities to coordinates."""
 
     quantity: Integers
-    """(pairs,)"""
+    """(pairs,) place of the quantity."""
     coordinate: Integers
-    """(pairs,)"""
+    """(pairs,) coordinate that the derivative is taken to."""
     slope: Floats
-    """(W, pairs)"""
+    """(W, pairs) derivative."""
 
 
 @compiled
@@ -130,7 +130,7 @@ def _along_curves(window: int, first: int, curves: Curves, scratch: Scratch, mob
 
 @compiled
 def _put(first: int, data: Data, of_mobility: Floats, of_control: Floats, target: Complex) -> None:
-    """One block's numbers into a row (rows,)."""
+    """Copy one block's numbers into a row (rows,)."""
     for j in range(min(BLOCK, data.frequencies - first)):
         target[first + j] = read(of_mobility, 0, j)
         row = data.control_rows[first + j]

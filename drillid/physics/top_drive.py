@@ -31,7 +31,7 @@ def _unfiltered(controller: Controller, s: Complex) -> Any:
 
 
 def after_gains(controller: Controller, s: Complex, torque: Any = 1.0) -> Any:
-    """What the control makes of the torque of its gains before it commands it."""
+    """The torque of the control's gains as commanded, after its further factor and torque filter."""
     shaped = torque if controller.shaping is None else torque * controller.shaping.factor(s)
     return shaped / (1 + s * controller.torque_filter)
 

@@ -1,1 +1,1 @@
-"""A non-linear rig in the time domain, apart from the frequency-domain models that are fitted."""
+"""A nonlinear rig in the time domain, independent of the frequency-domain models that are fitted."""

@@ -58,7 +58,7 @@ def substitute(multiplier: Floats, inverse: Floats, mean: Floats) -> None:
 
 @compiled
 def reaction(grid: SpatialGrid, push: Floats, mean: Floats, half_step: float, node: int) -> float:
-    """NodeFriction torque (N m) on a node, from its balance of momentum."""
+    """Friction torque (N m) on a node, from its balance of momentum."""
     required = (grid.inertia[node] + half_step * grid.viscous[node]) * mean[node]
     if node > 0:
         required += half_step * grid.coupling[node - 1] * (mean[node] - mean[node - 1])
@@ -69,7 +69,7 @@ def reaction(grid: SpatialGrid, push: Floats, mean: Floats, half_step: float, no
 
 @compiled
 def weakened(static: float, dynamic: float, speed: float, threshold: float, exponent: float) -> float:
-    """NodeFriction level at a speed."""
+    """Friction level at a speed."""
     if static == dynamic:
         return dynamic
     ratio = abs(speed) / threshold

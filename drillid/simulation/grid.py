@@ -109,7 +109,7 @@ def _string(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...])
 
 
 def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...], half_step: float) -> Memory:
-    """Relaxations of all nodes and springs, without the rates that no law uses; gear and motor have none."""
+    """Relaxations of all nodes and springs, at the rates that any law uses; gear and motor have none."""
     nodes = sum(counts) + 1
     shunt, series = np.zeros((RATES.size, nodes)), np.zeros((RATES.size, nodes - 1))
     first = 0
@@ -124,7 +124,7 @@ def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...],
     shunt, series = (np.pad(gains, ((0, 0), (before, after))) for gains in (shunt, series))
     used = [np.flatnonzero(gains.any(axis=1)) for gains in (shunt, series)]
     decays = [RATES[rows] * half_step for rows in used]
-    # the trapezoidal rule splits each relaxation into the part of this step's mean and that of its state
+    # the trapezoidal rule splits each relaxation into a part from this step's mean and one from its state
     shunt, series = (gains[rows] for gains, rows in zip((shunt, series), used, strict=True))
     weights = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]
     return Memory(bool(used[0].size or used[1].size), decays[0], weights[0], decays[1], weights[1])

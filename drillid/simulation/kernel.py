@@ -71,8 +71,8 @@ def _twist(machine: Machine, state: State, step: float) -> bool:
 
 @compiled
 def _gives_way(coupling: CouplingTable, before: float, stiffness: float, added: float) -> float:
-    """Torque of the coupling's spring after a step, to which `added` came were it as stiff as the string alone."""
-    # the compliance is that half way between both torques, to second order
+    """Torque of the coupling's spring after a step that would add `added` if it were as stiff as the string alone."""
+    # the compliance is taken halfway between both torques, for second-order accuracy
     after = before + added / (1 + stiffness * coupling_compliance(coupling, before))
     return float(before + added / (1 + stiffness * coupling_compliance(coupling, (before + after) / 2)))
 

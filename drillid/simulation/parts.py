@@ -11,10 +11,10 @@ from drillid.compiled import compiler
 compiled = compiler("simulation", fastmath={"contract"}, _nrt=False)
 """Compile a function of the simulator, with fused multiply-add where the processor has it.
 
-It makes no arrays, so that none has its references counted, which takes several times as long as the sums of a step.
+It allocates no arrays, so no references are counted, which would take several times as long as the sums of a step.
 """
 allocating = compiler("simulation", fastmath={"contract"})
-"""The same for one that makes arrays."""
+"""The same for a function that allocates arrays."""
 
 
 class SpatialGrid(NamedTuple):
@@ -90,13 +90,13 @@ class LawTable(NamedTuple):
     torque: Floats
     """(points,) N m."""
     followed: float
-    """Share of the way to the bit's speed that a law with memory goes in a step; 1 without memory."""
+    """Fraction of its lag behind the bit's speed that a law with memory makes up in a step; 1 without memory."""
     followed_half: float
     """The same in half a step."""
 
 
 class CouplingTable(NamedTuple):
-    """Compliance of one spring against its torque, beside its own; `spring` is negative without any."""
+    """Compliance of one spring against its torque, in addition to its own; `spring` is negative without any."""
 
     spring: int
     first: float
@@ -122,7 +122,7 @@ class Memory(NamedTuple):
 
 
 class Mounts(NamedTuple):
-    """Inertias that hang on nodes by a spring and a damper, M of them."""
+    """M inertias mounted on nodes by a spring and a damper."""
 
     nodes: Integers
     """(M,) indices of the nodes."""
@@ -170,7 +170,7 @@ class Control(NamedTuple):
     shaping: Floats
     """(5,) coefficients b₀, b₁, b₂, a₁, a₂ of its rational factor in discrete time."""
     law: LawTable
-    """Torque against the speed error beside those of both gains."""
+    """Torque against the speed error, in addition to those of both gains."""
 
 
 class Drive(NamedTuple):
@@ -186,7 +186,7 @@ class Drive(NamedTuple):
     rate: float
     """N m/s."""
     shaping: Floats
-    """(5,) as that of the control, of the delayed command."""
+    """(5,) as for the control; acts on the delayed command."""
 
 
 class Machine(NamedTuple):
@@ -224,18 +224,18 @@ class Inputs(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What one step computes on its way, overwritten by the next."""
+    """Intermediate results of one step, overwritten by the next."""
 
     mean: Floats
     """(n + 1,) rad/s, of old and new speeds."""
     push: Floats
     """(n + 1,) N m s, momentum plus impulse of all torques but damping and friction."""
     factors: tuple[Floats, Floats]
-    """(n,), (n + 1,) of the system of equations."""
+    """(n,), (n + 1,) multipliers and inverse pivots of the system of equations."""
     levels: tuple[Floats, Floats]
     """(contacts,) N m, static and sliding."""
     turned: tuple[Booleans, Booleans]
-    """(contacts,) that have come to rest and have broken away in this step."""
+    """(contacts,) which of them have come to rest, and which have broken away, in this step."""
     relaxing: tuple[Floats, Floats]
     """(n + 1,), (n,) N m, of the relaxations on nodes and in springs."""
     swinging: Floats

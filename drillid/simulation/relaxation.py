@@ -44,7 +44,7 @@ class Relaxations:
 
 
 def relaxations(section: Section) -> Relaxations:
-    """Fit all laws of a section but mounted inertias, which move by themselves.
+    """Fit all laws of a section except mounted inertias, which are simulated as bodies of their own.
 
     Ideal hysteretic damping, which is not causal, becomes a constant loss factor.
 

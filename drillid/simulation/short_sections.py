@@ -12,11 +12,11 @@ _MARGIN = 1 + 1e-9
 
 
 def with_short_sections_extended(system: DrillingSystem, time_step: float) -> DrillingSystem:
-    """The system with every section that a wave passes in less than a time step made as long as that.
+    """The system with every section that a wave passes in less than a time step extended until it takes that long.
 
-    What it lacks is taken from the more alike neighbour, or all of that where too little would be left. Length, inertia
-    and viscous damping of the string are kept. Waves of the sweep are far longer than a section that a wave passes in a
-    time step, and do not show where in it these are.
+    The missing length is taken from the neighbour that is more alike, which is merged if too little of it would be
+    left. Length, inertia and viscous damping of the string are kept. Waves of the sweep are far longer than what a wave
+    passes in a time step, so they do not show where inertia and damping are within that length.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def _least(section: Section, time_step: float) -> float:
 
 
 def _extend(pieces: list[Section], short: int, time_step: float) -> None:
-    """Lengthen one of the pieces at the expense of its neighbour."""
+    """Lengthen one of the pieces at the expense of a neighbour."""
     own = pieces[short]
     beside = [place for place in (short - 1, short + 1) if 0 <= place < len(pieces)]
     alike = min(beside, key=lambda place: abs(pieces[place].characteristic_admittance - own.characteristic_admittance))
@@ -53,7 +53,7 @@ def _extend(pieces: list[Section], short: int, time_step: float) -> None:
 
 
 def _joined(first: Section, second: Section) -> Section:
-    """One section of the length, inertia and viscous damping of two, and else like the longer one."""
+    """One section with the length, inertia and viscous damping of two, and otherwise like the longer one."""
     longer = max(first, second, key=lambda section: float(section.length))
     both, length = (first, second), first.length + second.length
     moment = sum(section.inertia for section in both) / (longer.density * length)

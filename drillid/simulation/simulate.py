@@ -26,7 +26,7 @@ TIME_STEP = 0.0025
 SAMPLE_INTERVAL = 0.02
 """s; rig logs give torque and speed at 50 Hz."""
 UPDATE_INTERVAL = 1.0
-"""s, after which the parameters of a time-varying rig are updated."""
+"""s, between updates of the parameters of a time-varying rig."""
 _ENERGY_POINTS = 2001
 
 
@@ -65,7 +65,7 @@ class Simulation:
     torque_on_bit: Floats
     """N m, of the rock and, where the string touches the wall at the bit, of the wall."""
     energies: Energies | None
-    """Where requested."""
+    """None unless requested."""
 
 
 def simulate(

@@ -1,7 +1,7 @@
 """Start of rotation of a described well: string, hole and friction along them, with a prescribed top-drive speed.
 
-The motion follows from the description and a few coefficients of friction, which are those of the whole well, not
-of a depth.
+The motion follows from the description and a few coefficients of friction, which hold for the whole well, not for one
+depth.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class WellEquipment:
 
 @dataclass(frozen=True)
 class WellFriction:
-    """WellFriction and damping of the rotating string, uniform over the well."""
+    """Friction and damping of the rotating string, uniform over the well."""
 
     sliding: float
     """Coefficient of sliding friction."""

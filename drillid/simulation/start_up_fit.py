@@ -1,7 +1,7 @@
 """A measured start of rotation: a described well is fitted to its first part and judged on the rest.
 
-A simulation that matches the phase of stick-slip cycles by chance loses it when friction changes by 1 %. So misfits are
-those of simulations with all friction at 98.5, 100 and 101.5 %.
+A simulation that matches the phase of stick-slip cycles by chance loses it when friction changes by 1 %. Misfits are
+therefore taken over simulations with all friction at 98.5, 100 and 101.5 %.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from drillid.units import RPM
 JITTER = (0.985, 1.0, 1.015)
 """Factors on all friction."""
 FITTING_STEP = 0.01
-"""s; half of it changes misfits of the field well by about 0.02 kN m and 0.1 rpm."""
+"""s; halving it changes misfits of the field well by about 0.02 kN m and 0.1 rpm."""
 BOUNDS = {
     "sliding": (0.03, 0.6),
     "breakaway": (1.0, 5.0),
@@ -32,11 +32,11 @@ BOUNDS = {
     "assembly_inertia": (0.5, 2.0),
     "modulus": (50.0, 100.0),
 }
-"""What may be fitted, on a logarithmic scale, with its bounds; the modulus is the pipe's, GPa."""
+"""Parameters that may be fitted, on a logarithmic scale, with their bounds; the modulus is the pipe's, GPa."""
 USUAL = ("sliding", "assembly_sliding", "assembly_breakaway", "threshold", "rest", "rest_angle", "kappa", "modulus")
-"""What holds at other depths of a hole as well: the assembly keeps its inertia."""
+"""Parameters fitted by default, which hold at other depths of a hole as well; the assembly keeps its inertia."""
 TORQUE_SCALE, BIT_SCALE = 1.9, 21.0
-"""kN m and rpm that count alike."""
+"""kN m and rpm: misfits that count alike."""
 _EVALUATIONS, _STEP, _TOO_FAST = 300, 0.06, 1e6
 
 
@@ -61,7 +61,7 @@ class MeasuredStartUp:
 
     @property
     def duration(self) -> float:
-        """S."""
+        """Length of the log, s."""
         return (self.torque.size - 1) / RATE
 
 
@@ -101,12 +101,12 @@ def _rms(values: Floats) -> float:
 
 @dataclass(frozen=True)
 class StartUpModel:
-    """A described well with what is fitted of it.
+    """A described well and the parameters of it that are fitted.
 
     Raises
     ------
     SettingsError
-        If something is to be fitted that has no bounds.
+        If a parameter to be fitted has no bounds, or none is to be fitted.
     """
 
     equipment: WellEquipment
@@ -115,9 +115,9 @@ class StartUpModel:
     """m, of the bit along the hole."""
     friction: WellFriction
     fitted: tuple[str, ...] = USUAL
-    """Of BOUNDS."""
+    """Names from BOUNDS."""
     one_rest: bool = True
-    """Whether pipe and assembly have one friction of rest."""
+    """Whether pipe and assembly have the same increase of friction by rest."""
 
     def __post_init__(self) -> None:
         unknown = sorted(set(self.fitted) - set(BOUNDS))
@@ -127,12 +127,12 @@ class StartUpModel:
 
     @property
     def values(self) -> Floats:
-        """Of what is fitted."""
+        """Values of the fitted parameters."""
         modulus = self.equipment.pipe_shear_modulus / 1e9
         return np.array([modulus if name == "modulus" else getattr(self.friction, name) for name in self.fitted])
 
     def with_values(self, values: Floats) -> "StartUpModel":
-        """The same with other values of what is fitted."""
+        """The same model with other values of the fitted parameters."""
         found = dict(zip(self.fitted, values.tolist(), strict=True))
         modulus = found.pop("modulus", self.equipment.pipe_shear_modulus / 1e9)
         if self.one_rest:
@@ -146,7 +146,7 @@ class StartUpModel:
         return start_up(rig_at(self.depth, self.survey, self.equipment, friction), log.top_speed, FITTING_STEP)
 
     def squared_errors(self, log: MeasuredStartUp) -> Floats:
-        """Squared errors of torque and bit speed in the units that count alike, in the mean over JITTER, (samples,)."""
+        """Squared errors of torque and bit speed in the units that count alike, averaged over JITTER, (samples,)."""
         middle = (log.bit_slowest + log.bit_fastest) / 2
         rows = []
         for factor in JITTER:
@@ -168,7 +168,7 @@ class StartUpModel:
         return np.asarray(np.sqrt(np.mean(np.square(rows), axis=0)), dtype=float)
 
     def fit(self, log: MeasuredStartUp, last: float, evaluations: int = _EVALUATIONS) -> "StartUpModel":
-        """Fit from where the model stands to the time before `last` (s) by the simplex of Nelder and Mead (1965)."""
+        """Fit to the log up to `last` (s), starting from this model, by the simplex of Nelder and Mead (1965)."""
         from scipy.optimize import minimize
 
         def cost(logarithms: Floats) -> float:

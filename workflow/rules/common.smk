@@ -11,7 +11,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 
-# the library beside these rules is used as checked out; where they are fetched from a server, the installed one
+# the library is the one checked out with these rules or, if they are fetched from a server, the installed one
 CHECKOUT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True)).parents[1]
 if CHECKOUT.is_dir():
     sys.path.insert(0, str(CHECKOUT))
@@ -26,7 +26,7 @@ from drillid.fleet.stages import START_UPS, STAGES
 
 
 def hand_over(outcome):
-    """Give `drillid run` what became of the wells; whether it is there."""
+    """Tell `drillid run`, if that started this workflow, what became of the wells; returns whether it did."""
     if OUTCOME in os.environ:
         Path(os.environ[OUTCOME]).write_text(json.dumps(outcome))
     return OUTCOME in os.environ
@@ -54,7 +54,7 @@ if workflow.is_main_process:
 
 
 def one_of(names):
-    """Pattern of a wildcard that stands for one of these names; for nothing where there is none."""
+    """Pattern of a wildcard that stands for one of these names; it matches nothing if there are none."""
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
@@ -83,7 +83,7 @@ def runtime(wildcards):
 
 
 def dependencies(stage, names=wells):
-    """The batch's wells, and code, settings, rigs and logs, a change of any of which has the stage done again."""
+    """The batch's wells, code, settings, rigs and logs; if any of them changes, the stage is redone."""
 
     def parameter(name):
         return lambda wildcards: PLAN.dependencies(stage, names(wildcards))[name]
@@ -108,7 +108,7 @@ def manifest_of_well(stage="{stage}"):
 
 def everything():
     """Tables and report, the figures that Snakemake's report shows, and all manifests, of which none may be missing."""
-    # a file that is missing between others is remade only where it is a target
+    # a missing intermediate file is remade only if it is a target
     stages = [manifest for stage in STAGES for manifest in manifests(stage)]
     tables = [
         f"<results>/{name}"
@@ -122,7 +122,7 @@ def everything():
 
 
 def mirrored():
-    """What tells that the copy of the results is up to date, where there is to be one."""
+    """The file that shows that the copy of the results is up to date, if there is to be a copy."""
     return ["<results>/mirror.json"] if PLAN.settings.mirror and PLAN.wells else []
 
 
@@ -138,26 +138,26 @@ def begin():
 
 
 def end():
-    """Tell what became of the wells, to `drillid run` or else on the terminal, and let other machines on the copy."""
+    """Report what became of the wells, to `drillid run` or else on the terminal; release the copy of the results."""
     RELEASES.close()
     tell(logger.info)
 
 
 def tell(say):
-    """What became of the wells, to `drillid run` or else as a line."""
+    """Report what became of the wells, to `drillid run` or else as a line."""
     outcome = PLAN.outcome()
     if not hand_over(outcome):
         say(outcome["line"])
 
 
 def tell_where_nothing_is_done():
-    """The same of a run without a job, which Snakemake ends before it calls `onsuccess`: wells may have failed earlier."""
+    """The same for a run without jobs, where Snakemake does not call `onsuccess`: wells may have failed before."""
     if workflow.scheduler is not None and not workflow.dryrun and not len(workflow.dag):
         tell(lambda line: print(line, file=sys.stderr))
 
 
 def forget_forced():
-    """Have forced jobs, and what follows from them, do all their wells again, although nothing has changed."""
+    """Have forced jobs, and those that follow from them, redo all their wells although nothing has changed."""
     for job in workflow.dag.needrun_jobs():
         if job.rule.name in STAGES and workflow.dag.reason(job).forced:
             PLAN.forget(job.rule.name, wells(job.wildcards))

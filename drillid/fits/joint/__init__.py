@@ -1,1 +1,1 @@
-"""All windows of a well fitted together: shared equipment, damping and assembly that vary with depth."""
+"""All windows of a well fitted together: shared equipment, with damping and assembly varying with depth."""

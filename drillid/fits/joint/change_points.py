@@ -19,24 +19,24 @@ from drillid.fits.joint.kernel import interval_evidence
 from drillid.fits.joint.smoother import Gaussian, backward, forward
 
 _USUAL_WALK = 0.05
-"""Scale of the gamma law of shape 2 for walks, a mean of 10 % over 100 m, kept off 0 so (Chung et al. 2013)."""
+"""Scale of the gamma prior of walks, with shape 2 to keep them off 0 (Chung et al. 2013); a mean of 10 % over 100 m."""
 _GRID = np.geomspace(0.003, 3.0, 16)
-"""Walks that are tried, rms change of the state over 100 m."""
+"""Walks to be tried, rms change of the state over 100 m."""
 _LOG_PRIOR = 2 * np.log(_GRID / _USUAL_WALK) - _GRID / _USUAL_WALK
 _LOG_PRIOR -= logsumexp(_LOG_PRIOR)
 USUAL_JUMP = float(np.log(3.0))
 """Standard deviation of a jump of the state: a factor of three."""
 _LEAST_GAP = 1.0
-"""m; windows nearer to each other walk as much as over so far."""
+"""m; windows closer together than this are taken as this far apart."""
 _PER = 100.0
 """m of depth to which the variance of a random walk refers."""
 _LONGEST = 12
-"""Windows of the longest interval that is looked for with both its ends at once."""
+"""Number of windows in the longest interval whose two ends are searched for together."""
 _ROUNDS = 3
 
 
 def walked_distance(bit_depth: Floats) -> Floats:
-    """Distance between successive windows per 100 m, shape (window − 1,)."""
+    """Distance between successive windows in units of 100 m, shape (window − 1,)."""
     return np.asarray(np.maximum(np.abs(np.diff(bit_depth)), _LEAST_GAP) / _PER)
 
 
@@ -59,15 +59,15 @@ class Change:
     depth: float
     """Most probable depth, m."""
     depth_from: float
-    """Depths that hold it with 95 % probability, m."""
+    """Limits of the depth interval that contains it with 95 % probability, m."""
     depth_to: float
     probability: float
-    """That there is a change, if one were expected in the whole well beforehand, anywhere and of any parameter."""
+    """Its posterior probability, with one change expected a priori in the whole well, anywhere and of any parameter."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """Factors of successive windows, what is known beforehand, and how the state moves between them.
+    """Factors of successive windows, the prior, and how the state moves between windows.
 
     walks : rms change of each walking coordinate over 100 m, shape (walking,)
     jumps : places where one of them may jump
@@ -81,7 +81,7 @@ class Track:
 
     @property
     def gaps(self) -> Floats:
-        """Distance between successive windows per 100 m, shape (window − 1,)."""
+        """Distance between successive windows in units of 100 m, shape (window − 1,)."""
         return walked_distance(self.bit_depth)
 
     @property
@@ -100,7 +100,7 @@ class Track:
 
 
 def probable_walks(track: Track) -> Floats:
-    """Walks of largest posterior probability, one after the other over the grid, shape (walking,)."""
+    """Walks of largest posterior probability, found on the grid one after the other, shape (walking,)."""
     for _ in range(_ROUNDS):
         before = track.walks
         for coordinate in range(track.walks.size):
@@ -114,7 +114,7 @@ def probable_walks(track: Track) -> Floats:
 
 
 def strongest_jumps(track: Track, error_rate: float) -> tuple[Jump, ...]:
-    """The jump that the evidence demands most, else the two ends of an interval; empty if it demands none.
+    """The jump that the evidence demands most, else the two ends of an interval; empty if it demands neither.
 
     Half of the error rate goes to single jumps, half to intervals.
     """
@@ -132,7 +132,7 @@ def strongest_jumps(track: Track, error_rate: float) -> tuple[Jump, ...]:
 
 @dataclass(frozen=True)
 class _Sides:
-    """What lies on either side of a jump of one coordinate, for all places and walks of the grid.
+    """Evidence from either side of a jump of one coordinate, for all places and all walks of the grid.
 
     steps : shape (window − 1, grid, walking)
     without : logarithm of the evidence without the jump
@@ -170,7 +170,7 @@ def log_gains_of_intervals(track: Track, coordinate: int) -> Floats:
 
     Returns
     -------
-    Gains, shape (window − 1, longest interval − 1); NaN where the second place lies behind the last window
+    Gains, shape (window − 1, longest interval − 1); NaN where the second place lies beyond the last window
     """
     sides, factors = _Sides.of(track, coordinate), track.factors
     count = sides.steps.shape[0]
@@ -181,7 +181,7 @@ def log_gains_of_intervals(track: Track, coordinate: int) -> Floats:
 
 
 def dated(track: Track) -> tuple[Change, ...]:
-    """Each jump with the depths that hold it and its probability, the others taken as they are."""
+    """Each jump with its depth interval and probability, the other jumps held fixed."""
     changes = []
     for jump in track.jumps:
         others = replace(track, jumps=tuple(other for other in track.jumps if other != jump))

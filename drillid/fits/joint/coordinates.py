@@ -2,7 +2,7 @@
 
 Four coordinates are random walks of depth: κ, δ, and damping and inertia of the BHA. Seven are the same in
 all windows: delay, top-drive inertia, polar moment of the pipe, the factor and offset that turn the logged length of
-the pipe into the one that waves see, and both gains of the control, in standard uncertainties about what is known.
+the pipe into the one seen by waves, and both gains of the control, in standard uncertainties about the known values.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ _BELOW_ZERO = 0.5
 """Share of its usual size that κ or Y_bha may go below zero, so that noise about zero has no bias."""
 _WALKING_SCALES = SCALES[list(WALKING)]
 LEAST = np.log(np.where(_FROM_ZERO > 0, 1 - _BELOW_ZERO, BOUNDS[0, list(WALKING)] / _WALKING_SCALES))
-"""Least state of what walks, shape (4,)."""
+"""Lower bounds of the walking coordinates, shape (4,)."""
 MOST = np.log(_FROM_ZERO + BOUNDS[1, list(WALKING)] / _WALKING_SCALES)
-"""Largest state of what walks, shape (4,)."""
+"""Upper bounds of the walking coordinates, shape (4,)."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class Levels:
     deviation: Floats
 
     def density(self) -> Gaussian:
-        """As a factor of the first state."""
+        """The prior as a Gaussian factor of the first state."""
         return Gaussian.normal(self.mean, self.deviation)
 
 
 def levels(value: Floats, error: Floats, factor_error: float, offset_error: float) -> Levels:
-    """Prior of the state from what the data sheets say.
+    """Prior of the state from the data sheets.
 
     Internal damping is known within a factor of three, κ, Y_bha and J_bha within a factor of
     ten of their usual sizes.

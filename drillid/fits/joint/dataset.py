@@ -61,7 +61,7 @@ def joint_dataset(
 
 
 def counted_once(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) -> Floats:
-    """Share of each window's time where time that several windows hold is split among them, shape (window,)."""
+    """Share of its time with which each window counts; time in several windows is split among them, (window,)."""
     edges = np.unique(np.concatenate([start, end]))
     inside = (start[:, None] <= edges[:-1]) & (edges[1:] <= end[:, None])
     pieces = np.where(inside, np.diff(edges) / np.timedelta64(1, "s"), 0.0)
@@ -94,7 +94,7 @@ def _as_dataset(fit: JointFit) -> xr.Dataset:
 
 
 def _nothing(windows: int) -> xr.Dataset:
-    """Of a well without any fit, each of which has its own problem row."""
+    """The dataset of a well without any fit; each failed fit has a problem row of its own."""
     sizes = {
         "window": windows,
         "parameter": len(PARAMETERS),
@@ -115,7 +115,7 @@ def _nothing(windows: int) -> xr.Dataset:
 
 
 def _problems(fit: JointFit, fits: xr.Dataset) -> list[Problem]:
-    """A row for the windows that count less because they contradict the others."""
+    """A problem row for the windows that count less because they contradict the others."""
     rows = np.flatnonzero(fit.weight < 1)
     if not rows.size:
         return []

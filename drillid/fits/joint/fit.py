@@ -54,7 +54,7 @@ class JointFit:
     agreement : p-value of the window's distance from the common fit
     log_evidence : of the data given the walks and changes, comparable between models of the same windows
     logged_length : bit depth less the collars, shape (window,), m
-    track : what the windows say of their states, to be carried on
+    track : what the windows say about their states, from which the fit can be continued
     """
 
     value: Floats
@@ -96,7 +96,7 @@ def joint_fit(
     bit_depth : shape (window,), m
     prior : the rig's data sheets; of the parameters that all windows share
     starts : fits of the single windows, shape (window, 8), SI; NaN where there is none
-    share : share of each window's samples that no other window counts, shape (window,); 1 where not given
+    share : share with which each window counts, overlaps being split among windows, shape (window,); 1 by default
 
     Raises
     ------
@@ -125,7 +125,7 @@ def joint_fit(
 
 
 def prior_levels(prior: Prior, known: Sequence[KnownEquipment], settings: FitsSettings) -> Levels:
-    """Prior of the first window's state; without collars on the data sheets, the offset stands for them too."""
+    """Prior of the first window's state; without collars on the data sheets, the offset allows for them too."""
     stated = np.isfinite(prior.value[LENGTH])
     factor_error = prior.error[LENGTH] / prior.value[LENGTH] if stated else settings.length_factor_error
     listed = all(equipment.collar_length > 0 for equipment in known)
@@ -147,7 +147,7 @@ def _first_states(windows: Windows, starts: Floats) -> Floats:
 def _settled(
     windows: Windows, states: Floats, track: Track, weight: Floats, known_state: Levels, error_rate: float
 ) -> tuple[Mode, Track, Floats]:
-    """Optimum, walks and weights found in turn until they stay."""
+    """Optimum, walks and weights, found in turn until they settle."""
     mode = posterior_mode(windows, states, track, weight, known_state)
     for _ in range(_ROUNDS):
         track = replace(track, factors=mode.factors(weight))
@@ -222,4 +222,4 @@ def _result(
 
 
 _PHYSICAL = np.where(np.arange(len(PARAMETERS)) == LENGTH, [[0.0], [np.inf]], BOUNDS)
-"""What no value or band can leave, shape (2, 8)."""
+"""Physical limits of all values and bands, shape (2, 8)."""

@@ -15,8 +15,8 @@ from drillid.fits.likelihood import compiled
 def walk(information: Floats, vector: Floats, log_scale: float, variance: Floats) -> float:
     """Let the first coordinates make a random step, in place; returns the logarithm of the scale.
 
-    With M their information and Q = R² the variance, the step takes [M v]ᵀ R (I + R M R)⁻¹ R [M v] away, from
-    Cholesky's factor of I + R M R, which exists for steps of any size and where nothing is known.
+    With M their information and Q = R² the variance, the step subtracts [M v]ᵀ R (I + R M R)⁻¹ R [M v], by the
+    Cholesky factor of I + R M R, which exists for steps of any size, even where nothing is known.
     """
     size, walking = vector.size, variance.size
     factor, lost = np.empty((walking, walking)), np.empty((walking, size + 1))
@@ -48,7 +48,7 @@ def walk(information: Floats, vector: Floats, log_scale: float, variance: Floats
 
 @compiled
 def log_integral(information: Floats, vector: Floats, log_scale: float) -> float:
-    """Logarithm of the integral over all coordinates; −∞ where the information is not positive."""
+    """Logarithm of the integral over all coordinates; −∞ where the information is not positive definite."""
     size = vector.size
     factor, solved = np.empty((size, size)), np.empty(size)
     total_log = log_scale + 0.5 * size * math.log(2.0 * math.pi)
@@ -95,7 +95,7 @@ def accumulate(
     gathered_vector: Floats,
     gathered_scale: Floats,
 ) -> None:
-    """What each factor and all before it say of its state, under every hypothesis.
+    """What each factor and all before it say about its state, under every hypothesis.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def interval_evidence(
 
     Parameters
     ----------
-    ahead, behind : what the windows up to each and from each on say, (W, hypothesis, …)
+    ahead, behind : what the windows up to each one, and from each one on, say about its state, (W, hypothesis, …)
     information, vector, log_scale : factors of the windows
     steps : (W − 1, hypothesis, walking)
     leap : variance of a jump, (walking,)

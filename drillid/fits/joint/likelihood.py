@@ -26,8 +26,8 @@ class Windows:
     ----------
     measured, known : of each window
     bit_depth : shape (window,), m
-    share : share of each window's samples that no other window counts, shape (window,); 1 where not given
-    gains : relative standard uncertainty of the control's P and I, (2,); exact where not given
+    share : share with which each window counts, overlaps being split among windows, shape (window,); 1 by default
+    gains : relative standard uncertainty of the control's P and I, (2,); exact by default
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Windows:
         """Half the sum of squares (window,), its gradient (window, 11) and Gauss–Newton Hessian (window, 11, 11)."""
         values, slopes = to_parameters(states, self.logged_length)
         points, slopes = to_scaled(values), slopes / SCALES[:, None]
-        # internal damping is a logarithm for the solver as it is here
+        # internal damping is a logarithm here as in the solver
         slopes[:, DELTA] = np.eye(SIZE)[WALKING.index(DELTA)]
         if self.gains.any():
             by_gains = np.eye(SIZE)[FIRST_GAIN:]
@@ -73,7 +73,7 @@ class Windows:
 
 
 def _data(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
-    """What the compiled likelihood reads, without any prior; errors with a degree of freedom at most count nothing."""
+    """Data for the compiled likelihood, without priors; errors with one degree of freedom or less do not count."""
     data = likelihood(measured, known, prior)
     variance = np.where(data.freedom > 1, data.variance, np.inf)
     return data._replace(variance=variance, prior_weight=np.zeros(data.prior_weight.size))
@@ -81,7 +81,7 @@ def _data(measured: Measured, known: KnownEquipment, prior: Prior) -> Data:
 
 @dataclass(frozen=True)
 class Mode:
-    """States (window, 11) with the windows' terms there."""
+    """States (window, 11) with the terms of the windows' likelihoods there."""
 
     states: Floats
     terms: tuple[Floats, Floats, Floats]
@@ -99,7 +99,7 @@ class Mode:
 def posterior_mode(windows: Windows, states: Floats, track: Track, weight: Floats, known_state: Levels) -> Mode:
     """States of largest posterior density, by Gauss–Newton steps from given states, halved until the cost falls.
 
-    What walks stays within its bounds.
+    Walking coordinates stay within their bounds.
     """
     variances = track.steps
 
@@ -117,7 +117,7 @@ def posterior_mode(windows: Windows, states: Floats, track: Track, weight: Float
             moved = mode.states + step / divisor
             moved[:, : len(WALKING)] = np.clip(moved[:, : len(WALKING)], LEAST, MOST)
             terms = windows.terms(moved)
-            fall = mode.cost - cost(moved, terms[0])  # which carries the cost on
+            fall = mode.cost - cost(moved, terms[0])  # which gives the new cost below
             return Mode(moved, terms, mode.cost - fall)
 
         return shortened

@@ -1,9 +1,9 @@
 """Information filter and smoother of windows in order of depth: some coordinates are random walks, the others shared.
 
-The state of a window is what walks from one to the next, followed by what is the same in all
-of them. A window's likelihood, expanded to second order, is a Gaussian factor of its state, so
-that filter and smoother are exact for these factors and cost a time that grows linearly with
-the windows (Särkkä and Svensson, Bayesian Filtering and Smoothing, 2nd ed., chapters 6 and 12;
+The state of a window holds the coordinates that walk from one window to the next, then those
+that all windows share. A window's likelihood, expanded to second order, is a Gaussian factor of
+its state, so filter and smoother are exact for these factors and take a time that grows linearly
+with the windows (Särkkä and Svensson, Bayesian Filtering and Smoothing, 2nd ed., chapters 6 and 12;
 in information form, so that a factor may leave directions open).
 """
 
@@ -83,7 +83,7 @@ class Gaussian:
         return Gaussian(information, vector, log_scale)
 
     def log_integral(self) -> Floats:
-        """Logarithm of the integral over all coordinates; −∞ where the information is not positive."""
+        """Logarithm of the integral over all coordinates; −∞ where the information is not positive definite."""
         size, shape = self.vector.shape[-1], self.log_scale.shape
         found = np.empty(int(np.prod(shape)))
         information, vector, log_scale = self.parts
@@ -98,7 +98,7 @@ class Gaussian:
 
 
 def forward(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
-    """What the windows up to each one, and the prior, say of its state.
+    """What the windows up to each one, and the prior, say about its state.
 
     Parameters
     ----------
@@ -119,14 +119,14 @@ def forward(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
 
 
 def backward(factors: Gaussian, steps: Floats) -> Gaussian:
-    """What the windows from each one on say of its state, without the prior; as `forward`."""
+    """What the windows from each one on say about its state, without the prior; as `forward`."""
     turned = slice(None, None, -1)
     found = _gathered(Gaussian(*(part[turned] for part in factors.parts)), steps[turned])
     return Gaussian(*(part[turned] for part in found.parts))
 
 
 def _gathered(factors: Gaussian, steps: Floats) -> Gaussian:
-    """What each factor and those before it say of its state; as `forward`."""
+    """What each factor and those before it say about its state; as `forward`."""
     windows, size = factors.vector.shape
     batch, walking = steps.shape[1:-1], steps.shape[-1]
     hypotheses = int(np.prod(batch))
@@ -139,7 +139,7 @@ def _gathered(factors: Gaussian, steps: Floats) -> Gaussian:
 
 
 def smoothed(prior: Gaussian, factors: Gaussian, steps: Floats) -> Gaussian:
-    """What all windows say of each one's state, along windows; normalised by none, so its integral is the evidence."""
+    """What all windows say about each one's state, along windows; not normalised, so its integral is the evidence."""
     before = forward(prior, factors, steps)
     if not steps.shape[0]:
         return before

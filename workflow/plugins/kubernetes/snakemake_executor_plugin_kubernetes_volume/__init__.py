@@ -1,7 +1,7 @@
-"""Jobs as Kubernetes' jobs that share a volume with Snakemake itself.
+"""Jobs run on Kubernetes, sharing a volume with Snakemake itself.
 
-Snakemake's executor for Kubernetes takes it that nothing is shared, and copies declared outputs through a store. Here
-the wells' folders are on a volume that all pods mount, which the stages need for whole folders and locks.
+Snakemake's executor for Kubernetes assumes that nothing is shared, and copies declared outputs through a store. Here
+the wells' folders are on a volume that all pods mount, as the stages rename whole folders and lock files.
 """
 
 import shlex
@@ -24,5 +24,5 @@ class Executor(kubernetes.Executor):
     """Starts each job in the folder of the run."""
 
     def get_job_exec_prefix(self, job: JobExecutorInterface) -> str:
-        """Enter the folder, which lies on the volume."""
+        """Shell command that enters the folder of the run, which lies on the volume."""
         return f"cd {shlex.quote(self.workflow.workdir_init)}"

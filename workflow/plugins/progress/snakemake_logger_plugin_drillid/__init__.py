@@ -1,6 +1,6 @@
 """Snakemake's messages as `drillid run` shows them: progress by stage, warnings and errors.
 
-All that Snakemake says is in .snakemake/log; where nothing is run, such as with --dry-run, it is shown as it is.
+All of Snakemake's messages are in .snakemake/log; if nothing is run, as with --dry-run, they are shown unchanged.
 """
 
 import logging
@@ -16,7 +16,7 @@ from drillid.fleet.progress import SHOWN, RunProgress
 _WITHOUT_WORK = {"all", "well", "figures_of_well"}
 """Rules that run nothing."""
 _EXPECTED = tuple(f"output files of rule {rule} were not present" for rule in _WITHOUT_WORK)
-"""Warnings of Snakemake that these cause: another rule made their outputs."""
+"""Snakemake's warnings about these, whose outputs are made by other rules."""
 
 
 class LogHandler(LogHandlerBase):
@@ -69,7 +69,7 @@ class LogHandler(LogHandlerBase):
             self.progress.say(text)
 
     def close(self) -> None:
-        """Leave the progress as it is, or show what was held back as no job was run."""
+        """Stop the progress display, or show the messages held back if no job was run."""
         if self.progress is not None:
             self.progress.stop()
         for record in self.held:
