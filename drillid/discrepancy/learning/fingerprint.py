@@ -128,12 +128,13 @@ def _described(model: SetModel, candidate: Candidate, loss: float) -> Described:
 
 
 def _place_variance(model: SetModel, candidate: Candidate) -> float:
-    """Variance of the place from the curvature of the cost, with all else refitted at each place."""
-    costs = [
+    """Variance of the place from the curvature of the cost, with all else refitted at each place on the string."""
+    middle = float(np.clip(candidate.place, _PLACE_STEP, 1 - _PLACE_STEP))
+    before, at, after = (
         fit_set(model, candidate.fit.point, placed(candidate.element, place)).cost
-        for place in np.clip([candidate.place - _PLACE_STEP, candidate.place + _PLACE_STEP], 0.0, 1.0)
-    ]
-    curvature = (sum(costs) - 2 * candidate.fit.cost) / _PLACE_STEP**2
+        for place in (middle - _PLACE_STEP, middle, middle + _PLACE_STEP)
+    )
+    curvature = (before + after - 2 * at) / _PLACE_STEP**2
     return float(min(1 / max(curvature, 1e-9), 1.0))
 
 
