@@ -14,7 +14,7 @@ _LONGEST_FOOTER = 100
 """Rows with numbers but without a time that the end of a table may have; more are a column of times that is none."""
 _MOST_APART = 20
 """Largest number of rows that are each told; of more, the first ones and their number are."""
-_REMEDY = "None needed where it is a header, a remark or a total; else correct it"
+_REMEDY = "None needed if it is a header, a remark or a total; otherwise correct it"
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class WithoutData:
     def notes(self, place: Callable[[int], str]) -> list[Note]:
         """A note for each; of very many, one for the rest."""
         told = zip(self.rows, self.texts, strict=False)
-        what = "is no row of data and is left out"
+        what = "is not a row of data and is left out"
         notes = [(f"{place(row)} {what}: '{shortened(text)}'", _REMEDY) for row, text in told]
         more = len(self.rows) - len(self.texts)
-        return [*notes, (f"{more} more rows are none of data and are left out", _REMEDY)] if more else notes
+        return [*notes, (f"{more} more rows are not rows of data and are left out", _REMEDY)] if more else notes
 
 
 def rows_without_data(
