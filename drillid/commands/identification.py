@@ -27,7 +27,7 @@ def add_identification_commands(app: typer.Typer) -> None:
 Family = Literal["proportional integral", "inertia compensation", "impedance matching"]
 """As `drillid.control.tuning` has them, whose import would slow down every command."""
 Logs = Annotated[list[Path], typer.Argument(help="Raw log files of one well.")]
-RigFile = Annotated[Path, typer.Option(help="Description of the rig, as config/README.md explains.")]
+RigFile = Annotated[Path, typer.Option(help="Rig description, as explained in config/README.md.")]
 Configuration = Annotated[Path | None, typer.Option("--configfile", help="Settings other than the defaults.")]
 
 
@@ -35,14 +35,14 @@ def fit_logs(
     logs: Logs,
     rig: RigFile,
     configuration: Configuration = None,
-    verdicts: Annotated[bool, typer.Option("--verdicts", help="Examine what the fits leave unexplained too.")] = False,
-    table: Annotated[Path | None, typer.Option(help="CSV to write the parameters into.")] = None,
+    verdicts: Annotated[bool, typer.Option("--verdicts", help="Also examine what the fits leave unexplained.")] = False,
+    table: Annotated[Path | None, typer.Option(help="CSV file to write the parameters to.")] = None,
     plot: Annotated[Path | None, typer.Option(help="PNG, SVG or PDF of measured and fitted mobility.")] = None,
     as_json: Json = False,
 ) -> None:
     """Fit the eight parameters of the transmission line to every window of a well's logs.
 
-    Exit code 1 where rig description or logs cannot be used, or hold no window.
+    Exit code 1 if the rig description or the logs cannot be used, or the logs hold no window.
 
     Example: drillid fit stand.csv --rig rig.yaml --plot mobility.png
     """
@@ -77,9 +77,9 @@ def tune_control(
     configuration: Configuration = None,
     as_json: Json = False,
 ) -> None:
-    """Settings of the speed control that damp the bit's vibration most and keep the loop's margins.
+    """Find the speed-control settings that damp the bit's vibration most and keep the loop's margins.
 
-    They are tuned to the last window that was fitted, for all that its uncertainty allows.
+    They are tuned to the last window that was fitted, over the whole range of its uncertainty.
 
     Example: drillid tune stand.csv --rig rig.yaml --family "impedance matching"
     """
@@ -113,7 +113,7 @@ def check_format(figure: Path) -> None:
     from drillid.figures.layout import FORMATS
 
     if figure.suffix.lower().removeprefix(".") not in FORMATS:
-        raise SettingsError(str(figure), "is no file of a figure", f"End its name in one of {', '.join(FORMATS)}")
+        raise SettingsError(str(figure), "is not a figure file", f"End its name in one of {', '.join(FORMATS)}")
 
 
 def tell_of_compilation() -> None:
@@ -121,7 +121,7 @@ def tell_of_compilation() -> None:
     from drillid.compiled import is_compiled
 
     if not is_compiled("physics", "fits"):
-        typer.echo("drillid: compiles its kernels, once after an installation; this takes some minutes …", err=True)
+        typer.echo("drillid: compiling its kernels, once after installation; this takes a few minutes …", err=True)
 
 
 def _print_parameters(identification: Identification) -> None:

@@ -20,15 +20,15 @@ def add_inspection_commands(app: typer.Typer) -> None:
 
 
 def inspect_logs(
-    logs: Annotated[list[Path], typer.Argument(help="Log files of one well, fast and slow ones.")],
-    output: Annotated[Path | None, typer.Option(help="YAML file to write the drafted rig description into.")] = None,
+    logs: Annotated[list[Path], typer.Argument(help="Log files of one well, both fast and slow.")],
+    output: Annotated[Path | None, typer.Option(help="YAML file to write the draft rig description to.")] = None,
     name: Annotated[str, typer.Option(help="Name of the rig.")] = "Rig",
-    zone: Annotated[str, typer.Option(help="Time zone of stamps without one, such as Europe/Oslo.")] = "UTC",
+    zone: Annotated[str, typer.Option(help="Time zone of time stamps without one, such as Europe/Oslo.")] = "UTC",
     time_format: Annotated[
         str | None, typer.Option("--format", help="'day first', 'month first' or a strptime format of the times.")
     ] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of times that are numbers, such as ms or excel.")] = None,
-    start: Annotated[str | None, typer.Option(help="ISO time from which such times count.")] = None,
+    start: Annotated[str | None, typer.Option(help="ISO time from which numeric times count.")] = None,
     configuration: Annotated[
         Path | None, typer.Option("--configfile", help="Settings other than the defaults, such as windows.length_s.")
     ] = None,
@@ -36,8 +36,8 @@ def inspect_logs(
 ) -> None:
     """List the contents of log files, and draft the rig description that reads them.
 
-    Channels with units, rates and gaps, how the times were read, the sweep by its signal, and the windows that a run
-    would use. Exit code 1 where no file can be read.
+    Lists channels with units, rates and gaps, how the times were read, the sweep found from its signal, and the windows
+    that a run would use. Exit code 1 if no file can be read.
 
     Example: drillid inspect stand.csv depth.csv --zone Europe/Oslo --output config/rigs/rig7.yaml
     """

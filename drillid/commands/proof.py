@@ -17,7 +17,7 @@ def add_proof_commands(app: typer.Typer) -> None:
 
 
 def run_blind(context: typer.Context) -> None:
-    """Try the discovery engine on hidden causes, drawn and simulated; `drillid blind --help` lists the options.
+    """Test the discovery engine on hidden causes, drawn and simulated; `drillid blind --help` lists the options.
 
     Example: drillid blind --cases 40
     """
@@ -26,6 +26,6 @@ def run_blind(context: typer.Context) -> None:
         raise typer.Exit
     with faults_told():
         if not Path("benchmarks/blind").is_dir():
-            remedy = "Start it in a checkout of the repository; the installed package does not hold the benchmarks"
+            remedy = "Start it in a checkout of the repository; the installed package does not contain the benchmarks"
             raise SettingsError(str(Path.cwd()), "holds no benchmarks/blind", remedy)
     raise typer.Exit(subprocess.run([sys.executable, "-m", "benchmarks.blind", *context.args], check=False).returncode)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from drillid.config.settings import Settings
 
 Configfile = Annotated[
-    Path, typer.Option("--configfile", help="Configuration of the run that made the results, or their folder.")
+    Path, typer.Option("--configfile", help="Configuration of the run that made the results, or the results folder.")
 ]
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
 
@@ -43,9 +43,9 @@ def draw_figure(
     dpi: Annotated[int, typer.Option(help="Resolution of a PNG, and of the images in the other formats.")] = 300,
     heading: Annotated[bool, typer.Option(help="Well, title and caption above the panels.")] = True,
 ) -> None:
-    """Draw a figure of a well that has results, in the format and at the resolution that a publication asks for.
+    """Draw a figure of a well with results, in the format and at the resolution that a publication asks for.
 
-    Exit code 1 where the well has no results, or there is no such figure; the message lists them.
+    Exit code 1 if the well has no results, or there is no such figure; the message lists the figures.
 
     Example: drillid draw D01 parameters --configfile config/demo/config.yaml --output parameters.pdf --no-heading
     """
@@ -62,7 +62,7 @@ def draw_figure(
 def write_pages(configfile: Configfile = DEFAULT_CONFIGURATION, as_json: Json = False) -> None:
     """Write the report again from existing results, without the workflow.
 
-    What is new since the last report stays as the run left it.
+    The list of what is new since the last report stays as the run left it.
 
     Example: drillid report --configfile config/demo/config.yaml
     """
@@ -91,12 +91,12 @@ def view_wells(
         list[Path] | None,
         typer.Argument(help="Results or configuration of one run, or of several to compare."),
     ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of this machine; 0 for any free one.")] = 0,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for any free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Explore wells in the browser: depth, frequency and time brushed together, two wells or two runs compared.
+    """Explore wells in the browser: linked views of depth, frequency and time; compare two wells or two runs.
 
-    Serves on this machine alone until it is interrupted. Exit code 1 where no well has results.
+    Serves this machine only, until interrupted. Exit code 1 if no well has results.
 
     Example: drillid view results/demo
     """
@@ -109,7 +109,7 @@ def view_wells(
         if not known:
             raise SettingsError(", ".join(map(str, chosen)), "no well has results", "Run the workflow first")
     server = start(known, port)
-    typer.echo(f"http://localhost:{server.port}/ shows {len(known)} wells; Ctrl-C ends it")
+    typer.echo(f"http://localhost:{server.port}/ shows {len(known)} wells; press Ctrl-C to stop")
     if browser:
         server.show("/")
     with contextlib.suppress(KeyboardInterrupt):
@@ -118,11 +118,11 @@ def view_wells(
 
 def promote_learnt(
     examination: Annotated[Path, typer.Argument(help="Examination dataset of a well, examination.zarr.")],
-    name: Annotated[str, typer.Argument(help="Name of the cause, lower case words joined by underscores.")],
-    output: Annotated[Path, typer.Option(help="Module that is written.")],
+    name: Annotated[str, typer.Argument(help="Name of the cause: lower-case words joined by underscores.")],
+    output: Annotated[Path, typer.Option(help="Module to write.")],
     number: Annotated[int, typer.Option("--set", min=0, help="Set of windows in which it was learnt.")] = 0,
 ) -> None:
-    """Write what was learnt in a set of windows as a module of the catalogue, to be read, corrected and added to it.
+    """Write what was learnt in a set of windows as a catalogue module, to be reviewed, corrected and added.
 
     Example: drillid promote results/main/discrepancy/W1/examination.zarr soft_joint --output soft_joint.py
     """

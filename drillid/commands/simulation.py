@@ -23,18 +23,18 @@ def simulate_start_up(
         Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
     ],
     top_speed: Annotated[
-        Path | None, typer.Option(help="CSV with t_s and td_rpm_measured that the top drive follows.")
+        Path | None, typer.Option(help="CSV with t_s and td_rpm_measured for the top drive to follow.")
     ] = None,
-    rpm: Annotated[float, typer.Option(min=0.0, help="Speed after the ramp, where no file is given.")] = 70.0,
-    ramp: Annotated[float, typer.Option(min=1.0, help="Seconds of the ramp.")] = 15.0,
-    duration: Annotated[float, typer.Option(min=5.0, max=3600.0, help="Seconds, where no file is given.")] = 60.0,
-    output: Annotated[Path, typer.Option(help="CSV that is written.")] = Path("results/start_up.csv"),
+    rpm: Annotated[float, typer.Option(min=0.0, help="Speed after the ramp, if no file is given.")] = 70.0,
+    ramp: Annotated[float, typer.Option(min=1.0, help="Duration of the ramp, s.")] = 15.0,
+    duration: Annotated[float, typer.Option(min=5.0, max=3600.0, help="Duration, s, if no file is given.")] = 60.0,
+    output: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("results/start_up.csv"),
     as_json: Json = False,
 ) -> None:
-    """Start of rotation off bottom of a described well, at any depth of any hole.
+    """Simulate the start of rotation off bottom of a described well, at any depth of any hole.
 
-    The output has the columns t_s, td_rpm, torque_knm (of the drive, its own inertia's included), bit_rpm (as a
-    downhole record shows it, whose half-second statistics are stamped at their end) and bit_rpm_now (of the bit).
+    The output has the columns t_s, td_rpm, torque_knm (of the drive, including that of its own inertia), bit_rpm (as
+    in a downhole record, whose half-second statistics are stamped at their end) and bit_rpm_now (of the bit).
 
     Example: drillid simulate start-up benchmarks/field/well_b.yaml --depth 2200 --survey survey.csv
     """
@@ -69,10 +69,12 @@ def fit_start_up(
     survey: Annotated[
         Path, typer.Option(help="CSV with depth_m, inclination_deg and, where the hole turns, azimuth_deg.")
     ],
-    seen: Annotated[float, typer.Option(min=0.1, max=1.0, help="Share of the log that is fitted to.")] = 0.6,
-    fitted: Annotated[str, typer.Option(help="What is fitted, separated by commas; what holds elsewhere too.")] = "",
-    evaluations: Annotated[int, typer.Option(min=1, help="Most simulations of the fit.")] = 300,
-    output: Annotated[Path, typer.Option(help="YAML with the fitted values.")] = Path("results/fitted.yaml"),
+    seen: Annotated[float, typer.Option(min=0.1, max=1.0, help="Share of the log used for the fit.")] = 0.6,
+    fitted: Annotated[
+        str, typer.Option(help="What to fit, separated by commas; by default what also holds elsewhere.")
+    ] = "",
+    evaluations: Annotated[int, typer.Option(min=1, help="Largest number of simulations in the fit.")] = 300,
+    output: Annotated[Path, typer.Option(help="YAML file with the fitted values.")] = Path("results/fitted.yaml"),
     as_json: Json = False,
 ) -> None:
     """Fit a described well to the first part of a measured start of rotation, and judge it on the rest.
@@ -110,12 +112,12 @@ def fit_start_up(
 @simulations.command("window")
 def simulate_window(
     results: Annotated[Path, typer.Argument(help="Folder of a run's results.")],
-    well: Annotated[str, typer.Argument(help="Name of a well in it.")],
-    window: Annotated[int, typer.Option(min=0, help="Number of a window of the well that was examined.")] = 0,
-    output: Annotated[Path, typer.Option(help="CSV that is written.")] = Path("results/window.csv"),
+    well: Annotated[str, typer.Argument(help="Name of a well in that folder.")],
+    window: Annotated[int, typer.Option(min=0, help="Number of an examined window of the well.")] = 0,
+    output: Annotated[Path, typer.Option(help="CSV file to write.")] = Path("results/window.csv"),
     as_json: Json = False,
 ) -> None:
-    """A drilled window in time, by the rig that was identified in it, with what was named or learnt.
+    """Simulate a drilled window in time, with the rig identified in it and what was named or learnt.
 
     The output has the columns t_s, torque_sweep_knm and td_rpm_measured as recorded, and td_rpm, torque_command_knm and
     bit_rpm as simulated under that sweep.

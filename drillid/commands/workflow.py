@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from drillid.fleet.command import RunOutcome
 
 Profile = Annotated[Path, typer.Option(help="Workflow profile.")]
-Jobs = Annotated[str, typer.Option(help="Cores to use, or jobs on a cluster; the profile's by default.")]
+Jobs = Annotated[str, typer.Option(help="Cores to use, or jobs on a cluster; the profile's number by default.")]
 DEFAULT_PROFILE = Path("workflow/profiles/default")
 
 
@@ -30,15 +30,15 @@ def add_workflow_commands(app: typer.Typer) -> None:
 
 def run_workflow(
     context: typer.Context,
-    configfile: Annotated[Path | None, typer.Option(help="Configuration; config/config.yaml by default.")] = None,
+    configfile: Annotated[Path | None, typer.Option(help="Configuration file; config/config.yaml by default.")] = None,
     profile: Profile = DEFAULT_PROFILE,
     jobs: Jobs = "",
-    strict: Annotated[bool, typer.Option(help="End with code 3 where wells failed.")] = True,
+    strict: Annotated[bool, typer.Option(help="Exit with code 3 if wells failed.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Run the workflow in this folder; all further arguments go to Snakemake: targets, --dry-run, --until fits …
+    """Run the workflow in this folder; further arguments are passed to Snakemake: targets, --dry-run, --until fits …
 
-    Exit codes: 0 no well failed, 1 the run itself failed, 3 wells failed, 128 + n ended by signal n.
+    Exit codes: 0 no well failed, 1 the run itself failed, 3 some wells failed, 128 + n stopped by signal n.
 
     Example: drillid run --configfile config/config.yaml --jobs 4
     """
@@ -56,7 +56,7 @@ def _end(ended: RunOutcome, as_json: bool) -> NoReturn:
 
 
 def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "", as_json: Json = False) -> None:
-    """Simulate the raw logs of three small wells and take them to results/demo/report.html.
+    """Simulate the raw logs of three small wells and process them into results/demo/report.html.
 
     Example: drillid demo
     """
@@ -71,7 +71,7 @@ def run_demo(profile: Profile = DEFAULT_PROFILE, jobs: Jobs = "", as_json: Json 
 def write_example(
     folder: Annotated[Path, typer.Argument(help="Folder to write the configuration into.")] = Path(),
 ) -> None:
-    """Write a configuration with empty sheets into a folder, in which `drillid run` is started later.
+    """Write a configuration with empty sheets into a folder, where `drillid run` can be started later.
 
     Example: drillid init my-wells
     """
@@ -85,15 +85,13 @@ def write_example(
 
 
 def check_configuration(
-    configuration: Annotated[Path, typer.Argument(help="Configuration that a run would be given.")] = Path(
-        "config/config.yaml"
-    ),
+    configuration: Annotated[Path, typer.Argument(help="Configuration to check.")] = Path("config/config.yaml"),
     logs: Annotated[bool, typer.Option(help="Read every log as well.")] = True,
     as_json: Json = False,
 ) -> None:
-    """List whatever a run would reject in configuration, sheets, rig descriptions and logs.
+    """List everything that a run would reject in the configuration, sheets, rig descriptions and logs.
 
-    One row per finding: where, what, remedy. Exit code 1 where a log, a well or the run would fail.
+    One row per finding: where, what, remedy. Exit code 1 if a log, a well or the run would fail.
 
     Example: drillid check config/config.yaml
     """

@@ -31,10 +31,10 @@ TABLES = {
     "report.html": "the fleet's report",
     "problems.csv": "whatever was rejected, with its remedy",
     "verdicts.csv": "what the simulation gets wrong",
-    "learnt.csv": "what no cause explains and was learnt",
+    "learnt.csv": "what was learnt where no cause explains the data",
     "changes.csv": "what is new since the last report",
     "common_causes.csv": "what wells of a rig, a hole section or a tool have in common",
-    "well_standings.csv": "each well beside its sisters",
+    "well_standings.csv": "each well compared with its sister wells",
     "fleet.zarr/": "the parameters of all wells",
 }
 """Results over all wells and what they hold."""

@@ -107,7 +107,7 @@ def explain(path: Path) -> str:
         If it lies in no such folder, or the stage never finished there.
     """
     _, stage, well = _place(path.absolute())
-    lines = [f"{path} is of the stage {stage} of the well {well}."]
+    lines = [f"{path} belongs to the stage {stage} of the well {well}."]
     for name, content in stages_behind(path).items():
         lines += _of_stage(name, content)
     return "\n".join(lines)
@@ -137,13 +137,13 @@ def _place(path: Path) -> tuple[Path, str, str]:
         if folder.parent.name in ALL_STAGES and (folder / "problems.csv").exists():
             return folder.parent.parent, folder.parent.name, folder.name
     remedy = "Name a dataset, table or figure below <results>/<stage>/<well>"
-    raise SettingsError(str(path), "is no result of a stage of a well", remedy)
+    raise SettingsError(str(path), "is not a result of a stage of a well", remedy)
 
 
 def _of_stage(name: str, content: dict[str, Any]) -> list[str]:
     stage = ALL_STAGES[name]
     now = source_hash(stage.module, *(["drillid.config.rig"] if stage.rig else []))
-    same = "the code as it is now" if content["source"] == now else "other code than now"
+    same = "the code as it is now" if content["source"] == now else "the code has changed since"
     lines = [
         "",
         f"{name}: {content.get('status', 'done')}, key {content['key']}",

@@ -44,7 +44,7 @@ def _first_with_workflow(places: Iterable[Path]) -> Path:
     for folder in places:
         if (folder / SNAKEFILE).is_file():
             return folder
-    remedy = "Start drillid in the folder with the Snakefile, or install the package by pip"
+    remedy = "Start drillid in the folder with the Snakefile, or install the package with pip"
     raise SettingsError(str(Path.cwd()), "holds no workflow", remedy)
 
 
@@ -59,7 +59,7 @@ def snakemake_words(profile: Path) -> list[str]:
     folder = workflow_folder()
     found = next((each for each in (profile, folder / profile) if each.is_dir()), None)
     if found is None:
-        raise SettingsError(str(profile), "is no folder with a profile", f"Take {PROFILE}, or correct the path")
+        raise SettingsError(str(profile), "is not a folder with a profile", f"Use {PROFILE}, or correct the path")
     place = [] if folder == Path() else ["--snakefile", str(folder / SNAKEFILE)]
     return [*place, "--workflow-profile", str(found)]
 

@@ -146,8 +146,8 @@ def _refuse_newer(listing: Mapping[str, Any], results: Path, mirror: str) -> Non
     if "version" in listing and listing["version"] not in _remembered(results, mirror):
         raise SettingsError(
             "mirror",
-            f"{mirror} was brought up to date from elsewhere, and {results} does not go on from that",
-            f"Move {results} away, so that the next run begins with the copy, or name another place",
+            f"{mirror} was brought up to date from elsewhere, and {results} does not continue from that",
+            f"Move {results} away, so that the next run starts from the copy, or name another place",
         )
 
 
@@ -224,5 +224,5 @@ def _answering(mirror: str) -> Iterator[None]:
         raise
     except Exception as error:  # each store raises errors of its own
         said = " ".join(f"{type(error).__name__}: {error}".split())
-        remedy = "Look at the address, the network and the credentials, then run again"
+        remedy = "Check the address, the network and the credentials, then run again"
         raise SettingsError("mirror", f"{mirror} cannot be reached or written ({said})", remedy) from error

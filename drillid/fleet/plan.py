@@ -253,8 +253,8 @@ class Plan:
         for well, listing in self.wells.items():
             for stand, log in enumerate(listing.logs):
                 if not log.is_relative_to(folder):
-                    remedy = f"Place it in {folder}, or take the section 'simulate' out of the configuration"
-                    raise SettingsError(self.settings.logs, f"the simulated log {log} lies elsewhere", remedy)
+                    remedy = f"Put it in {folder}, or remove the section 'simulate' from the configuration"
+                    raise SettingsError(self.settings.logs, f"the simulated log {log} is elsewhere", remedy)
                 found[str(log.relative_to(folder))] = (well, stand)
         return found
 

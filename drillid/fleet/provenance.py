@@ -116,7 +116,7 @@ def closure(module: str) -> frozenset[str]:
     """
     graph = _graph(module.partition(".")[0])
     if module not in graph.modules:
-        raise SettingsError(module, "is no module of this checkout", "Restore the file from the repository")
+        raise SettingsError(module, "is not a module of this checkout", "Restore the file from the repository")
     found: set[str] = set()
     waiting = {module}
     while waiting:

@@ -246,7 +246,7 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
 def _machine_fault(error: OSError | MemoryError) -> Problem:
     place = str(getattr(error, "filename", None) or "this machine")
     what = f"{type(error).__name__}: {error}"
-    return Problem(place, what, "Mend disk, permissions or memory, then run again; nothing needs to be deleted")
+    return Problem(place, what, "Fix the disk, permissions or memory, then run again; nothing needs to be deleted")
 
 
 def _unforeseen(error: BaseException) -> Problem:
@@ -254,7 +254,7 @@ def _unforeseen(error: BaseException) -> Problem:
     file = Path(place.filename)
     name = file.relative_to(PACKAGE.parent) if file.is_relative_to(PACKAGE) else file.name
     what = f"{type(error).__name__}: {error}"
-    remedy = "A fault of the program: report it with the job's log"
+    remedy = "A fault in the program: report it with the job's log"
     return Problem(f"{name}, line {place.lineno}", what, remedy)
 
 

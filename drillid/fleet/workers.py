@@ -73,7 +73,7 @@ def _on_slurm(workers: SlurmWorkers, tasks: int) -> Any:
     place = "fleet.scheduler.slurm"
     jobqueue = _imported("dask_jobqueue", place)
     if shutil.which("sbatch") is None:
-        raise SettingsError(place, "there is no sbatch here", "Run where jobs are submitted to Slurm from")
+        raise SettingsError(place, "there is no sbatch here", "Run on a machine that submits jobs to Slurm")
     cluster = jobqueue.SLURMCluster(**slurm_options(workers))
     cluster.scale(jobs=min(workers.jobs, -(-tasks // workers.processes)))
     try:
@@ -121,8 +121,8 @@ def _on_kubernetes(workers: KubernetesWorkers, tasks: int) -> Any:
         return operator.KubeCluster(custom_cluster_spec=specification, namespace=workers.namespace, quiet=True)
     except Exception as error:  # its packages raise errors of their own
         said = " ".join(str(error).split())
-        remedy = "Look at kubectl's context and at dask's operator, then run again"
-        raise SettingsError(place, f"Kubernetes starts no workers ({said})", remedy) from error
+        remedy = "Check kubectl's context and dask's operator, then run again"
+        raise SettingsError(place, f"Kubernetes did not start any workers ({said})", remedy) from error
 
 
 def kubernetes_specification(workers: KubernetesWorkers, pods: int, name: str) -> dict[str, Any]:

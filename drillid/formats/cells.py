@@ -41,14 +41,14 @@ def numbers(places: Places, name: str, column: Any, null_values: tuple[float, ..
         words = _words(cells, wrong)
         if words:
             told = ", ".join(f"'{shortened(word)}' ({count})" for word, count in words.items())
-            what = f"the cells {told} of column '{name}' are taken for missing values"
-            notes.append((what, "Correct them where they stand for values"))
+            what = f"the cells {told} of column '{name}' are taken as missing values"
+            notes.append((what, "Correct them if they stand for values"))
         elif wrong.size:
             row = int(wrong[0])
             raise LogError(
                 places.cell(name, row),
                 f"'{shortened(cells.iloc[row])}' is not a number",
-                f"Correct the cell{places.in_line(row)}, or leave it empty where there is no value",
+                f"Correct the cell{places.in_line(row)}, or leave it empty if there is no value",
             )
         values = found.to_numpy(dtype=np.float64, copy=True)
     for null in (*NULL_VALUES, *null_values, np.inf, -np.inf):

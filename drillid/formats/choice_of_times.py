@@ -57,7 +57,7 @@ def _parts(header: Header) -> tuple[str, ...]:
 
 def _of_parts(parts: tuple[str, ...]) -> Note:
     what = f"the times are put together from the columns {listed(parts)}"
-    return what, "State time.column in the rig description where that is wrong"
+    return what, "State time.column in the rig description if that is wrong"
 
 
 def _time_column(reader: LogFormat, file: Path, places: Places) -> str:
@@ -86,7 +86,7 @@ def _time_column(reader: LogFormat, file: Path, places: Places) -> str:
 def _taken(what: str, column: str, key: str) -> Note:
     return (
         f"the {what} are taken from column '{column}'",
-        f"State time.{key} in the rig description where that is wrong",
+        f"State time.{key} in the rig description if that is wrong",
     )
 
 

@@ -46,7 +46,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
             0,
             column[0].as_py(),
             "If it counts seconds, state their start as time.start and another unit as time.unit "
-            f"in the rig description; else {EXAMPLE[0].lower()}{EXAMPLE[1:]}",
+            f"in the rig description; otherwise {EXAMPLE[0].lower()}{EXAMPLE[1:]}",
         ) from error
     except ValueError as error:
         row = int(np.argmax(np.abs(values.astype(float))))
@@ -56,7 +56,7 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
     zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
     what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
-    return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description where that is wrong"),))
+    return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description if that is wrong"),))
 
 
 def _as_numbers(of: StatedTimes, column: Any) -> Any:
@@ -165,14 +165,14 @@ def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
     except ValueError as error:
         raise LogError(
             of.places.column(of.column),
-            f"the format '{stated}', by {source}, cannot be used ({error})",
+            f"the format '{stated}' from {source} cannot be used ({error})",
             "Write time.format as strptime has it, such as '%d.%m.%Y %H:%M:%S.%f'",
         ) from error
     wrong = np.flatnonzero(found.isna())
     if wrong.size:
         row = int(wrong[0])
         other = "" if by_user else "; state another one as time.format in the rig description"
-        raise of.wrong(row, cells.iloc[row], f"It is not of the format '{stated}', by {source}{other}")
+        raise of.wrong(row, cells.iloc[row], f"It does not match the format '{stated}' from {source}{other}")
     if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
         return from_midnight(of, Naive(nanoseconds(found) % DAY_NS, False))
     return Naive(nanoseconds(found), found.dt.tz is not None)

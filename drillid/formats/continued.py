@@ -65,7 +65,7 @@ def as_one(tables: Sequence[Header]) -> Header | None:
     rows = None if any(each.rows is None for each in tables) else sum(each.rows or 0 for each in tables)
     names = shortened(", ".join(f"'{each.table}'" for each in tables), _LONGEST_LIST)
     what = f"its {len(tables)} tables {names} have the same columns and continue one another; they are read as one"
-    note = what, "State the one to read as file.table in the rig description where that is wrong"
+    note = what, "State the one to read as file.table in the rig description if that is wrong"
     notes = tuple(dict.fromkeys([*(each for table in tables for each in table.notes), note]))
     name = " + ".join(each.table for each in tables)
     return replace(first, table=name, layout=_Parts(tuple(tables)), notes=notes, rows=rows)

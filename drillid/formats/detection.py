@@ -74,10 +74,10 @@ def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
         known = ", ".join(sorted(formats()))
         packed = ", ".join(PACKED)
         raise LogError(
-            str(path), "is of no known format", f"Known endings are {known}, packed as {packed} where that is usual"
+            str(path), "is not in a known format", f"Known endings are {known}, packed as {packed} where that is usual"
         )
     what = f"holds what a file ending in {suffixes[0]} does, and is read as such"
-    return formats()[suffixes[0]], (*beside, (what, "Name the file by its format"))
+    return formats()[suffixes[0]], (*beside, (what, "Name the file after its format"))
 
 
 def _agree(named: LogFormat, suffixes: tuple[str, ...]) -> bool:

@@ -115,12 +115,12 @@ def where_names_are(header: HeaderRows, line_of: Callable[[int], int], dialect: 
     if units is not None and units != dialect.units_line:
         found.append(f"units are taken from line {units}")
     if found:
-        remedy = "State file.header_line and file.units_line in the rig description where that is wrong"
+        remedy = "State file.header_line and file.units_line in the rig description if that is wrong"
         yield f"the {' and the '.join(found)}", remedy
     if header.units_at_ends:
         example = header.units_at_ends[-1]
-        what = f"the last words of names such as '{example}' are read as units, '{header.units[example]}' of this one"
-        yield what, "State the units with the channels in the rig description where that is wrong"
+        what = f"the last words of names such as '{example}' are read as units, '{header.units[example]}' in this one"
+        yield what, "State the units with the channels in the rig description if that is wrong"
 
 
 def unique(names: Sequence[str]) -> tuple[str, ...]:

@@ -196,7 +196,7 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
     except IsADirectoryError as error:
         raise LogError(where, "is a folder, not a log file", "Name the files in it") from error
     except PermissionError as error:
-        raise LogError(where, "may not be read", "Ask for the permission to read it") from error
+        raise LogError(where, "is not readable", "Ask for permission to read it") from error
     except Exception as error:
         if not isinstance(error, OSError | ValueError | EOFError) and not _of_a_library(error):
             raise

@@ -55,7 +55,7 @@ def _decimal(table: Any, columns: Sequence[str], delimiter: str, thousands: str 
         unclear = unclear or (name, with_comma[0].as_py())
     if unclear is not None and delimiter != ",":
         raise Unusable(
-            f"has cells such as '{unclear[1]}' in column '{unclear[0]}': a comma of decimals or thousands?",
+            f"has cells such as '{unclear[1]}' in column '{unclear[0]}': is the comma for decimals or thousands?",
             "State file.decimal in the rig description",
         )
     return "."

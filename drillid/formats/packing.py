@@ -119,10 +119,11 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     if len(members) != 1:
         names = ", ".join(shortened(member.filename) for member in members[:_MOST_NAMES])
         raise Unusable(
-            f"is a zip file with {len(members)} files ({names}), where one is read", "Unpack it, or zip each log alone"
+            f"is a zip file with {len(members)} files ({names}), where one is expected",
+            "Unpack it, or zip each log on its own",
         )
     if members[0].flag_bits & 1:
-        raise Unusable("is locked by a password", "Unpack it")
+        raise Unusable("is protected by a password", "Unpack it")
     return members[0]
 
 
@@ -148,8 +149,8 @@ def notes_on(path: Path) -> tuple[Note, ...]:
     beside = [member.filename for member in files if _is_beside(member)] if len(files) > 1 else []
     names = ", ".join(f"'{shortened(name)}'" for name in beside[:_MOST_NAMES])
     more = f" and {len(beside) - _MOST_NAMES} more" if len(beside) > _MOST_NAMES else ""
-    what = f"files of the archive are no logs by their names and are not read: {names}{more}"
-    return ((what, "Zip each log alone where one of them is a log"),) if beside else ()
+    what = f"files in the archive are not logs, judging by their names, and are not read: {names}{more}"
+    return ((what, "Zip each log on its own if one of them is a log"),) if beside else ()
 
 
 class _Limited(io.RawIOBase):
@@ -177,7 +178,7 @@ class _Limited(io.RawIOBase):
         self.size += len(content)
         if self.size > self.limit:
             what = f"unpacks to more than {self.limit / 2**20:.0f} MiB, far more than a log of its size holds"
-            raise Unusable(what, "Export the log again; a log of rare size can be listed unpacked")
+            raise Unusable(what, "Export the log again; a log of unusual size can be listed unpacked")
         return content
 
 
@@ -211,7 +212,7 @@ def check_no_tar(start: bytes) -> None:
     """
     place, magic = _TAR_MAGIC
     if start[place] == magic:
-        raise Unusable("is an archive of tar, which may hold several files", "Unpack it, or pack each log alone")
+        raise Unusable("is a tar archive, which may hold several files", "Unpack it, or pack each log on its own")
 
 
 def lines_at_start(path: Path, size: int = 2**18) -> bytes:

@@ -159,7 +159,7 @@ def _answering(place: str) -> Iterator[None]:
     except (FileNotFoundError, PermissionError, ImportError, ValueError):
         raise
     except Exception as error:  # each store has errors of its own
-        remedy = "Look at the network and at the credentials, then run again"
+        remedy = "Check the network and the credentials, then run again"
         raise SettingsError(place, f"does not answer ({first_line(error)})", remedy) from error
 
 

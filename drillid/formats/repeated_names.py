@@ -23,7 +23,7 @@ def first_of_repeated(columns: Sequence[str], header: Header) -> Iterator[Note]:
     for name in columns:
         if f"{name}:2" in header.columns:
             what = f"has several columns '{name}'; the first is read"
-            yield what, f"Name '{name}:2' in the rig description where the second is meant"
+            yield what, f"Name '{name}:2' in the rig description if the second is meant"
 
 
 def check_repeated_times(times: StatedTimes, wanted: Sequence[str], read: Callable[[list[str]], Any]) -> None:

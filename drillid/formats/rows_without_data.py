@@ -14,7 +14,7 @@ _LONGEST_FOOTER = 100
 """Largest number of rows with numbers but no time at a table's end; with more, the column of times is not one."""
 _MOST_APART = 20
 """Largest number of rows that are reported each; of more, the first ones and the number of the rest."""
-_REMEDY = "None needed where it is a header, a remark or a total; else correct it"
+_REMEDY = "None needed if it is a header, a remark or a total; otherwise correct it"
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class WithoutData:
     def notes(self, place: Callable[[int], str]) -> list[Note]:
         """A note for each; of very many, one for the rest."""
         told = zip(self.rows, self.texts, strict=False)
-        what = "is no row of data and is left out"
+        what = "is not a row of data and is left out"
         notes = [(f"{place(row)} {what}: '{shortened(text)}'", _REMEDY) for row, text in told]
         more = len(self.rows) - len(self.texts)
-        return [*notes, (f"{more} more rows are none of data and are left out", _REMEDY)] if more else notes
+        return [*notes, (f"{more} more rows are not rows of data and are left out", _REMEDY)] if more else notes
 
 
 def rows_without_data(

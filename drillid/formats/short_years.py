@@ -41,4 +41,4 @@ def with_long_years(cells: Any) -> tuple[Any, bool]:
 def of_short_years(column: str) -> Note:
     """A note that dates with two-digit years are read."""
     what = f"the dates in column '{column}' are read as day, month and year of two digits, from 1980 to 2079"
-    return what, "State time.format in the rig description where that is wrong"
+    return what, "State time.format in the rig description if that is wrong"

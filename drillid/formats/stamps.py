@@ -64,9 +64,9 @@ def _placed(of: StatedTimes, naive: Naive, ambiguous: bool | None) -> tuple[Stam
 
 
 def _in_milliseconds(of: StatedTimes) -> Note:
-    reason = "as within a second they go one way so, and to and fro as decimals"
+    reason = "as within a second they advance that way, and jump to and fro as decimals"
     what = f"the digits behind the seconds in column '{of.column}' are read as whole milliseconds, {reason}"
-    return what, "Write as many digits in every row where that is wrong"
+    return what, "Write as many digits in every row if that is wrong"
 
 
 def _check_timed(of: StatedTimes, since: Integers, column: Any) -> None:
@@ -192,7 +192,7 @@ def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> Lo
         fault = "does not exist there, as clocks are put forward over it"
     elif repeated.any():
         row = int(np.argmax(repeated))
-        fault = "comes twice there, as clocks are put back, and the rows do not show which of the two it is"
+        fault = "occurs twice there, as clocks are put back, and the rows do not show which of the two it is"
     else:
         what = f"the stamps cannot be placed in the time zone '{zone}' ({reason})"
         return LogError(of.places.column(of.column), what, "Correct time.zone in the rig description")

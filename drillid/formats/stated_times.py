@@ -101,16 +101,16 @@ class StatedTimes:
         zone = self.zone()
         if str(zone) != self.described.zone:
             what = f"the times in column '{self.column}' are in the zone {zone}, as its name or unit states"
-            return ((what, f"Correct the name or unit where the rig's zone, {self.described.zone}, is right"),)
+            return ((what, f"Correct the name or unit if the rig's zone, {self.described.zone}, is right"),)
         abbreviation = abbreviation_of_zone(self.column, self.places.header.units.get(self.column, ""))
         if abbreviation is not None:
             what = f"{abbreviation} at column '{self.column}' stands for several zones; its times are taken in {zone}"
-            return ((what, "State time.zone in the rig description where that is wrong"),)
+            return ((what, "State time.zone in the rig description if that is wrong"),)
         beside = offset_among(self.places.header.columns)
         if beside is None or beside in (self.column, self.date):
             return ()
         what = f"the zone in column '{beside}' is not used; the times in column '{self.column}' are taken in {zone}"
-        return ((what, "State time.zone in the rig description where that is wrong"),)
+        return ((what, "State time.zone in the rig description if that is wrong"),)
 
     def form(self) -> str | None:
         """Format or order of dates that the user states, else the file, whose unit may be 'DD/MM/YY'."""
@@ -128,7 +128,7 @@ class StatedTimes:
     def by_rows(self, decided: str) -> Note:
         """A note that the rows showed how dates are written."""
         what = f"the dates in column '{self.date or self.column}' are read as {decided}"
-        return what, "State time.format in the rig description where that is wrong"
+        return what, "State time.format in the rig description if that is wrong"
 
     def from_header(self, first: int) -> Note:
         """A note that times count from a start in the file's header, and what the first one is, ns since 1970."""
@@ -136,8 +136,11 @@ class StatedTimes:
         start = "" if header.start is None else np.datetime_as_string(header.start, "ms")
         zone = "UTC" if header.start_is_utc else self.described.zone
         row = np.datetime_as_string(np.datetime64(first, "ns"), "ms")
-        what = f"the times in column '{self.column}' count from {start} by the file's header: the first is {row} {zone}"
-        return what, "State time.start in the rig description where that is wrong"
+        what = (
+            f"the times in column '{self.column}' count from {start}, as the file's header says: "
+            f"the first is {row} {zone}"
+        )
+        return what, "State time.start in the rig description if that is wrong"
 
     def check_complete(self, column: Any) -> None:
         """Refuse a column that lacks a time."""

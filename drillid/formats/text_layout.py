@@ -273,7 +273,7 @@ def _check_points(rows: list[list[str]], names: tuple[str, ...]) -> None:
         if pointed and integers and max(map(len, integers)) <= 3:
             cells_shown = f"'{pointed[0]}' and '{integers[0]}' in column '{name}'"
             raise Unusable(
-                f"has cells such as {cells_shown}: a point of decimals or thousands?",
+                f"has cells such as {cells_shown}: is the point for decimals or thousands?",
                 "State file.decimal in the rig description: '.', or ',' where points stand between thousands",
             )
 
@@ -291,12 +291,12 @@ def _written_numbers(decimal: str | None, cells: set[str], dialect: Dialect) -> 
     if decimal == "," and dialect.decimal is None:
         example = next((cell for cell in sorted(cells) if "," in cell), "")
         what = f"numbers such as '{example}' are read with a decimal comma"
-        yield what, "State file.decimal in the rig description where that is wrong"
+        yield what, "State file.decimal in the rig description if that is wrong"
     grouped = [(cell, match[1]) for cell in sorted(cells) if (match := _GROUPED.match(cell)) is not None]
     cell, sign = next(((cell, sign) for cell, sign in grouped if sign != decimal), ("", ""))
     if decimal is not None and cell and dialect.thousands is None:
-        what = f"'{sign}' in numbers such as '{cell}' is taken to stand between thousands"
-        yield what, "State file.thousands in the rig description where that is wrong"
+        what = f"'{sign}' in numbers such as '{cell}' is taken as a thousands separator"
+        yield what, "State file.thousands in the rig description if that is wrong"
 
 
 def decimal_of(cells: set[str]) -> str | None:

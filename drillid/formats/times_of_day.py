@@ -31,7 +31,7 @@ def of_times(of: StatedTimes, column: Any) -> Naive:
     try:
         whole = column.cast(pa.timestamp("ns", "UTC" if zoned else None)).cast(pa.int64())
     except pa.ArrowInvalid as error:
-        raise LogError(of.places.column(of.column), "holds times that nanoseconds cannot hold", EXAMPLE) from error
+        raise LogError(of.places.column(of.column), "holds times that nanoseconds cannot represent", EXAMPLE) from error
     return Naive(np.asarray(whole.to_numpy()).copy(), zoned)
 
 
@@ -99,7 +99,7 @@ def _counted(of: StatedTimes, numbers: Floats) -> Naive | None:
     if not (stated or impossible) or not np.all((numbers >= 0) & (numbers < _DAY_S)):
         return None
     what = f"the times in column '{of.column}' are read as seconds of the day"
-    notes = () if stated else ((what, "Write times of day such as 06:00:00.020 where that is wrong"),)
+    notes = () if stated else ((what, "Write times of day such as 06:00:00.020 if that is wrong"),)
     return Naive(np.rint(numbers * 1e6).astype(np.int64) * 1000, False, notes)
 
 
@@ -117,10 +117,10 @@ def with_milliseconds(of: StatedTimes, naive: Naive, column: Any) -> Naive:
         row = int(np.argmin(whole))
         cell = f"row {row + 1} of it is '{shortened(column[row].as_py())}'"
         what = f"column '{of.milliseconds}' is not added to the times as their milliseconds, as {cell}"
-        return replace(naive, notes=(*naive.notes, (what, f"Correct that{of.places.in_line(row)} where it is wrong")))
+        return replace(naive, notes=(*naive.notes, (what, f"Correct that{of.places.in_line(row)} if it is wrong")))
     added = text.cast(pa.float64()).to_numpy().astype(np.int64) * 1_000_000
     what = f"the milliseconds in column '{of.milliseconds}' are added to the times in column '{of.column}'"
-    note = (what, "Rename the column where that is wrong")
+    note = (what, "Rename the column if that is wrong")
     return replace(naive, since=naive.since + added, notes=(*naive.notes, note))
 
 

@@ -193,7 +193,7 @@ class _Handler(ContentHandler):
         local = name.rpartition(":")[2]
         self.root = self.root or local
         if local in _OF_VERSION_2:
-            raise Unusable("is of version 2 of WITSML", "Export it as WITSML 1.4.1.1")
+            raise Unusable("is in version 2 of WITSML", "Export it as WITSML 1.4.1.1")
         if local == "log":
             self.number += 1
             self.log, self.seen = LogObject((self.number, 0), uid=attrs.get("uid", "")), False

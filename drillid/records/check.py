@@ -92,7 +92,7 @@ def _settings(configuration: Path) -> Settings:
     for file in dict.fromkeys(files or [configuration]):
         own = read_yaml(file)
         if not isinstance(own, Mapping | None):
-            raise SettingsError(str(file), "holds no keys with values", "Write keys with their values")
+            raise SettingsError(str(file), "holds no keys with values", "Write it as keys with values")
         content = _merged(content, own or {})
     return Settings.checked(content, configuration)
 
@@ -142,7 +142,7 @@ def _overlapping(times: Sequence[tuple[int, int, Path]]) -> Iterator[Finding]:
     end, before = -1, Path()
     for first, last, path in sorted(times):
         if last <= end:
-            what = f"lies wholly within the time of the logs up to '{names[before]}' and is not used"
+            what = f"lies entirely within the time of the logs up to '{names[before]}' and is not used"
             yield Finding(str(path), what, LIST_ONCE)
             continue
         if first <= end:

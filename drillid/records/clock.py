@@ -137,7 +137,7 @@ def place_rows(
     spacing, shift = _tick_spacing(seconds, interval)
     spacing, moved, steps = _without_steps(spacing, shift, sweep[rows], speed[rows], interval)
     if len(steps) > max(_MOST_STEPS, rows.size // _ROWS_PER_STEP):
-        what = f"its stamps jump {len(steps)} times within {rows.size} rows, more than any clock is set"
+        what = f"its stamps jump {len(steps)} times within {rows.size} rows, more often than any clock is set"
         raise LogError(where, what, "Export the log again; its time column is damaged, or rough by a third of a sample")
     seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(spacing)])
     centred = tick - np.mean(tick)
@@ -170,7 +170,7 @@ def _interval(stamps: Integers, where: str) -> float:
     if forward.size < 0.5 * steps.size or forward.size == 0:
         raise LogError(
             where,
-            "its time stamps are coarser than its samples: most rows share a stamp, and not always as many",
+            "its time stamps are coarser than its samples: most rows share a stamp, and not always the same number",
             "Export stamps with fractions of a second",
         )
     usual = float(np.median(forward))

@@ -43,7 +43,7 @@ Known = Callable[[str, Path, Callable[[], Any]], Any]
 """Returns a finding about a file (its kind, the file, what finds it) from an earlier run, or has it found."""
 
 
-LIST_ONCE = "List each log once; where this one corrects an earlier one, take that out of the sheet"
+LIST_ONCE = "List each log once; if this one corrects an earlier one, remove that from the sheet"
 LIST_APART = "List logs that do not overlap"
 """Remedies for a log that earlier ones cover entirely, or in part."""
 
@@ -135,7 +135,7 @@ class SlowLogs:
 
     def problems(self, times: Sequence[tuple[int, int]]) -> list[LogError]:
         """Slow logs that cannot be read, and those that overlap no fast log (first and last stamp of each, ns)."""
-        remedy = "List a log with the sweep at that time, or take this one out of the logs sheet"
+        remedy = "List a log with the sweep at that time, or remove this one from the logs sheet"
         used = {slow for first, last in times for slow in self._of(first, last)}
         found = list[LogError]()
         for slow in self._logs:
@@ -143,7 +143,7 @@ class SlowLogs:
             if slow.refused is not None:
                 found.append(slow.refused)
             elif slow not in used:
-                what = "holds no torque_sweep, and no log of the well that does is of its time; not used"
+                what = "holds no torque_sweep, and no log of the well that does covers its time; not used"
                 found.append(LogError(str(slow.source.path), what, remedy))
         return found
 
@@ -250,7 +250,7 @@ def joined(raw: RawChannels, slow: SlowLogs, path: Path) -> RawChannels:
             columns[name] = log.columns[name]
         if wanted:
             what = f"{', '.join(wanted)} taken from {log.path.name} at {1 / log.interval:.4g} Hz; {why}"
-            notes.append((what, "Compare the clocks of both recorders where that is wrong"))
+            notes.append((what, "Compare the clocks of both recorders if that is wrong"))
             notes += [note for note in log.notes if note not in notes]
     _check_complete(channels, path)
     return RawChannels(raw.stamps, channels, notes, columns)
@@ -293,7 +293,7 @@ def _offset_of(log: SlowLog, raw: RawChannels) -> tuple[float, str]:
             continue
         value = f"{found.seconds:+.2f} s, standard error {found.error:.2g} s"
         if abs(found.seconds) > max(log.interval, _SURE * found.error):
-            return found.seconds, f"its clock is off this log's by {value}, as {name} in both shows, which is corrected"
-        return 0.0, f"the clocks agree, as {name} in both shows ({value})"
-    reason = f"no offset shows in {' and '.join(shared)} of both" if shared else "no channel is in both"
+            return found.seconds, f"its clock is off this log's by {value}, as {name} in both logs shows; corrected"
+        return 0.0, f"the clocks agree, as {name} in both logs shows ({value})"
+    reason = f"no offset shows in {' and '.join(shared)} of both logs" if shared else "no channel is in both logs"
     return 0.0, f"{reason}, so the clocks are taken to agree"

@@ -106,7 +106,7 @@ def _chosen(path: Path, header: Header, dialect: Dialect) -> Iterator[Note]:
     others = [f"'{other.table}'" for other in headers(path, dialect) if other.table not in names_of(header)]
     if others and dialect.table is None:
         what = f"holds several tables; '{header.table}' is read, not {', '.join(others)}"
-        yield what, "State the one to read as file.table in the rig description where that is wrong"
+        yield what, "State the one to read as file.table in the rig description if that is wrong"
 
 
 def _with_unit(
@@ -120,19 +120,19 @@ def _with_unit(
             what = f"has no unit, neither in the file nor in the rig description's channel {name}"
             raise LogError(where, what, f"Add the unit to channels.{name}")
         if own_factor is None:
-            what = f"is in '{own}' by the file itself, which is no unit of {name}"
+            what = f"has the unit '{own}' in the file, which is not a unit of {name}"
             raise LogError(where, what, f"State the unit, one of the kind of {CHANNEL_UNITS[name]}, in channels.{name}")
         return MappedColumn(column.column, own), []
     described = MappedColumn(column.column, column.unit)
     if own is None or ignore:
         return described, []
-    remedy = f"Correct the unit of channels.{name}, or, where the file is wrong, state file.ignore_units: true"
-    by = f"is in '{own}' by the file itself"
+    remedy = f"Correct the unit of channels.{name}, or, if the file is wrong, state file.ignore_units: true"
+    by = f"has the unit '{own}' in the file"
     if own_factor is None:
-        what = f"column '{column.column}' {by}, which is no unit of {name}; '{column.unit}' is taken"
+        what = f"column '{column.column}' {by}, which is not a unit of {name}; '{column.unit}' is used"
         return described, [(what, remedy)]
     if abs(own_factor / to_si_factor(column.unit, CHANNEL_UNITS[name]) - 1) > _SAME_UNIT:
-        raise LogError(where, f"{by}, in '{column.unit}' by the rig description", remedy)
+        raise LogError(where, f"{by}, but '{column.unit}' in the rig description", remedy)
     return described, []
 
 
@@ -154,10 +154,10 @@ def _by_mnemonic(
         return None, []
     unit = header.units.get(found) or WITHOUT_UNIT.get(name)
     if unit is not None and _factor(unit, name) is not None:
-        what = f"{name} is taken from column '{found}' in {unit}, its mnemonic in WITS"
-        remedy = f"Map {name} under channels of the rig description where that is wrong, or state '{name}: null' there"
+        what = f"{name} is taken from column '{found}' in {unit}, named by its mnemonic in WITS"
+        remedy = f"Map {name} under channels of the rig description if that is wrong, or state '{name}: null' there"
         return MappedColumn(found, unit), [(what, remedy)]
-    what = "has no unit" if unit is None else f"is in '{unit}', which is no unit of {name}"
+    what = "has no unit" if unit is None else f"is in '{unit}', which is not a unit of {name}"
     remedy = f"Map {name} to it under channels of the rig description, with its unit"
     if name in REQUIRED_CHANNELS:
         raise LogError(f"{path}, column '{found}'", f"is {name} by its mnemonic in WITS, and {what}", remedy)
@@ -166,5 +166,5 @@ def _by_mnemonic(
 
 def _missing(name: str, header: Header, path: Path) -> LogError:
     existing = ", ".join(f"'{column}'" for column in header.columns)
-    what = f"has no column that is known to hold {name}; its columns are {existing}"
+    what = f"has no column known to hold {name}; its columns are {existing}"
     return LogError(str(path), what, f"Map one of them under channels.{name} of the rig description, with its unit")

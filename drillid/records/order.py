@@ -81,7 +81,7 @@ def sorted_if_shuffled(stamps: Integers, rows: Integers, where: str) -> tuple[In
     if shared > _SORTABLE:
         raise LogError(
             where,
-            f"its rows are in no order of time, and {100 * shared:.0f} % of its stamps are too close together to sort",
+            f"its rows are not in order of time, and {100 * shared:.0f} % of its stamps are too close together to sort",
             "Export the log in the order of time, with stamps in fractions of a second",
         )
     return ordered, int(np.sum(ordered != rows))

@@ -104,7 +104,7 @@ class Check:
 
 _DEPTHS = (
     "Correct the unit or the column of hole or bit depth in the rig description (1 m is 3.28 ft; they may be "
-    "exchanged), or leave the bit depth out"
+    "swapped), or leave the bit depth out"
 )
 _SWEEP_UNIT = "Correct the unit or the column of torque sweep or torque command in the rig description"
 _RESPONSE = "Correct the columns, units or signs of torque sweep and speed in the rig description"
@@ -122,8 +122,8 @@ CHECKS = (
         consistency.usable_frequency,
         (5.0, math.inf),
         _ANY,
-        "it is sampled too slowly: it is usable up to {value:.3g} Hz only, and what the sweep does beyond half of its "
-        "sample rate folds onto lower frequencies",
+        "it is sampled too slowly: it is usable only up to {value:.3g} Hz, and what the sweep does above half its "
+        "sample rate is aliased to lower frequencies",
         "Export the log at the rate of its recorder; torsional dynamics up to 5 Hz need at least 12.5 Hz",
         "sampling at 2.5 times the highest frequency; sweeps reach about 5 Hz",
     ),
@@ -155,7 +155,7 @@ CHECKS = (
         _ANY,
         "the depth of the hole decreases by {value:.1f} m {at}",
         "Correct the column of hole depth; it may hold the bit depth, or zeros where there is no value",
-        "a hole only gets deeper, but for corrections and side tracks",
+        "a hole only gets deeper, apart from corrections and sidetracks",
     ),
     Check(
         "hole jumps",
@@ -284,14 +284,12 @@ def possible_values(name: Channel, values: Array, column: MappedColumn, where: s
     bounds = f"{low:g} to {high:g} {unit} ({RANGES[name].reason})"
     codes = count < other and np.unique(values[wrong]).size <= _FEW_CODES
     if count <= _IMPOSSIBLE_SHARE * other or codes:
-        what = f"{count} values of {name} are outside of {bounds}, the first {first:.4g} {unit}; they are not used"
+        what = f"{count} values of {name} are outside {bounds}, the first {first:.4g} {unit}; they are not used"
         remedy = f"Leave cells of the column '{column.column}' empty where there is no value; check the sensor"
         return np.where(wrong, np.nan, values), [(what, remedy)]
     with np.errstate(over="ignore"):
         middle = float(np.median(np.abs(values[wrong])))
-    what = (
-        f"{name}, column '{column.column}' in {column.unit}, is {middle:.4g} {unit} in the median, outside of {bounds}"
-    )
+    what = f"{name}, column '{column.column}' in {column.unit}, is {middle:.4g} {unit} in the median, outside {bounds}"
     remedy = unit_remedy(name, middle, column)
     if name in REQUIRED_CHANNELS:
         raise LogError(where, what, remedy)
@@ -342,7 +340,7 @@ def unit_remedy(name: Channel, value: float, column: MappedColumn) -> str:
     unit, level = found
     return (
         f"If the column '{column.column}' holds {unit} it is {level:.4g} {si}: write unit: {unit} in the rig "
-        "description; else correct its column"
+        "description; otherwise correct its column"
     )
 
 

@@ -57,7 +57,7 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
 def shared_note(usual: int) -> tuple[str, str]:
     """A note that rows are spaced evenly, with its remedy."""
     what = f"{usual} rows share each stamp, and are spaced evenly up to the next one"
-    return what, "Export stamps with fractions of a second where the recorder has them"
+    return what, "Export stamps with fractions of a second if the recorder has them"
 
 
 def _draw_lines(

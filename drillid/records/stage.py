@@ -170,7 +170,7 @@ def _refusal(path: Path, error: Exception) -> Problem:
     return Problem(
         str(path),
         f"cannot be used ({type(error).__name__}: {message}, in {Path(place.filename).name}, line {place.lineno})",
-        "A fault of the program: report it with this log; the well's other logs are used",
+        "A fault in the program: report it with this log; the well's other logs are used",
     )
 
 
@@ -179,7 +179,7 @@ def _after(samples: xr.Dataset, end: End | None, path: Path) -> tuple[xr.Dataset
     last = None if end is None else np.datetime64(end.time, "ns")
     late = 0 if last is None else int(np.searchsorted(samples["time"].values, last, side="right"))
     if late == samples.sizes["time"]:
-        raise LogError(str(path), "lies wholly within the time of the previous logs; not used", LIST_ONCE)
+        raise LogError(str(path), "lies entirely within the time of the previous logs; not used", LIST_ONCE)
     if late == 0:
         return samples, []
     what = f"its first {late} samples overlap the previous log and are not used"
@@ -259,7 +259,7 @@ def _placed(log: dict[str, Array], ticks: Ticks, grid: Grid, path: Path) -> list
             if name in REQUIRED_CHANNELS:
                 what = f"fewer than {FEWEST_ROWS} values of {name} are left once repeated rows are taken out"
                 raise LogError(str(path), what, "Export the log again")
-            notes.append((f"{name} holds too few values and is not used", "Correct the column, or take it out"))
+            notes.append((f"{name} holds too few values and is not used", "Correct the column, or remove it"))
             del log[name]
     return notes
 

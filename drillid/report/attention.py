@@ -144,8 +144,8 @@ def _stick_slip(well: WellReport) -> list[Item]:
         return []
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
-    lead = Markup("Stick-slip threatens: turn faster, take weight off or {}.").format(remedy)
-    more = Markup("{} where a bit of the stated torque needs {}; {} of {} windows are below their limit.").format(
+    lead = Markup("Risk of stick-slip: turn faster, take weight off or {}.").format(remedy)
+    more = Markup("{} where a bit with the stated torque needs {}; {} of {} windows are below their limit.").format(
         rotation.text(risk.speed), rotation.text(risk.lowest), risk.windows, risk.judged
     )
     share = risk.windows / max(risk.judged, 1)
@@ -160,7 +160,7 @@ def _rejections(well: WellReport) -> list[Item]:
     if named:
         level, lead = NOTE, Markup("Many fits without the {} are not accepted: rely on those with it.").format(named[0])
     else:
-        level, lead = LOOK, Markup("Many fits are not accepted: look at their reasons before relying on this well.")
+        level, lead = LOOK, Markup("Many fits are not accepted: check the reasons before relying on this well.")
     return [Item(level, "Sensors and data", lead, escape(rejections_text(well)), np.nan, np.nan, share, "parameters")]
 
 
@@ -169,7 +169,7 @@ def _data_sheet(well: WellReport) -> list[Item]:
         return []
     level = LOOK if any(each.verdict == "disagrees" for each in well.deviations) else NOTE
     largest = max(abs(each.pull) for each in well.deviations)
-    lead = Markup("The data do not agree with the rig's data sheets: compare them with the rig.")
+    lead = Markup("The data do not agree with the rig's data sheets: check the sheets against the rig.")
     more = deviations_text(well.deviations)
     return [Item(level, "Data sheet", lead, more, np.nan, np.nan, largest / 100, "sheets")]
 
@@ -179,7 +179,7 @@ def _data(well: WellReport) -> list[Item]:
     if not len(rows):
         return []
     first, count = rows.iloc[0], len(rows)
-    lead = Markup("{} in the logs, mended or left out: {}.").format(
+    lead = Markup("{} in the logs, repaired or left out: {}.").format(
         "A problem" if count == 1 else f"{count} problems", "see what it was" if count == 1 else "see what they were"
     )
     more = Markup("{}{}: {}.").format("" if count == 1 else "The first: ", first["where"], first["what"])

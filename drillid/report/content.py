@@ -45,7 +45,7 @@ EXPLANATIONS = {
     frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
     "around the assembly, whirl or wall contact, or a change of formation or bit wear.",
     frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
-    "assembly other than in the tally.",
+    "assembly other than that in the tally.",
 }
 """Possible explanations of an interval, by the parameters that rose in it; the data alone do not decide."""
 

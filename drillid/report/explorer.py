@@ -91,9 +91,7 @@ class Explorer:
         tracks = [self._track(name, _axis_name(name)) for name in _TRACKS]
         tracks += [self._track(name, words) for name, words in _OPERATION.items()]
         document.title = "drillid view"
-        words = (
-            "Drag over depths in a track, or over times below, to choose windows; the spectra are those of the chosen."
-        )
+        words = "Drag over depths in a track, or over times below, to choose windows; the spectra are of those chosen."
         document.add_root(
             column(
                 row(self.first, self.second, Div(text=words, width=420)),
@@ -152,7 +150,7 @@ class Explorer:
     def _map(self) -> Any:
         chart = figure(
             height=360, width=600, y_range=self.depths, x_range=self.frequencies, x_axis_type="log", name="map",
-            title="Bit mobility of the well as controlled", tools="box_zoom,pan,wheel_zoom,reset",
+            title="Bit mobility of the well, as controlled", tools="box_zoom,pan,wheel_zoom,reset",
         )  # fmt: skip
         place = {"x": "left", "y": "top", "dw": "width", "dh": "height"}
         chart.image("image", **place, source=self.map, color_mapper=self.colours)

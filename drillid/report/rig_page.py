@@ -61,11 +61,11 @@ def common_text(group: dict[str, Any]) -> Markup:
     """What the wells of a group have in common, as a driller would say it, with size and doubt."""
     wells = f"{int(group['wells'])} wells of this {group['shared']}"
     if not isinstance(group["cause"], str):
-        return Markup("{} together show nothing that all of them have in common.").format(wells)
+        return Markup("{}, taken together, show nothing that they all have in common.").format(wells)
     cause = CATALOGUE[group["cause"]]
     size, low, high = (signed_size(group[name], cause.size.unit) for name in ("size", "size_low", "size_high"))
     others = [words_of(name) for name in str(group["verdict"]).split("|") if name != group["cause"]]
-    more = f" These data do not tell it from {' or '.join(others)}." if others else ""
+    more = f" These data cannot tell it from {' or '.join(others)}." if others else ""
     told = Markup("{} have in common that {}. {}: {} (95 % interval {} to {}); the probability is {}.{}")
     lead = headline({**group, "location_m": np.nan, "evidence": ""}, group["cause"])
     return told.format(wells, lead, capitalised(cause.size.name), size, low, high, percent(group["probability"]), more)

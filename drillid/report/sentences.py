@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 _VERDICTS = {
     "agrees": ("agrees with the rig's data sheets", "agree with the rig's data sheets"),
     "doubtful": (
-        "lies 2 to 3 standard deviations off the data sheets",
-        "lie 2 to 3 standard deviations off the data sheets",
+        "is 2 to 3 standard deviations from the data sheets",
+        "are 2 to 3 standard deviations from the data sheets",
     ),
     "disagrees": ("disagrees with the data sheets", "disagree with the data sheets"),
     "not determined by the data": ("is not determined by these data", "are not determined by these data"),

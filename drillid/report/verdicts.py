@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from drillid.arrays import Floats
     from drillid.datasets.store import WellFolders
 
-_UNKNOWN_ACTION = "Rely less on the model of these depths, and have the part of the rig that is named here inspected."
+_UNKNOWN_ACTION = "Rely less on the model at these depths, and have the part of the rig named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
 _FALLS = 0.98
@@ -77,10 +77,10 @@ class Prediction:
         )
         if self.extended < _FALLS * self.base:
             return Markup(
-                "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; its noise is {} rpm."
+                "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; the noise is {} rpm."
             ).format(moved, base, extended, noise)
         return Markup(
-            "{}A single held-out window does not show it: its error stays at {} rpm, its noise is {} rpm."
+            "{}A single held-out window does not show it: the error stays at {} rpm, the noise is {} rpm."
         ).format(moved, base, noise)
 
 
@@ -243,18 +243,25 @@ def _visible(examined: xr.Dataset) -> list[Visible]:
     ]
 
 
+def _with_article(cause: str) -> str:
+    words = words_of(cause)
+    return f"an {words}" if words[0] in "aeiou" else f"a {words}"
+
+
 def _none(row: Mapping[Any, Any], own: Sequence[SetText]) -> Markup:
     """What a clear verdict says: also how small a cause would have been seen in its sets."""
     visible = {name: [each for one in own for each in one.visible if each.cause == name] for name in _SEEN_FIRST}
     seen = [found for found in visible.values() if len(found) == len(own) and all(each.below_usual for each in found)]
-    clauses = [Markup("a {} of {}").format(words_of(found[0].cause), _range_text(found)) for found in seen[:3] if found]
+    clauses = [
+        Markup("{} of {}").format(_with_article(found[0].cause), _range_text(found)) for found in seen[:3] if found
+    ]
     would = Markup("")
     if clauses:
         would = Markup(" {} would have shown.").format(_joined(clauses, "or"))
         would = would[:1] + would[1:2].upper() + would[2:]
     if _kind(row) == "none":
         return Markup("Nothing is wrong with the simulation here.") + would
-    return Markup("Nothing is proved, although the evidence is seldom due to noise alone.") + would
+    return Markup("Nothing is proved, although noise alone seldom gives such evidence.") + would
 
 
 def _range_text(found: Sequence[Visible]) -> Markup:
@@ -278,7 +285,7 @@ def _lead(row: Mapping[Any, Any]) -> Markup:
     leads = [headline(row, name) for name in str(row["class"]).split("|")]
     if len(leads) == 1:
         return leads[0][:1].upper() + leads[0][1:] + Markup(".")
-    return Markup("One of these, which the data do not tell apart: {}.").format(Markup("; or ").join(leads))
+    return Markup("One of these, which the data cannot tell apart: {}.").format(Markup("; or ").join(leads))
 
 
 def headline(row: Mapping[Any, Any], name: str) -> Markup:
@@ -342,8 +349,8 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
         return f"The probability that nothing is wrong is {chance}."
     if kind == "unknown":
         return (
-            f"That no known cause is behind it has a probability of {chance}. This gives a place and no cause: more "
-            "windows, or the measurement advised below, may decide it."
+            f"The probability that no known cause is behind it is {chance}. This gives a place but no cause: more "
+            "windows, or the measurement advised below, may settle it."
         )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
     return f"{word}: the probability is {chance}."
@@ -364,9 +371,9 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     if own is not None and own.prediction is not None and not risen(str(row["evidence"])):
         felt = own.prediction.text + " "
     windows = int(row["held_out_windows"])
-    data = f"{windows} windows that it was not fitted to" if windows else "data that it was not fitted to"
+    data = f"{windows} windows it was not fitted to" if windows else "data it was not fitted to"
     ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
-    return felt + Markup("Log-likelihood gained on {}: {}{} a window.").format(data, digits(gain), ends)
+    return felt + Markup("Log-likelihood gained on {}: {}{} per window.").format(data, digits(gain), ends)
 
 
 def _learnt(row: Mapping[Any, Any]) -> str:
@@ -383,7 +390,7 @@ def _evidence(row: Mapping[Any, Any]) -> Markup:
     if np.isfinite(nats):
         favoured = "in favour of" if nats >= 0 else "against"
         parts.append(
-            Markup("Log Bayes factor {} {} this verdict, before it is weighed how common causes are.").format(
+            Markup("Log Bayes factor {} {} this verdict, before weighing how common causes are.").format(
                 digits(abs(nats)), favoured
             )
         )

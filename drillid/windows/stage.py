@@ -158,9 +158,9 @@ def _windows_of(
 
 def _reason(label: int, seconds: float, share: float, settings: WindowsSettings) -> str:
     if label == _REMAINDER:
-        return f"too short: {seconds:.1f} s of {settings.shortest_share * settings.length_s:.1f} s"
+        return f"too short: {seconds:.1f} s of the {settings.shortest_share * settings.length_s:.1f} s needed"
     if label == _REPAIRED:
-        return f"{100 * share:.1f} % of it interpolated or replaced, of {100 * settings.flagged_share:.1f} % allowed"
+        return f"{100 * share:.1f} % of it interpolated or replaced; {100 * settings.flagged_share:.1f} % is allowed"
     return ""
 
 

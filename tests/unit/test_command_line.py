@@ -119,7 +119,7 @@ def test_the_version_is_printed() -> None:
     [
         (["none.csv"], "none.csv: does not exist. Correct its path"),
         (["."], ".: is a folder, not a log file. Name the files in it"),
-        (["README.md", "--plot", "mobility.bmp"], "mobility.bmp: is no file of a figure. End its name in one of"),
+        (["README.md", "--plot", "mobility.bmp"], "mobility.bmp: is not a figure file. End its name in one of"),
     ],
 )
 def test_what_a_fit_cannot_use_is_refused_before_anything_is_computed(words: list[str], said: str) -> None:
@@ -133,7 +133,7 @@ def test_a_first_use_says_why_it_takes_long(tmp_path: Path, monkeypatch: pytest.
     log, rig = tmp_path / "log.csv", tmp_path / "rig.yaml"
     log.write_text("")
     result = CliRunner().invoke(app, ["fit", str(log), "--rig", str(rig)])
-    assert "compiles its kernels, once after an installation" in result.stderr
+    assert "compiling its kernels, once after installation" in result.stderr
     assert "rig.yaml" in result.stderr
 
 

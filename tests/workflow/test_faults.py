@@ -55,7 +55,7 @@ WELLS: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "Corrupt": ("b.csv", broken(lambda log: log), "has changed"),
     "NoSpeed": ("c.csv", broken(lambda log: log.assign(RPM=np.nan)), "column 'RPM' holds no values"),
     "HalfSpeed": ("d.csv", broken(holes), "rows hold no speed"),
-    "Absurd": ("e.csv", broken(lambda log: log.assign(SWEEP=log["SWEEP"] * 1e6)), "outside of -200000 to 200000 N m"),
+    "Absurd": ("e.csv", broken(lambda log: log.assign(SWEEP=log["SWEEP"] * 1e6)), "outside -200000 to 200000 N m"),
     "Short": ("f.csv", broken(lambda log: log[:1000]), "no window of steady drilling with the sweep on was found"),
     "Folder": ("g.csv", Path.mkdir, "is a folder, not a log file"),
     "Binary": ("h.csv", lambda path: path.write_bytes(bytes(range(256)) * 40), "its content is not text"),
@@ -112,7 +112,7 @@ def test_a_fault_is_a_row_that_the_report_shows(fleet: Path, well: str) -> None:
     words = WELLS[well][2]
     assert own["what"].str.contains(words, regex=False).any(), own["what"].tolist()
     assert own["remedy"].notna().all()
-    assert not own["remedy"].str.contains("A fault of the program").any(), own["what"].tolist()
+    assert not own["remedy"].str.contains("A fault in the program").any(), own["what"].tolist()
     page = (fleet / f"report/{well}.html").read_text()
     assert words in page.replace("&#39;", "'")
     assert well in (fleet / "report.html").read_text()
@@ -148,7 +148,7 @@ def test_a_log_without_permission_is_told_as_such(tmp_path: Path) -> None:
     try:
         if user == 0:
             os.seteuid(65534)
-        with pytest.raises(LogError, match=r"log\.csv: may not be read\. Ask for the permission"):
+        with pytest.raises(LogError, match=r"log\.csv: is not readable\. Ask for permission"):
             read_log(log, "Time", ["RPM"])
     finally:
         os.seteuid(user)

@@ -146,7 +146,7 @@ def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Pat
         lambda: update_mirror(results, mirror, results / "mirror.json"),
         lambda: hold_mirror(results, mirror),
     ):
-        with pytest.raises(SettingsError, match=f"{results} does not go on from that. Move {results} away"):
+        with pytest.raises(SettingsError, match=f"{results} does not continue from that. Move {results} away"):
             refused()
     hold_mirror(other, mirror)()
     assert update_mirror(other, mirror, other / "mirror.json") == Changes(0, 0)

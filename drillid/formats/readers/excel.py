@@ -28,7 +28,7 @@ _DAYS_TO_1904 = 1462
 _FIRST_DAY, _LAST_DAY = 31412, 53327
 """Days from 1904 to 1990 and to 2050."""
 _LONGEST_STEP_DAYS = 0.005
-_NO_REMEDY = "None needed where that is right; else save the workbook with days from 1900"
+_NO_REMEDY = "None needed if that is right; otherwise save the workbook with days from 1900"
 _EPOCH = datetime.datetime(1970, 1, 1)
 
 

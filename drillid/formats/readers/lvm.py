@@ -87,7 +87,7 @@ def _notes(segments: Sequence[Segment]) -> Iterator[Note]:
     """A note that appended recordings cannot be recognised, where one header without times covers all rows."""
     first = segments[0]
     if first.setting("Multi_Headings") == "no" and first.times_of(first.channels[0]) is None:
-        what = "one header and no times stand over all rows, which are read as one recording without gaps"
+        what = "all rows have one header and no times, and are read as one recording without gaps"
         yield what, "Write a header for each segment, or a column of times, where recordings are appended to the file"
 
 

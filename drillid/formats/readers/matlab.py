@@ -95,7 +95,7 @@ def _content(path: Path) -> dict[str, Any]:
     except MemoryError:
         raise
     except Exception as error:  # scipy raises whatever it meets in a damaged file
-        raise ValueError(f"it is no MATLAB file, or damaged: {error}") from error
+        raise ValueError(f"it is not a MATLAB file, or is damaged: {error}") from error
     return {
         name: _channels(value) or _simulink(value) or value
         for name, value in content.items()
@@ -170,7 +170,7 @@ def _timed(header: Header, content: Mapping[str, Any]) -> Header:
     rate = rate or 1 / interval
     note = (
         f"no column holds times; they are made of {rate:g} rows a second, as the file states",
-        ("Write a column of times where that is wrong"),
+        ("Write a column of times if that is wrong"),
     )
     return replace(
         header,

@@ -181,14 +181,14 @@ def _notes_on(waveforms: Sequence[_Waveform | None]) -> Iterator[Note]:
     apart = round((max(starts) - min(starts)) / 1e3)
     if apart:
         what = f"its channels start up to {apart} us apart, and are read as if sampled together"
-        yield what, "None needed where they were; else write groups that are sampled together into files of their own"
+        yield what, "None needed if they were; otherwise write groups that are sampled together into files of their own"
     if len(found[0].starts) > 1:
         later = [_written(start) for _, start in found[0].starts[1:]]
         more = f" and {len(later) - _MOST_STARTS} more" if len(later) > _MOST_STARTS else ""
         what = (
             f"recordings were appended, which are placed at their own starts: {', '.join(later[:_MOST_STARTS])}{more}"
         )
-        yield what, "Write a channel of times where that is wrong"
+        yield what, "Write a channel of times if that is wrong"
 
 
 def _waveform(channel: Any, changes: Sequence[tuple[int, Mapping[str, Any]]]) -> _Waveform | None:

@@ -149,7 +149,7 @@ def _without_times(header: Header, left_out: int, whole: int) -> list[Note]:
     if not left_out:
         return []
     what = f"{left_out} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
-    return [(what, "Have the sender send the items 05 and 06 in each record where these are missed")]
+    return [(what, "Have the sender send the items 05 and 06 in each record if these are missed")]
 
 
 def _of_kind(content: mmap.mmap, kind: str) -> Iterator[tuple[int, dict[str, str]]]:
@@ -175,4 +175,4 @@ def _cut_short(content: mmap.mmap) -> list[Note]:
     if begun == whole:
         return []
     what = f"{begun - whole} of {begun} records have no end and are left out"
-    return [(what, "Look at the line between sender and recorder where these are many")]
+    return [(what, "Check the line between sender and recorder if there are many")]

@@ -144,7 +144,7 @@ def _notes(table: _Table) -> list[Note]:
         return []
     listed = ", ".join(f"'{name}'" for name in table.without)
     what = f"blocks of data of the log '{table.name}' list different curves; some have no values of {listed}"
-    return [(what, "None needed where these curves were recorded for a part of the time only")]
+    return [(what, "None needed if these curves were recorded for only part of the time")]
 
 
 def read_columns(

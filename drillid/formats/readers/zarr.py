@@ -20,7 +20,7 @@ def _opened(path: Path) -> Iterator[Groups]:
     if not path.exists():
         raise FileNotFoundError(path)
     if not path.is_dir():
-        raise ValueError("it is no folder, as a zarr store is")
+        raise ValueError("it is not a folder, as a zarr store is")
     try:
         with warnings.catch_warnings():
             # stores need no consolidated metadata, and zarr's newer types are read all the same
@@ -28,11 +28,11 @@ def _opened(path: Path) -> Iterator[Groups]:
             with opened_groups(path, engine="zarr", chunks=None, create_default_indexes=False) as groups:
                 yield groups
     except FileNotFoundError as error:
-        raise ValueError(f"it is no zarr store, or damaged: {error}") from error
+        raise ValueError(f"it is not a zarr store, or is damaged: {error}") from error
     except (OSError, MemoryError, Unusable):
         raise
     except Exception as error:  # zarr and its codecs raise whatever they meet in a damaged store
-        raise ValueError(f"it is no zarr store, or damaged: {error}") from error
+        raise ValueError(f"it is not a zarr store, or is damaged: {error}") from error
 
 
 def headers(path: Path, dialect: Dialect) -> list[Header]:

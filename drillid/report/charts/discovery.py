@@ -59,7 +59,7 @@ def residual_chart(results: WellResults, number: int) -> Any:
     inside = (frequency >= results.band[0]) & (frequency <= results.band[1])
     columns = {"frequency": frequency, "base": before, "extended": after}
     data = source({name: values[inside].astype(np.float32) for name, values in columns.items()}, {})
-    title, logarithmic = "Residuals: mean square per noise variance", {"x_axis_type": "log", "y_axis_type": "log"}
+    title, logarithmic = "Residuals: mean square over noise variance", {"x_axis_type": "log", "y_axis_type": "log"}
     chart = new_chart(None, _HEIGHT, title=title, **logarithmic)
     drawn(chart, source({"y": [1.0]}, {}), HSpan(y="y", line_dash="dotted", line_width=1.5), line_color="muted")
     for name, words, colour, dash in _models(np.array_equal(before, after, equal_nan=True)):
@@ -69,7 +69,7 @@ def residual_chart(results: WellResults, number: int) -> Any:
     chart.add_tools(hover([("Base model", "@base{0.00}", ""), ("Frequency", "@frequency{0.00}", "Hz")]))
     chart.xaxis[0].update(ticker=FixedTicker(ticks=list(TICKS)))
     label_axis(chart.xaxis[0], "Frequency", unit="Hz", joint=" ")
-    label_axis(chart.yaxis[0], "1 is a right model", joint=" ")
+    label_axis(chart.yaxis[0], "1 for a correct model", joint=" ")
     legend(chart)
     return chart
 
@@ -92,19 +92,19 @@ _LAWS = (
         ("law_speed", "law_torque", "law_error"),
         ("rpm", "kN m"),
         (RPM, 1e3),
-        ("Law of the bit that was learnt", "Bit speed", "Torque about that at the mean speed"),
+        ("Learnt law of the bit", "Bit speed", "Torque relative to that at the mean speed"),
     ),
     (
         ("coupling_torque", "coupling_twist", "coupling_error"),
         ("kN m", "mrad"),
         (1e3, 1e-3),
-        ("Law of a coupling that was learnt", "Torque", "Twist less its tangent"),
+        ("Learnt law of a coupling", "Torque", "Twist less its tangent"),
     ),
     (
         ("control_speed_error", "control_torque", "control_torque_error"),
         ("rpm", "kN m"),
         (RPM, 1e3),
-        ("Law of the speed control that was learnt", "Speed error", "Torque beside that of its gains"),
+        ("Learnt law of the speed control", "Speed error", "Torque in addition to that of its gains"),
     ),
 )
 """Variables of each kind of law, its units, their sizes in SI, and title and axes."""

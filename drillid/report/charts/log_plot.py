@@ -355,13 +355,13 @@ class _Tracks:
         drawn(track, self.windows, present, line_color="muted")
         tuned = self._dots(track, "tuned_proportional", "joint", size=8, marker="diamond")
         rows = [
-            ("Proportional gain advised", "@tuned_proportional{0.000}", "proportional"),
+            ("Advised proportional gain", "@tuned_proportional{0.000}", "proportional"),
             ("at present", "@present_proportional{0.000}", "proportional"),
-            ("Integral gain advised", "@tuned_integral{0.00}", "integral"),
+            ("Advised integral gain", "@tuned_integral{0.00}", "integral"),
             ("at present", "@present_integral{0.00}", "integral"),
         ]
         track.add_tools(hover([*rows, *_place()], [tuned]))
-        label_axis(track.xaxis[0], "Gain advised", "proportional")
+        label_axis(track.xaxis[0], "Advised gain", "proportional")
         set_ticks(track, "proportional")
 
 

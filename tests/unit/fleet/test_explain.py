@@ -44,7 +44,7 @@ def test_programs_get_the_same_as_json(tmp_path: Path) -> None:
 
 
 def test_anything_else_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SettingsError, match="is no result of a stage of a well"):
+    with pytest.raises(SettingsError, match="is not a result of a stage of a well"):
         explain(tmp_path)
 
 

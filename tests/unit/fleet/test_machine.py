@@ -62,7 +62,7 @@ def test_a_full_disk_fails_the_job_with_a_row_and_the_next_run_tries_again(task:
     assert "No space left" in outcome.trace
     assert not (small_disk / "records/W1/key.json").exists()
     assert not (small_disk / "records/W1/records.zarr").exists()
-    assert "Mend disk" in collect_problems(small_disk, ["W1"])["remedy"].iloc[0]
+    assert "Fix the disk" in collect_problems(small_disk, ["W1"])["remedy"].iloc[0]
     assert process_well(task).status == "done"
 
 

@@ -97,7 +97,7 @@ def test_simulated_logs_lie_in_raw_and_are_stands_in_order() -> None:
     found = Plan(settings, {"W1": Listing("W1", Path("toy.yaml"), logs)}).simulated_logs()
     assert found == {"W1/a.csv": ("W1", 0), "W1/b.csv": ("W1", 1)}
     elsewhere = Plan(settings, {"W1": Listing("W1", Path("toy.yaml"), (Path("raw/a.csv"),))})
-    with pytest.raises(SettingsError, match="Place it in results/raw"):
+    with pytest.raises(SettingsError, match="Put it in results/raw"):
         elsewhere.simulated_logs()
 
 

@@ -344,14 +344,16 @@ SHAPES: dict[str, Shape] = {
     "header, total and remarks among the data": Shape(
         _printed,
         told=(
-            "line 12 is no row of data and is left out: 'Time, TQ",
-            "line 13 is no row of data and is left out: 'Page 2 of",
+            "line 12 is not a row of data and is left out: 'Time, TQ",
+            "line 13 is not a row of data and is left out: 'Page 2 of",
             "left out: 'Total, 12.5, 3'",
             "left out: 'End of file, 1500 rows'",
         ),
     ),
-    "workbook with total": Shape(_totalled, told=("row 12 is no row of data and is left out: 'Time,", "'Total, 3.5'")),
-    "cut in its last line": Shape(_cut, told=("is no row of data and is left out: '2025-03-03T06:00:",)),
+    "workbook with total": Shape(
+        _totalled, told=("row 12 is not a row of data and is left out: 'Time,", "'Total, 3.5'")
+    ),
+    "cut in its last line": Shape(_cut, told=("is not a row of data and is left out: '2025-03-03T06:00:",)),
     "reversed": Shape(lambda log, folder: _text("log.csv", iso)(log.iloc[::-1], folder), told=("out of order",)),
     "shuffled": Shape(
         lambda log, folder: _text("log.csv", iso)(log.sample(frac=1, random_state=1), folder), told=("out of order",)

@@ -72,7 +72,7 @@ def test_stamps_with_an_offset_become_utc(suffix: str, log: pd.DataFrame, tmp_pa
 @pytest.mark.parametrize(
     ("start", "fault"),
     [
-        ("2025-10-26T02:59:59.9", "2025-10-26 02:59:59 comes twice there, as clocks are put back"),
+        ("2025-10-26T02:59:59.9", "2025-10-26 02:59:59 occurs twice there, as clocks are put back"),
         ("2025-03-30T01:59:59.9", "2025-03-30 02:00:00 does not exist there, as clocks are put forward"),
     ],
 )
@@ -163,7 +163,7 @@ def test_an_empty_file_is_told_to_be_empty(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"log{suffix}"
     if suffix == ".zarr":
         path.mkdir()
-        with pytest.raises(LogError, match="is no zarr store"):
+        with pytest.raises(LogError, match="is not a zarr store"):
             read_log(path, "Time", ["RPM"])
         return
     path.touch()
@@ -204,7 +204,7 @@ def test_a_folder_and_binary_rubbish_are_refused(suffix: str, tmp_path: Path) ->
 
 
 def test_unknown_ending_lists_the_known_ones() -> None:
-    with pytest.raises(LogError, match=r"no known format.*\.csv, .*\.parquet.*packed as \.gz"):
+    with pytest.raises(LogError, match=r"not in a known format.*\.csv, .*\.parquet.*packed as \.gz"):
         format_of(Path("log.las2"))
     assert format_of(Path("LOG.CSV")).SUFFIXES == format_of(Path("log.csv.gz")).SUFFIXES
 
@@ -245,7 +245,7 @@ def test_a_readme_beside_the_log_in_an_archive_is_left_out_and_told(log: pd.Data
     found = read_log(path, "Time", ["RPM"])
     np.testing.assert_allclose(found.pop("RPM"), log["RPM"])
     assert [what for what, _ in found.notes] == [
-        "files of the archive are no logs by their names and are not read: 'export/ReadMe.txt'"
+        "files in the archive are not logs, judging by their names, and are not read: 'export/ReadMe.txt'"
     ]
 
 
@@ -254,14 +254,14 @@ def test_archives_of_several_logs_are_refused_with_what_to_do(log: pd.DataFrame,
     with zipfile.ZipFile(tmp_path / "logs.zip", "w") as archive:
         archive.writestr("one.csv", text)
         archive.writestr("two.csv", text)
-    with pytest.raises(LogError, match=r"is a zip file with 2 files \(one\.csv, two\.csv\).*zip each log alone"):
+    with pytest.raises(LogError, match=r"is a zip file with 2 files \(one\.csv, two\.csv\).*zip each log on its own"):
         read_log(tmp_path / "logs.zip", "Time", ["RPM"])
     for name, mode in (("logs.tar.gz", "w:gz"), ("logs.tar", "w")):
         with tarfile.open(tmp_path / name, mode) as archive:  # type: ignore[call-overload]
             member = tarfile.TarInfo("one.csv")
             member.size = len(text)
             archive.addfile(member, io.BytesIO(text))
-        with pytest.raises(LogError, match="is an archive of tar, which may hold several files"):
+        with pytest.raises(LogError, match="is a tar archive, which may hold several files"):
             read_log(tmp_path / name, "Time", ["RPM"])
 
 

@@ -144,7 +144,7 @@ def test_what_is_counted_tells_its_start_and_the_first_time(tmp_path: Path) -> N
     path = tmp_path / "log.las"
     path.write_text(LAS["continued"])
     assert [what for what, _ in read_log(path, TimeColumn(), ["TQA"]).notes][-1] == (
-        "the times in column 'ETIM' count from 2025-03-04T05:00:00.000 by the file's header: "
+        "the times in column 'ETIM' count from 2025-03-04T05:00:00.000, as the file's header says: "
         "the first is 2025-03-04T06:00:00.000 UTC"
     )
 
@@ -188,7 +188,9 @@ def test_what_is_left_out_of_las_is_told(tmp_path: Path) -> None:
 def test_a_format_by_a_unit_is_not_said_to_be_the_user_s(tmp_path: Path) -> None:
     path = tmp_path / "log.las"
     path.write_text(las("TIME.DD/MM/YY_HH:MM:SS : t", "04/03/25T06:00:{s:02d}"))
-    with pytest.raises(LogError, match=r"by the unit of column 'TIME' in the file; state another one as time\.format"):
+    with pytest.raises(
+        LogError, match=r"from the unit of column 'TIME' in the file; state another one as time\.format"
+    ):
         read_log(path, None, ["TQA"])
 
 
@@ -383,5 +385,5 @@ def test_elapsed_times_count_from_a_start_in_its_own_zone_or_the_rig_s(tmp_path:
 def test_version_2_of_witsml_is_refused_with_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "log.xml"
     path.write_text('<Log xmlns="http://www.energistics.org/energyml/data/witsmlv2"><ChannelSet/></Log>')
-    with pytest.raises(LogError, match=r"is of version 2 of WITSML\. Export it as WITSML 1\.4\.1\.1"):
+    with pytest.raises(LogError, match=r"is in version 2 of WITSML\. Export it as WITSML 1\.4\.1\.1"):
         headers(path)

@@ -29,7 +29,7 @@ WELL = "STRT.S {0} :\nSTOP.S {1} :\nSTEP.S 1 :\nDATE. 2025-03-04 : Log date\n"
 def test_seconds_of_the_day_count_from_the_header_s_date(tmp_path: Path, time: str) -> None:
     log = read_log(saved(tmp_path, las(WELL.format(21600, 21629), time, 21600)), None, ["TQ"])
     assert log.stamps[0] == np.datetime64("2025-03-04T06:00:00", "ns")
-    assert any("count from 2025-03-04T00:00:00.000 by the file's header" in what for what, _ in log.notes)
+    assert any("count from 2025-03-04T00:00:00.000, as the file's header says" in what for what, _ in log.notes)
 
 
 @pytest.mark.parametrize("first", [0, 3600])

@@ -80,6 +80,6 @@ def test_of_other_columns_of_one_name_the_first_is_read(tmp_path: Path) -> None:
     assert found.notes == [
         (
             "has several columns 'RPM'; the first is read",
-            "Name 'RPM:2' in the rig description where the second is meant",
+            "Name 'RPM:2' in the rig description if the second is meant",
         )
     ]

@@ -183,7 +183,7 @@ def test_points_of_decimals_or_of_thousands_are_a_question(tmp_path: Path) -> No
     path = tmp_path / "log.csv"
     written = [f"{each:,d}".replace(",", ".") for each in torque]
     pd.DataFrame({"Time": WHOLE, "TQ": written}).to_csv(path, sep=";", index=False)
-    with pytest.raises(LogError, match=r"'1\.000' and '950' in column 'TQ': a point of decimals or thousands"):
+    with pytest.raises(LogError, match=r"'1\.000' and '950' in column 'TQ': is the point for decimals or thousands"):
         read_log(path, None, ["TQ"])
     np.testing.assert_allclose(read_log(path, None, ["TQ"], dialect=Dialect(decimal=",")).pop("TQ"), torque)
     np.testing.assert_allclose(read_log(path, None, ["TQ"], dialect=Dialect(thousands=".")).pop("TQ"), torque)
@@ -210,7 +210,7 @@ def test_words_of_historians_among_numbers_are_missing_values(tmp_path: Path) ->
     found = read_log(saved(tmp_path / "log.csv", Time=WHOLE, TQ=torque), None, ["TQ"])
     assert np.flatnonzero(np.isnan(found.pop("TQ"))).tolist() == [0, 2, 3, 49]
     [(told, _)] = found.notes
-    assert "'No Data' (2), 'Bad Input' (2) of column 'TQ' are taken for missing values" in told
+    assert "'No Data' (2), 'Bad Input' (2) of column 'TQ' are taken as missing values" in told
     for wrong in ("No Data", "12a"):
         torque[:4] = [wrong, wrong if wrong == "12a" else "1", "2", "3"]
         path = saved(tmp_path / "log.csv", Time=WHOLE, TQ=[*torque[:49], "4"])

@@ -101,7 +101,7 @@ def test_a_unit_that_the_file_states_otherwise_is_told_and_the_description_may_b
     (folder / "good.csv").write_text(LOG.replace("DMEA\n", "DMEA\n,kN.m,rpm,ft\n", 1))
     (told,) = (each for each in findings(folder) if each.fails)
     assert told.where.endswith("good.csv, column 'DMEA'")
-    assert told.what == "is in 'ft' by the file itself, in 'm' by the rig description"
+    assert told.what == "has the unit 'ft' in the file, but 'm' in the rig description"
     (folder / "rigs/toy.yaml").write_text(RIG + "file: {ignore_units: true}\n")
     assert not any(each.fails for each in findings(folder))
 
@@ -122,7 +122,7 @@ def test_logs_that_others_leave_nothing_of_or_not_all_are_told(folder: Path) -> 
     with (folder / "logs.tsv").open("a") as sheet:
         sheet.writelines(f"34/10-A-12 H\t{folder}/{name}.csv\n" for name in ("resent", "later"))
     told = [(Path(each.where).name, each.what, each.fails) for each in findings(folder) if "time of" in each.what]
-    assert told == [("resent.csv", "lies wholly within the time of the logs up to 'good.csv' and is not used", True)]
+    assert told == [("resent.csv", "lies entirely within the time of the logs up to 'good.csv' and is not used", True)]
     (part,) = (each for each in findings(folder) if "before the end of 'good.csv'" in each.what)
     assert (Path(part.where).name, part.fails) == ("later.csv", False)
 

@@ -83,9 +83,9 @@ def test_depth_from_a_slow_log_is_joined_with_the_offset_of_its_clock(ahead: flo
         found = float(told.split(" by ")[1].split(" s,")[0])
         error = float(told.split("standard error ")[1].split(" s,")[0])
         assert abs(found - ahead) < 4 * error < 0.5
-        assert "which is corrected" in told
+        assert "in both logs shows; corrected" in told
     else:
-        assert "the clocks agree, as speed in both shows" in told
+        assert "the clocks agree, as speed in both logs shows" in told
 
 
 def test_where_no_channel_is_in_both_logs_the_clocks_are_taken_to_agree_and_that_is_told(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_where_no_channel_is_in_both_logs_the_clocks_are_taken_to_agree_and_that
     slow = save(slow_log(log).drop(columns="Speed"), tmp_path / "a_depth.csv")
     joined, problems = run(tmp_path, fast, slow)
     assert np.isfinite(joined["hole_depth"][100:-100]).all()
-    assert any("no channel is in both, so the clocks are taken to agree" in problem.what for problem in problems)
+    assert any("no channel is in both logs, so the clocks are taken to agree" in problem.what for problem in problems)
 
 
 def test_several_slow_logs_supply_what_each_fast_log_lacks(tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_what_cannot_be_joined_is_told(tmp_path: Path) -> None:
     _, problems = run(tmp_path / "one", whole, later, tmp_path / "broken_depth.csv")
     told = {Path(problem.where.split(",")[0]).name: problem.what for problem in problems}
     assert told["broken_depth.csv"] == "'noon' is not a time"
-    assert "no log of the well that does is of its time; not used" in told["later_depth.csv"]
+    assert "no log of the well that does covers its time; not used" in told["later_depth.csv"]
     lacking = save(log[FAST], tmp_path / "fast.csv")
     with pytest.raises(FileNotFoundError):
         run(tmp_path / "two", lacking, later)

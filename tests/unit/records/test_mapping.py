@@ -54,7 +54,7 @@ def test_channels_that_are_not_named_are_taken_by_their_mnemonics_in_wits(tmp_pa
         "hook_load": 1112055.0,
     }
     assert held == pytest.approx(expected, rel=1e-4)
-    assert "speed is taken from column 'RPMA' in rpm, its mnemonic in WITS" in notes
+    assert "speed is taken from column 'RPMA' in rpm, named by its mnemonic in WITS" in notes
     assert len(notes) == len(expected) - 1
 
 
@@ -72,7 +72,7 @@ def test_a_mnemonic_without_unit_or_without_numbers_is_told_and_not_used(tmp_pat
     assert raw.channels.keys() == CHANNELS.keys()
     told = [
         "but has no unit; it is not used",
-        "but is in 'kN', which is no unit of standpipe_pressure",
+        "but is in 'kN', which is not a unit of standpipe_pressure",
         "'n/a!' is not",
     ]
     for what in told:
@@ -83,7 +83,7 @@ def test_a_needed_channel_that_only_its_mnemonic_shows_must_have_a_unit(tmp_path
     own = {name: CHANNELS[name] for name in ("torque_sweep", "speed")}
     with pytest.raises(LogError, match=r"column 'DMEA': is hole_depth by its mnemonic in WITS, and has no unit"):
         channels(written(tmp_path, "Time,SWEEP,RPM,DMEA"), rig(channels=own))
-    with pytest.raises(LogError, match=r"no column that is known to hold hole_depth; its columns are 'Time', 'SWEEP'"):
+    with pytest.raises(LogError, match=r"no column known to hold hole_depth; its columns are 'Time', 'SWEEP'"):
         channels(written(tmp_path, "Time,SWEEP,RPM,D"), rig(channels=own))
 
 
@@ -97,7 +97,7 @@ def test_units_are_the_files_own_where_the_description_is_silent(tmp_path: Path)
     with pytest.raises(LogError, match="has no unit, neither in the file nor in the rig description's channel torque"):
         channels(written(tmp_path, "Time,SWEEP,RPM,DMEA"), rig(channels=own))
     with pytest.raises(
-        LogError, match="column 'SWEEP': is in 'bar' by the file itself, which is no unit of torque_sweep"
+        LogError, match="column 'SWEEP': has the unit 'bar' in the file, which is not a unit of torque_sweep"
     ):
         channels(written(tmp_path, "Time,SWEEP (bar),RPM (rpm),DMEA (m)"), rig(channels=own))
 
@@ -105,7 +105,9 @@ def test_units_are_the_files_own_where_the_description_is_silent(tmp_path: Path)
 def test_a_unit_of_another_kind_in_the_file_is_told_and_the_described_one_taken(tmp_path: Path) -> None:
     raw, notes = channels(written(tmp_path, "Time,SWEEP (bar),RPM,DMEA"), rig())
     assert raw.channels["torque_sweep"][0] == pytest.approx(1500.0)
-    assert notes == ["column 'SWEEP' is in 'bar' by the file itself, which is no unit of torque_sweep; 'kN m' is taken"]
+    assert notes == [
+        "column 'SWEEP' has the unit 'bar' in the file, which is not a unit of torque_sweep; 'kN m' is used"
+    ]
 
 
 def test_whatever_a_reader_decides_is_told(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ QUESTIONED = {
         ["the speed does not move with the sweep"],
         "columns",
     ),
-    "a log of 1 Hz": (LOG.iloc[::50], RIG, ["usable up to 0.4 Hz only"], "at the rate of its recorder"),
+    "a log of 1 Hz": (LOG.iloc[::50], RIG, ["usable only up to 0.4 Hz"], "at the rate of its recorder"),
     "bit a little too deep": (LOG.assign(BIT=LOG["BIT"] + 40), RIG, ["the bit is 12.2 m below"], "1 m is 3.28 ft"),
     "bit a little too shallow": (
         LOG.assign(BIT=LOG["BIT"] - 40),
@@ -129,7 +129,7 @@ REFUSED = {
     "a negative depth": (
         LOG.assign(HOLE=-LOG["HOLE"]),
         RIG,
-        "hole_depth, column 'HOLE' in ft, is 200.* outside of -50",
+        "hole_depth, column 'HOLE' in ft, is 200.* outside -50",
     ),
     "a hole as fast as a fall": (
         LOG.assign(HOLE=LOG["HOLE"] + LOG.index * 0.05, BIT=LOG["BIT"] + LOG.index * 0.05),

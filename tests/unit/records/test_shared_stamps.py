@@ -75,7 +75,7 @@ def test_irregular_numbers_of_rows_are_refused() -> None:
     counts = random.integers(1, 20, 300)
     stamps = START.value + np.repeat(np.arange(counts.size), counts) * 10**9
     at = np.arange(stamps.size) / 10
-    with pytest.raises(LogError, match="coarser than its samples: most rows share a stamp, and not always as many"):
+    with pytest.raises(LogError, match="than its samples: most rows share a stamp, and not always the same number"):
         place_rows(stamps, sweep_at(at), np.sin(at))
 
 

@@ -96,7 +96,7 @@ def test_a_fault_of_the_program_with_one_log_is_its_row_and_the_others_go_on(
     assert problems[1].what.startswith(
         "cannot be used (ZeroDivisionError: integer division or modulo by zero, in stage.py, "
     )
-    assert all("fault of the program" in problem.remedy for problem in problems)
+    assert all("fault in the program" in problem.remedy for problem in problems)
 
 
 @pytest.mark.parametrize("error", [OSError("no space left on device"), MemoryError()])
@@ -119,7 +119,7 @@ def test_overlapping_logs_are_used_once(tmp_path: Path) -> None:
     assert records.sizes["time"] == 2500
     assert (np.diff(records["time"].values) > np.timedelta64(0)).all()
     assert any("500 samples overlap" in problem.what for problem in problems)
-    assert any("wholly within" in problem.what for problem in problems)
+    assert any("entirely within" in problem.what for problem in problems)
 
 
 def test_another_rate_is_refused(tmp_path: Path) -> None:

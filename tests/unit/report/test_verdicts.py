@@ -84,14 +84,14 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     assert words.size == "Time constant: 49.4 ms (95 % interval 48.9 ms to 49.9 ms)."
     assert words.doubt.startswith("Clear: the probability is above 99 %.")
     assert "changes the predicted speed of the top drive by 0.15 rpm." in words.gain
-    assert "the error of the predicted speed falls from 0.21 to 0.12 rpm; its noise is 0.10 rpm." in words.gain
-    assert "12 windows that it was not fitted to: 339 (90 % interval 310 to 368) a window" in words.gain
+    assert "the error of the predicted speed falls from 0.21 to 0.12 rpm; the noise is 0.10 rpm." in words.gain
+    assert "12 windows it was not fitted to: 339 (90 % interval 310 to 368) per window" in words.gain
 
 
 def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
     noisy = replace(SET, prediction=Prediction(0.605, 0.611, 0.61, 0.1))
     assert (
-        "does not show it: its error stays at 0.60 rpm, its noise is 0.61 rpm" in verdict_text(row(LAG), [noisy]).gain
+        "does not show it: the error stays at 0.60 rpm, the noise is 0.61 rpm" in verdict_text(row(LAG), [noisy]).gain
     )
 
 
@@ -109,7 +109,7 @@ def test_the_evidence_is_apart_from_base_rates() -> None:
 def test_a_class_has_what_all_its_members_would_be() -> None:
     both = replace(LAG, verdict="drive_lag|clock_offset")
     words = verdict_text(row(both))
-    assert words.lead.startswith("One of these, which the data do not tell apart: the drive answers 49.4 ms late")
+    assert words.lead.startswith("One of these, which the data cannot tell apart: the drive answers 49.4 ms late")
     assert CATALOGUE["clock_offset"].meaning in words.lead
     assert "Time constant, if it is drive lag: 49.4 ms" in words.size
 
@@ -133,7 +133,7 @@ def test_something_unknown_has_its_place_and_its_probability() -> None:
     doubtful = verdict_text(row(Verdict("unknown", "drive", 0.12, 1000.0, 1100.0, evidence=evidence)))
     assert doubtful.lead == "Something may be wrong whose cause is not proved yet: in the part called drive."
     assert "Linear responses, p-value 1e-05; drive lag would fit" in doubtful.evidence
-    assert "probability of 12 %" in doubtful.doubt
+    assert "behind it is 12 %" in doubtful.doubt
 
 
 def test_of_sets_that_name_the_same_the_last_is_told() -> None:

@@ -86,9 +86,9 @@ def test_a_stand_that_follows_a_connection_in_one_log_loses_no_window(tmp_path: 
 def test_a_gap_parts_windows_and_every_piece_has_its_reason(tmp_path: Path) -> None:
     found, table, _, _ = run(tmp_path, drilling(50).drop(index=range(700, 950)))
     assert rows(table) == [
-        ("drilling", 14.0, 0, "too short: 14.0 s of 20.0 s"),
+        ("drilling", 14.0, 0, "too short: 14.0 s of the 20.0 s needed"),
         ("unknown", 5.0, 0, "gap of 5.0 s"),
-        ("drilling", 11.0, 0, "too short: 11.0 s of 20.0 s"),
+        ("drilling", 11.0, 0, "too short: 11.0 s of the 20.0 s needed"),
         ("drilling", 20.0, 1, ""),
     ]
     assert found["first_sample"].values.tolist() == [1500]
@@ -141,7 +141,7 @@ def test_a_change_of_set_point_parts_windows(tmp_path: Path) -> None:
     log[["SET", "RPM"]] += np.where(log.index >= 1300, 20.0, 0.0)[:, None]
     found, table, _, _ = run(tmp_path, log)
     assert found["first_sample"].values.tolist() == [300, 1500]
-    changed = "too short: {} s of 20.0 s; the set point of the speed changed"
+    changed = "too short: {} s of the 20.0 s needed; the set point of the speed changed"
     assert rows(table) == [
         ("drilling", 6.0, 0, changed.format("6.0")),
         ("drilling", 20.0, 1, ""),
@@ -164,7 +164,7 @@ def test_too_many_mended_samples_refuse_a_window(tmp_path: Path) -> None:
     found, table, _, _ = run(tmp_path, log.drop(index=range(5, 900, 20)))
     assert found["first_sample"].values.tolist() == [1000]
     assert rows(table) == [
-        ("drilling", 20.0, 0, "4.5 % of it interpolated or replaced, of 2.0 % allowed"),
+        ("drilling", 20.0, 0, "4.5 % of it interpolated or replaced; 2.0 % is allowed"),
         ("drilling", 20.0, 1, ""),
     ]
 
@@ -207,7 +207,7 @@ def test_without_bit_depth_the_bit_of_a_window_is_at_the_bottom(tmp_path: Path) 
 def test_overlapping_windows(tmp_path: Path) -> None:
     found, table, _, _ = run(tmp_path, drilling(45), overlap=0.5)
     assert found["first_sample"].values.tolist() == [250, 750, 1250]
-    assert rows(table) == [("drilling", 5.0, 0, "too short: 5.0 s of 20.0 s"), ("drilling", 40.0, 3, "")]
+    assert rows(table) == [("drilling", 5.0, 0, "too short: 5.0 s of the 20.0 s needed"), ("drilling", 40.0, 3, "")]
 
 
 def test_all_recorded_time_is_in_one_row_each(tmp_path: Path) -> None:
