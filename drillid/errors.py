@@ -53,7 +53,7 @@ class DamageError(DatasetError):
 
     def __init__(self, where: str, what: str, stage: str) -> None:
         self.stage = stage
-        super().__init__(where, what, "The next run will make it again")
+        super().__init__(where, what, "The next run makes it again")
 
 
 class EstimationError(DrillidError):
