@@ -42,7 +42,7 @@ def test_what_is_sound_is_read(store: Path) -> None:
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_missing_chunk_is_damage_and_no_fill_value(store: Path, number: int) -> None:
     chunk(store, number).unlink()
-    with pytest.raises(DamageError, match=rf"a/c/{number}: is missing\. The next run will make it again"):
+    with pytest.raises(DamageError, match=rf"a/c/{number}: is missing\. The next run makes it again"):
         read(store, slice(None))
     with pytest.raises(DamageError, match="is missing"):
         check(store, "fits")
