@@ -14,9 +14,9 @@ from benchmarks.blind.scores import (
 )
 
 _COVERAGE = 0.95
-"""Of intervals that hold the truth as often as they state."""
+"""Share of the intervals that hold the truth, where they do so as often as they state."""
 _DRAWS = 9
-"""Of which verdicts are true, if each is as often as its probability states; the median counts."""
+"""Number of times that the truth of all verdicts is drawn; the median of the limits counts."""
 _CALIBRATION = {"calibration_error": calibration_error, "calibration_error_family": calibration_error_family}
 
 
@@ -33,9 +33,9 @@ def at_best(table: pd.DataFrame) -> dict[str, float]:
         right = round(_COVERAGE * cases) if name == "coverage95" else cases
         found[f"{name}_low"] = lower_limit(right, cases)
         found[f"{name}_high"] = upper_limit(right if name == "coverage95" else 0, cases)
+    tables = [_with_true_probabilities(table, seed) for seed in range(_DRAWS)]
     for name, score in _CALIBRATION.items():
-        drawn = [resampled(_with_true_probabilities(table, seed), score)[1] for seed in range(_DRAWS)]
-        found[f"{name}_high"] = float(np.median(drawn))
+        found[f"{name}_high"] = float(np.median([resampled(drawn, score)[1] for drawn in tables]))
     return {name: value for name, value in found.items() if name in TARGETS}
 
 

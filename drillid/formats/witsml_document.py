@@ -229,13 +229,15 @@ class _Handler(ContentHandler):
             log = self.log = replace(log, place=(number, block + 1), units=[])
             self.seen = False
         if element == "data":
-            self.rows += [text] if self.lines else []
+            if self.lines:
+                self.rows.append(text)
         elif element == "log":
             if self.rows or not self.seen:
                 self._hand_over(log)
             self.log = None
         elif element == "logCurveInfo":
-            log.curves += [] if self.curve is None else [self.curve]
+            if self.curve is not None:
+                log.curves.append(self.curve)
             self.curve = None
         elif self.curve is not None:
             _fill_curve(self.curve, element, text)

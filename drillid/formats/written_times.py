@@ -171,6 +171,8 @@ def parse_one(text: str) -> Written | None:
     """A single text as a column of one row; None where it is not a time, or unclear about day and month."""
     import pyarrow as pa
 
+    if not text:
+        return None
     try:
         found = parse(pa.chunked_array([[text]]))
     except UnclearDate:
