@@ -240,3 +240,11 @@ def composed(value: Array, parts: Sequence[tuple[Array, Any]]) -> Any:
         return value
     each = [(slope * _aligned(argument.tangents, value.ndim), argument.indices) for slope, argument in duals]
     return Dual(value, *reduce(lambda total, part: _summed(*total, *part), each), duals[0][1].parameters)
+
+
+def unstacked(stack: Any) -> list[Any]:
+    """The entries along the first axis of an array, or of a Dual whose tangents have its value's shape."""
+    if not isinstance(stack, Dual):
+        return list(stack)
+    entries = zip(stack.value, np.moveaxis(stack.tangents, 1, 0), strict=True)
+    return [Dual(value, tangents, stack.indices, stack.parameters) for value, tangents in entries]

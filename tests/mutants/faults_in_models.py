@@ -37,7 +37,7 @@ IN_MODELS = (
     ),
     Fault(
         "physics",
-        "drillid/physics/held_control.py",
+        "drillid/physics/held_kernel.py",
         "spread, skewed = part * (1 - part), 1 - 2 * part",
         "spread, skewed = part * (1 - part), 2 * part - 1",
         ("tests/truth/physics/test_held_control.py",),

@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
+
 from drillid.discrepancy.detectors.detector import Detector
 from drillid.discrepancy.rules import BOUND_REACHED
 from drillid.physics.dual_numbers import vanishes
 from drillid.physics.equipment import Controller, DrillingSystem, Section, TopDrive
-from drillid.physics.held_control import NO_FILTERS, Filters, filters_between, read_and_kept
+from drillid.physics.held_control import Filters, read_and_kept
 from drillid.physics.responses import command_mobility
 from drillid.physics.sensor import Recording
-from drillid.physics.top_drive import control, drive
+from drillid.physics.top_drive import control
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,7 @@ class WindowModel:
         if vanishes(interval):
             return self
         top_drive, recording = self.system.top_drive, self.recording
-        filters = self._filters(read=True), self._filters(read=False)
-        read, later = read_and_kept(interval, top_drive.delay, recording.clock_offset, *filters)
+        read, later = read_and_kept(interval, top_drive.delay, recording.clock_offset, self._filters())
         variance = top_drive.hold_variance + read[0]
         top_drive = replace(top_drive, hold_variance=variance, hold_skewness=read[1], hold_higher=read[2:])
         variance = recording.hold_variance + later[0]
@@ -54,19 +55,14 @@ class WindowModel:
         system = replace(self.system, top_drive=top_drive)
         return replace(self, system=system, recording=recording, control_interval=0.0)
 
-    def _filters(self, *, read: bool) -> Filters:
-        """Filters from the command of the control to the speed that it reads, or to that which is recorded."""
+    def _filters(self) -> Filters:
         top_drive, recording = self.system.top_drive, self.recording
-        speed_filter = top_drive.controller.speed_filter
-        own = top_drive.lag, top_drive.delay_jitter
-        then = (speed_filter,) if read else (recording.clock_jitter,)
-        if (read or not recording.has_filter) and all(vanishes(part) for part in (*own, *then)):
-            return NO_FILTERS
-        top_drive = replace(top_drive, delay=0.0, hold_variance=0.0, gain=1.0, shaping=None)
-        if read:
-            return filters_between(lambda s: drive(top_drive, s) / (1 + s * speed_filter), self.control_interval)
-        record = replace(recording, clock_offset=0.0, hold_variance=0.0, scale=1.0, shaping=None)
-        return filters_between(lambda s: drive(top_drive, s) * record.transfer(s), self.control_interval)
+        jitter, clock_jitter = top_drive.delay_jitter, recording.clock_jitter
+        corner_time = 1 / (2 * np.pi * recording.filter_frequency)
+        variances = jitter * jitter, clock_jitter * clock_jitter
+        return Filters(
+            top_drive.lag, top_drive.controller.speed_filter, *variances, corner_time, recording.filter_order
+        )
 
     def _with_bit_damping(self, more: Any) -> DrillingSystem:
         bit = self.system.bit

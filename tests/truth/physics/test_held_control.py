@@ -7,13 +7,13 @@ import pytest
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import NO_FILTERS, Cumulants, Filters, filters_between, read_and_kept
+from drillid.physics.held_control import Cumulants, Filters, read_and_kept
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
 
 
-def cumulants(interval: Any, delay: Any, filters: Filters = NO_FILTERS) -> Cumulants:
+def cumulants(interval: Any, delay: Any, filters: Filters = Filters()) -> Cumulants:
     """What a command adds to its delay that is held and then read."""
     return read_and_kept(interval, delay, 0.0, filters)[0]
 
@@ -72,25 +72,27 @@ def test_a_filter_before_the_reading_moves_and_weakens_what_is_folded(part: floa
     # from there on the pulse has its final value, less what the filter still holds back
     last = z**-59.0 / (1 - 1 / z)
     exact = response + (pulse[-1] * last / z)
-    filters = filters_between(lambda s: 1 / (1 + s * time_constant), interval)
-    held = top_drive(delay, cumulants(interval, delay, filters))
+    held = top_drive(delay, cumulants(interval, delay, Filters(lag=time_constant)))
     np.testing.assert_allclose(drive(held, s) / (1 + s * time_constant) / s, exact, rtol=5e-4)
 
 
-@pytest.mark.parametrize("is_filtered", [False, True])
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@pytest.mark.parametrize("filters", [(0.0,) * 5, (0.008, 0.003, 1e-5, 5e-6, 0.006)])
 @pytest.mark.parametrize("delay", [0.047, 0.061])
-def test_the_derivatives_of_the_cumulants_are_their_differences(delay: float, is_filtered: bool) -> None:
-    interval, step = 0.03, 1e-7
+def test_the_derivatives_of_the_cumulants_are_their_differences(
+    delay: float, filters: tuple[float, ...], order: int
+) -> None:
+    at, steps = np.array([0.03, delay, 0.004, *filters]), np.array([1e-7] * 5 + [1e-9] * 2 + [1e-7])
 
-    def of(interval: Any, delay: Any) -> tuple[Any, ...]:
-        filters = filters_between(lambda s: 1 / (1 + 0.008 * s), interval) if is_filtered else NO_FILTERS
-        return cumulants(interval, delay, filters)[:2]
+    def of(interval: Any, delay: Any, offset: Any, *filters: Any) -> tuple[Any, ...]:
+        read, later = read_and_kept(interval, delay, offset, Filters(*filters, order))
+        return *read[:2], *later[:2]
 
-    slopes = of(Dual(interval, [1.0, 0.0]), Dual(delay, [0.0, 1.0]))
-    of_interval = np.subtract(of(interval + step, delay), of(interval - step, delay)) / (2 * step)
-    of_delay = np.subtract(of(interval, delay + step), of(interval, delay - step)) / (2 * step)
-    for cumulant, *expected in zip(slopes, of_interval, of_delay, strict=True):
-        np.testing.assert_allclose(cumulant.full_tangents(), expected, rtol=1e-5)
+    slopes = of(*(Dual(value, direction) for value, direction in zip(at, np.eye(at.size), strict=True)))
+    sides = [np.subtract(of(*(at + step)), of(*(at - step))) for step in np.diag(steps)]
+    for cumulant, expected in zip(slopes, np.array(sides).T / (2 * steps), strict=True):
+        found = cumulant.full_tangents()
+        np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
 
 
 def test_the_cumulants_have_no_steps() -> None:
