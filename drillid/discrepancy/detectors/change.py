@@ -36,7 +36,8 @@ class ChangeDetector(Detector):
         """Derivative of the response with respect to the parameter, times the parameter's change so far."""
         residual = inspection.residual
         derivative = residual.response_to_sweep(residual.derivatives[self.parameter])
-        change = jump(residual, CHANGES) if self.jumps else (residual.elapsed - 0.5)[None]
+        duration = residual.samples / residual.record.rate
+        change = jump(residual.elapsed, duration, CHANGES) if self.jumps else (residual.elapsed - 0.5)[None]
         return Candidate(name, change * derivative, one_sided=self.one_sided)
 
     @classmethod

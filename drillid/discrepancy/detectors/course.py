@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import irfft, rfft
 from scipy.special import chdtrc, ndtr
 
-from drillid.arrays import Floats
+from drillid.arrays import Complex, Floats
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Score, block_starts, normal_of_p_value
 from drillid.physics.eight_parameters import command_mobility_with_derivatives
@@ -60,7 +60,7 @@ class Course(NamedTuple):
     others: Floats
     """(7,) the model's other parameters."""
     residual: Floats
-    """Whitened residual speed (samples,)."""
+    """Whitened residual speed (whitened samples,)."""
 
     @property
     def penalised_cost(self) -> float:
@@ -102,12 +102,16 @@ class ChangingWindow:
         self.residual, self.parameter = residual, parameter
         self.fitted = residual.record.fitted
         self.level = max(float(self.fitted[parameter]), _LOWEST)
-        # lines beyond the band are zero, as an inverse transform takes those that it is not given
-        lines = slice(int(np.flatnonzero(residual.inside)[-1]) + 1)
-        self.s = residual.s[lines]
-        self.spectrum = rfft(residual.sweep - residual.sweep.mean())[lines] * residual.inside[lines]
         speed = residual.speed - residual.subtracted
         self.measured = residual.weighted(speed - speed.mean())
+        # all else is computed at the times of whitened series
+        self.samples, self.duration = residual.whitened_samples, residual.samples / residual.record.rate
+        self.elapsed = np.arange(self.samples) / self.samples + 0.5 / residual.samples
+        self.taper = np.interp(self.elapsed, residual.elapsed, residual.taper)
+        fewer = self.samples / residual.samples
+        self.s, self.weight = residual.s[: residual.lines], residual.weight / fewer
+        sweep = rfft(residual.sweep - residual.sweep.mean()) * residual.inside
+        self.spectrum = sweep[: residual.lines] * fewer
         self.others = np.delete(np.arange(SCALES.size), parameter)
 
     def course(self, detected: Score, *, jumps: bool) -> Course:
@@ -127,7 +131,7 @@ class ChangingWindow:
         change[:2] = -self.level, self.level
         direction = np.linalg.pinv(slopes.T @ slopes) @ change
         stationary = float(change @ direction)
-        spread = max(_variance(slopes @ direction, best.fun, self.residual) / stationary, 1.0)
+        spread = max(self._variance(slopes @ direction, best.fun) / stationary, 1.0)
         unchanged = min(self.unchanged, self._constant(float(best.x[:2].mean()), best.x[count:]))
         gain = max(unchanged - float(best.cost), 0.0) / spread
         size, error = float(best.x[1] - best.x[0]), float(np.sqrt(spread * stationary))
@@ -144,6 +148,10 @@ class ChangingWindow:
         knots = np.linspace(0.0, 1.0, _KNOTS)
         values = begin + (end - begin) * (course.values[2] < knots if course.jumps else knots)
         return float(self._least(np.append(values, course.others), _KNOTS).cost)
+
+    def _variance(self, column: Floats, error: Floats) -> float:
+        """Variance of a fitted value, robust to heteroscedasticity by sums over blocks of the record (White 1980)."""
+        return float(np.sum(np.add.reduceat(column * error, block_starts(self.residual, self.samples)) ** 2))
 
     def _constant(self, value: float, others: Floats) -> float:
         return float(self._least(np.append(value, others), 1).cost)
@@ -178,7 +186,7 @@ class ChangingWindow:
         )
 
     def _residual(self, values: Floats, count: int) -> tuple[Floats, Floats]:
-        """Whitened residual (samples,) and its derivatives (samples, values).
+        """Whitened residual (whitened samples,) and its derivatives (whitened samples, values).
 
         Parameters
         ----------
@@ -186,36 +194,44 @@ class ChangingWindow:
             and end of a linear change; three, before and after a jump and its moment; or those at the knots of a free
             course
         """
-        residual = self.residual
         weights, shares = self._interpolation(values[:count])
         places = shares @ values[: shares.shape[1]]
         points = np.empty((places.size, SCALES.size))
         points[:, self.others] = values[count:]
         points[:, self.parameter] = places
-        mobility, slopes = command_mobility_with_derivatives(points, residual.record.known, self.s)
-        responses = irfft(mobility * self.spectrum, residual.samples)
-        own = weights * irfft(slopes[:, self.parameter] * self.spectrum, residual.samples)
-        columns = [shares.T @ own]
+        mobility, slopes = command_mobility_with_derivatives(points, self.residual.record.known, self.s)
+        responses = self._response(mobility)
+        columns = [shares.T @ (weights * self._response(slopes[:, self.parameter]))]
         if count == 3:
-            columns.append(_jump_slope(residual, values[2]) * (responses[1] - responses[0])[None])
-        columns.append(
-            np.stack([(weights * irfft(slopes[:, k] * self.spectrum, residual.samples)).sum(0) for k in self.others])
-        )
-        error = self.measured - residual.weighted((weights * responses).sum(axis=0))
-        return error, -residual.weighted(np.concatenate(columns)).T
+            columns.append(self._jump_slope(values[2]) * (responses[1] - responses[0])[None])
+        columns.append(np.stack([(weights * self._response(slopes[:, k])).sum(axis=0) for k in self.others]))
+        error = self.measured - self._weighted((weights * responses).sum(axis=0))
+        return error, -self._weighted(np.concatenate(columns)).T
+
+    def _response(self, mobility: Complex) -> Floats:
+        """Response (..., whitened samples) to the sweep, rad/s."""
+        return np.asarray(irfft(mobility * self.spectrum, self.samples), dtype=float)
+
+    def _weighted(self, series: Floats) -> Floats:
+        """A series (..., whitened samples) whitened as `ResidualRecord.weighted` would."""
+        return self.residual.of_band(rfft(series * self.taper)[..., : self.s.size] * self.weight)
 
     def _interpolation(self, course: Floats) -> tuple[Floats, Floats]:
         """Weights (K, samples) of the responses at K values of the parameter, and these values' shares (K, n) of the
         course's own.
         """
-        residual = self.residual
         if course.size == 1:
-            return np.ones((1, residual.samples)), np.ones((1, 1))
+            return np.ones((1, self.samples)), np.ones((1, 1))
         if course.size == 3:
-            after = jump(residual, course[2:])[0]
+            after = jump(self.elapsed, self.duration, course[2:])[0]
             return np.stack([1 - after, after]), np.eye(2)
         places = np.linspace(0.0, 1.0, _INTERPOLATED)
-        return _hats(residual.elapsed, _INTERPOLATED), _hats(places, course.size).T
+        return _hats(self.elapsed, _INTERPOLATED), _hats(places, course.size).T
+
+    def _jump_slope(self, moment: float) -> Floats:
+        """Derivative of a smoothed step to its moment, (whitened samples,)."""
+        earlier, later = jump(self.elapsed, self.duration, moment + np.array([-_MOMENT_STEP, _MOMENT_STEP]))
+        return np.asarray((later - earlier) / (2 * _MOMENT_STEP), dtype=float)
 
 
 def _hats(places: Floats, count: int) -> Floats:
@@ -224,18 +240,7 @@ def _hats(places: Floats, count: int) -> Floats:
     return np.asarray(np.maximum(1 - np.abs(places - knots[:, None]) * (count - 1), 0.0), dtype=float)
 
 
-def _variance(column: Floats, error: Floats, residual: ResidualRecord) -> float:
-    """Variance of a fitted value, robust to heteroscedasticity by sums over blocks of the record (White 1980)."""
-    return float(np.sum(np.add.reduceat(column * error, block_starts(residual)) ** 2))
-
-
-def jump(residual: ResidualRecord, moments: Floats) -> Floats:
-    """Smoothed steps from 0 to 1 at moments (jumps,), in shares of the window; shape (jumps, samples)."""
-    since = (residual.elapsed - moments[:, None]) * residual.samples / residual.record.rate
+def jump(elapsed: Floats, duration: float, moments: Floats) -> Floats:
+    """Smoothed steps from 0 to 1 (jumps, samples), at moments (jumps,) and times (samples,) in shares of a duration."""
+    since = (elapsed - moments[:, None]) * duration
     return np.asarray(np.sin(np.pi / 2 * np.clip(since / _SETTLING_S + 0.5, 0.0, 1.0)) ** 2, dtype=float)
-
-
-def _jump_slope(residual: ResidualRecord, moment: float) -> Floats:
-    """Derivative of a smoothed step to its moment, (samples,)."""
-    earlier, later = jump(residual, moment + np.array([-_MOMENT_STEP, _MOMENT_STEP]))
-    return np.asarray((later - earlier) / (2 * _MOMENT_STEP), dtype=float)

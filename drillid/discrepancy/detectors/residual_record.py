@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import irfft, rfft, rfftfreq
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from drillid.arrays import Booleans, Complex, Floats
 from drillid.discrepancy.rules import TORQUE_STEP
@@ -27,6 +27,8 @@ _HIGHEST = 0.3
 """Share of the samples' rate up to which the band reaches."""
 TAPER_S = 10.0
 """Cosine taper at either end, s."""
+_SPARE = 1.1
+"""Samples of a whitened series, relative to the fewest that hold the band."""
 _NOISE_LINES = 61
 """Lines between harmonics whose median gives the noise."""
 _BIT_BANDWIDTH = 2.0
@@ -281,34 +283,58 @@ class ResidualRecord:
         return np.asarray(np.interp(np.arange(self.frequency.size), lines, level) * self.modelled_noise, dtype=float)
 
     @cached_property
-    def _weight(self) -> Floats:
-        least = np.finfo(float).tiny
-        return np.where(self.inside, np.sqrt(self.samples / np.maximum(self.noise, least)), 0.0)
+    def weight(self) -> Floats:
+        """Factors that whiten the lines up to the highest of the band; 0 below the band."""
+        inside, noise = self.inside[: self.lines], np.maximum(self.noise[: self.lines], np.finfo(float).tiny)
+        return np.where(inside, np.sqrt(self.samples / noise), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s, less its part periodic with the sweep, whitened by this record's noise."""
+        """A series (..., samples) in rad/s, less its part periodic with the sweep, whitened by this record's noise, which
+        then has about unit density; (..., whitened samples).
+        """
         return self.weighted(self.without_sweep(series))
 
     def weighted(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s, tapered and whitened: this record's noise then has about unit density."""
-        return self.filtered(self._weight.astype(complex), series * self.taper)
+        """A series (..., samples) in rad/s, tapered and whitened, (..., whitened samples)."""
+        return self.of_band(self.weighted_lines(series))
+
+    def weighted_lines(self, series: Floats) -> Complex:
+        """The lines up to the highest of the band of a series (..., samples), tapered and whitened."""
+        return np.asarray(rfft(series * self.taper)[..., : self.lines] * self.weight, dtype=complex)
+
+    @cached_property
+    def lines(self) -> int:
+        """Number of lines up to the highest of the band."""
+        return int(np.count_nonzero(self.frequency <= self.highest))
+
+    @cached_property
+    def whitened_samples(self) -> int:
+        """Number of samples of whitened series, which have nothing beyond the band."""
+        return min(int(next_fast_len(round(2 * _SPARE * self.lines), real=True)), self.samples)
+
+    def of_band(self, lines: Complex) -> Floats:
+        """A series (..., whitened samples) from its lines up to the highest of the band; the sum of products of two is
+        the same as it would be with all samples.
+        """
+        count = self.whitened_samples
+        return np.asarray(irfft(lines, count) * np.sqrt(count / self.samples), dtype=float)
 
     @cached_property
     def error(self) -> Floats:
-        """The whitened residual record, (samples,)."""
+        """The whitened residual record, (whitened samples,)."""
         return self.weighted(self.speed_residual)
 
     def whitened_lines(self, series: Floats) -> Complex:
-        """Lines (..., line) of the band of a whitened series (..., samples).
+        """Lines up to the highest of the band of a series (..., samples) as `whitened`.
 
         The sum of products of two whitened series is 2/samples times the real part of that of their lines (Parseval).
         """
-        return np.asarray(rfft(self.without_sweep(series) * self.taper)[..., self.inside] * self._weight[self.inside])
+        return self.weighted_lines(self.without_sweep(series))
 
     @cached_property
     def error_lines(self) -> Complex:
-        """Lines of the band of the whitened residual record."""
-        return np.asarray(rfft(self.error)[self.inside], dtype=complex)
+        """Lines up to the highest of the band of the whitened residual record."""
+        return self.weighted_lines(self.speed_residual)
 
     @cached_property
     def inflation(self) -> float:

@@ -27,7 +27,7 @@ class Candidate:
 
     cause: str
     columns: Floats
-    """(settings, samples), rad/s per unit of amplitude; whitened once `whitened` has been called."""
+    """(settings, samples), rad/s per unit of amplitude; (settings, whitened samples) once `whitened` has been called."""
     settings: Floats | None = None
     """(settings,) sizes searched over with a free amplitude; None where the amplitude is the size."""
     one_sided: bool = False
@@ -90,7 +90,7 @@ def score(
 
     Parameters
     ----------
-    error : (samples,) residual, whitened like the candidate
+    error : (whitened samples,) residual, whitened like the candidate
     inflation : variance of a sum over the noise relative to that estimated from `error`; by default that of the
         residual record
     """
@@ -100,7 +100,7 @@ def score(
     energy = np.sum(columns**2, axis=1)
     usable = np.flatnonzero(energy > _DEPENDENT * max(float(energy.max()), 1e-300))
     amplitude = columns[usable] @ error / energy[usable]
-    starts = block_starts(residual, _BRIEF_BLOCK_S if candidate.brief else _BLOCK_S)
+    starts = block_starts(residual, error.size, _BRIEF_BLOCK_S if candidate.brief else _BLOCK_S)
     deviation, blocks = _deviations(columns[usable], error, amplitude, starts)
     deviation *= np.sqrt(residual.inflation if inflation is None else inflation)
     supported = blocks >= LEAST_BLOCKS
@@ -144,9 +144,9 @@ def score(
     return Score(overall, size, size_error, log_ratio, amplitudes, by_shape=shapes)
 
 
-def block_starts(residual: ResidualRecord, block_s: float = _BLOCK_S) -> Indices:
-    """First sample of each block."""
-    return np.arange(0, residual.samples, round(block_s * residual.record.rate))
+def block_starts(residual: ResidualRecord, samples: int, block_s: float = _BLOCK_S) -> Indices:
+    """First sample of each block of a series that has so many samples over the record."""
+    return np.arange(0, samples, round(block_s * samples * residual.record.rate / residual.samples))
 
 
 def _deviations(columns: Floats, error: Floats, amplitude: Floats, starts: Indices) -> tuple[Floats, Floats]:
@@ -239,12 +239,13 @@ def _score_together(candidate: Candidate, error: Floats, residual: ResidualRecor
     """Joint score of amplitudes: T² of Hotelling (1931, Annals of Mathematical Statistics 2, 360–378) over blocks."""
     columns = candidate.columns
     count, gram = columns.shape[0], columns @ columns.T
-    shares = np.add.reduceat(np.sum(columns**2, axis=0), block_starts(residual))
+    starts = block_starts(residual, error.size)
+    shares = np.add.reduceat(np.sum(columns**2, axis=0), starts)
     blocks = float(np.sum(shares) ** 2 / max(float(np.sum(shares**2)), np.finfo(float).tiny))
     if not np.trace(gram) > 0 or blocks < max(LEAST_BLOCKS, 2 * count):
         return None
     amplitude: Floats = np.asarray(np.linalg.solve(gram, columns @ error), dtype=float)
-    products = np.add.reduceat(columns * (error - amplitude @ columns), block_starts(residual), axis=1)
+    products = np.add.reduceat(columns * (error - amplitude @ columns), starts, axis=1)
     inverse = np.linalg.inv(gram)
     covariance = inverse @ (products @ products.T) @ inverse * residual.inflation
     total = float(amplitude @ np.linalg.solve(covariance, amplitude))
