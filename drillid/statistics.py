@@ -50,7 +50,7 @@ def sum_of_ratios_probability(
     common = mean_each**2 / (freedom - 2)
     kept = max(1 - fitted / (freedom.size * per_ratio), 1e-9)
     mean = float(np.sum(mean_each)) * per_ratio * kept
-    variance = float(np.sum(individual * per_ratio + (sharing - 1) * common * per_ratio**2)) * kept
+    variance = float(np.sum(individual * per_ratio + sharing * common * per_ratio**2)) * kept
     scale = variance / (2 * mean)
     return float(chdtrc(mean / scale, total / scale))
 

@@ -16,7 +16,7 @@ from drillid.discrepancy.inference.coordinates import COORDINATES
 from drillid.discrepancy.inference.shared_likelihood import DIRECTIONS, PARTS, RIG, SharedLikelihood, size_weights
 from drillid.discrepancy.rules import LENGTH_DEVIATION, WELL_DEVIATION
 
-_DEVIATION = np.where(COORDINATES.index("length") == RIG, LENGTH_DEVIATION, WELL_DEVIATION)
+DEVIATION = np.where(COORDINATES.index("length") == RIG, LENGTH_DEVIATION, WELL_DEVIATION)
 """(R,) standard deviations of a well from its rig, relative to the tolerances of the data sheet."""
 _ABSORBED = 1e-9
 """Share of a direction's information below which what is left of it is rounding."""
@@ -110,7 +110,7 @@ class Wells:
         pairs = zip(self._weight, self.sets, strict=True)
         wells = self._by_well(np.stack([np.tensordot(weight, each.directions[block], 1) for weight, each in pairs]))
         shown, border = wells, wells[:, :count]
-        own = wells[:, :count, :count] + ((_DEVIATION * self.error) ** -2.0)[:, :, None] * np.eye(count)
+        own = wells[:, :count, :count] + ((DEVIATION * self.error) ** -2.0)[:, :, None] * np.eye(count)
         wells = wells - np.swapaxes(border, 1, 2) @ np.linalg.solve(own, border)
         total = np.zeros((len(further), len(further)))
         for rig, prior in enumerate(self.prior):
@@ -154,11 +154,12 @@ def _weight(each: SetStatistics, windows: float) -> Floats:
 
 def _deviating(wells: Quadratic, error: Floats) -> Quadratic:
     """Integrate out each well's own deviation from its rig's coordinates."""
-    count = error.shape[1]
-    own = wells.information + ((_DEVIATION * error) ** -2.0)[:, None, :, None] * np.eye(count)
+    count, precision = error.shape[1], (DEVIATION * error) ** -2.0
+    own = wells.information + precision[:, None, :, None] * np.eye(count)
     both = np.concatenate([wells.information, wells.score[..., None]], axis=-1)
     solved = np.linalg.solve(own, both)
     gained = 0.5 * np.einsum("ngr,ngr->ng", wells.score, solved[..., -1])
+    gained -= 0.5 * (np.linalg.slogdet(own)[1] - np.log(precision).sum(axis=1)[:, None])
     score = wells.score - np.einsum("ngrq,ngq->ngr", wells.information, solved[..., -1])
     return Quadratic(wells.value + gained, score, wells.information - wells.information @ solved[..., :-1])
 

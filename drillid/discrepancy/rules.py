@@ -41,6 +41,12 @@ _POOLING = "tests/unit/discrepancy/test_pooling.py::"
 
 # how the stated error rate is divided
 
+CHANGES_SHARE = Rule(
+    0.2,
+    "share of a well's error rate given to interval changes; its sets of windows share the rest",
+    "a fifth: a change is sought in two parameters, and the sets look for every cause",
+    "tests/truth/discrepancy/test_intervals.py::test_a_well_spends_its_error_rate_once",
+)
 RESPONSES_SHARE = Rule(
     0.5,
     "share of the error rate given to the linear responses",

@@ -16,6 +16,7 @@ from drillid.datasets.store import Problem, WellFolders, windows_place
 from drillid.discrepancy.base_rates import stated_base_rates
 from drillid.discrepancy.products.interval_prediction import PREDICTION_COLUMNS, interval_prediction
 from drillid.discrepancy.products.kept_sets import examine_well, joined
+from drillid.discrepancy.rules import CHANGES_SHARE
 from drillid.discrepancy.sets import WellData, all_verdicts, verdict_table, window_verdicts
 from drillid.discrepancy.verdicts.intervals import bridged, change_verdict, flag, intervals, run_pulls, runs
 from drillid.discrepancy.verdicts.verdict import NONE, Verdict
@@ -61,7 +62,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         "window",
         lambda rows: _residual_tests(data.at(np.array(rows))),
     )
-    flagged = bridged(flag(p_values, error_rate), run, list(parameters.values()))
+    flagged = bridged(flag(p_values, error_rate * CHANGES_SHARE), run, list(parameters.values()))
     dataset = dataset.assign(
         {name: ("window", pull) for name, (pull, _) in pulls.items()} | {"flagged": ("window", flagged)}
     ).assign_coords({name: data.mobility[name] for name in (*WINDOW_COORDINATES, "frequency")})
@@ -69,7 +70,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
     table = table.assign(**_predictions(table, data, dataset, run))
     memo, earlier = Memo(folders, "discrepancy"), folders.earlier("discrepancy", "examination")
     base_rates, common_causes = stated_base_rates(settings.discrepancy), settings.common_causes.enabled
-    sets = examine_well(data, error_rate, base_rates, memo, earlier, common_causes)
+    sets = examine_well(data, error_rate * (1 - CHANGES_SHARE), base_rates, memo, earlier, common_causes)
     changes = [_change(row, data, dataset, run, parameters, p_values) for row in table.to_dict("records")]
     dataset["verdict"] = "window", window_verdicts(sets, changes, data.windows)
     folders.write("discrepancy", "discrepancy", dataset)
@@ -85,13 +86,15 @@ def _residual_tests(data: WellData) -> xr.Dataset:
     fits, mobility = data.fits, data.mobility
     residual = np.full(mobility["coherence"].shape, complex(np.nan, np.nan))
     p_values = np.full((2, residual.shape[0]), np.nan)
+    # where no sweep repeats, the errors of next neighbours are correlated by about a tenth
+    first_lag = np.where(data.spectra["sweep_period"].values > 0, 1, 2).tolist()
     for row, (measured, controller) in enumerate(zip(measured_rows(mobility), stored_controllers(fits), strict=True)):
         parameters = fits["value"].values[row]
         if np.isfinite(parameters).all():
             known = data_sheet(data.rig, controller, float(data.windows["bit_depth"][row])).equipment
             white = whitened_residuals(measured, parameters, known)
             residual[row, mobility["gate"].values[row] == Gate.USED] = white
-            p_values[:, row] = normality_p_value(white), whiteness_p_value(white)
+            p_values[:, row] = normality_p_value(white), whiteness_p_value(white, first_lag[row])
     return xr.Dataset(
         {
             "whitened_residual": (("window", "frequency"), residual),
@@ -182,12 +185,19 @@ def normality_p_value(residual: Complex) -> float:
     return float(kstest(np.concatenate([residual.real, residual.imag]), "norm").pvalue)
 
 
-def whiteness_p_value(residual: Complex) -> float:
-    """p-value of the residuals being uncorrelated between neighbouring frequencies (Ljung and Box 1978, complex)."""
+def whiteness_p_value(residual: Complex, first_lag: int = 1) -> float:
+    """p-value of the residuals being uncorrelated between neighbouring frequencies (Ljung and Box 1978, complex).
+
+    Parameters
+    ----------
+    residual : (frequency,)
+    first_lag : distance from which on neighbours are tested, in frequencies
+    """
     from scipy.special import chdtrc
 
     size = residual.size
     power = np.sum(np.abs(residual) ** 2)
-    correlation = np.array([np.sum(residual[lag:] * np.conj(residual[:-lag])) / power for lag in range(1, _LAGS + 1)])
-    statistic = 2 * size * (size + 2) * np.sum(np.abs(correlation) ** 2 / (size - np.arange(1, _LAGS + 1)))
+    lags = np.arange(first_lag, first_lag + _LAGS)
+    correlation = np.array([np.sum(residual[lag:] * np.conj(residual[:-lag])) / power for lag in lags.tolist()])
+    statistic = 2 * size * (size + 2) * np.sum(np.abs(correlation) ** 2 / (size - lags))
     return float(chdtrc(2 * _LAGS, statistic))

@@ -111,7 +111,9 @@ def agreement_p_value(windows: xr.Dataset) -> float:
 
 
 def _stack(windows: xr.Dataset, p_value: float) -> xr.Dataset:
-    """Mean weighted by the estimated variances, whose errors are part of its variance (Meier 1953)."""
+    """Mean weighted by the estimated variances, whose errors are part of its variance (Meier 1953); its degrees of
+    freedom by Satterthwaite (1946), Biometrics Bulletin 2, 110–114.
+    """
     used = windows["gate"] == Gate.USED
     weight = xr.where(used, 1 / windows["command_mobility_variance"], 0.0)
     total = weight.sum("window")
@@ -120,15 +122,15 @@ def _stack(windows: xr.Dataset, p_value: float) -> xr.Dataset:
     mobility = (share * windows["command_mobility"]).sum("window").where(any_used)
     inflation = 1 + (2 * share * (1 - share) / windows["degrees_of_freedom"]).sum("window")
     variance = inflation / total.where(any_used)
-    averages = xr.where(used, windows["averages"], 0.0).sum("window")
+    lines = _pooled(share, windows["averages"] - 1)
     signal = np.abs(mobility) ** 2 / variance
     stack = xr.Dataset(
         {
             "command_mobility": mobility,
             "command_mobility_variance": variance,
-            "averages": xr.where(used, windows["averages"] - 1, 0.0).sum("window") + 1,
-            "degrees_of_freedom": xr.where(used, windows["degrees_of_freedom"], 0.0).sum("window"),
-            "coherence": (signal / (signal + averages - 1)).where(any_used, 0.0),
+            "averages": (lines + 1).where(any_used, 0.0),
+            "degrees_of_freedom": _pooled(share, windows["degrees_of_freedom"]).where(any_used, 0.0),
+            "coherence": (signal / (signal + lines)).where(any_used, 0.0),
             "coherence_minimum": windows["coherence_minimum"].mean("window"),
             "coherence_maximum": windows["coherence_maximum"].mean("window"),
             "gate": xr.where(any_used, np.int8(Gate.USED), windows["gate"].max("window")),
@@ -137,6 +139,11 @@ def _stack(windows: xr.Dataset, p_value: float) -> xr.Dataset:
         }
     )
     return stack.expand_dims("stack").assign_coords(hole_depth=("stack", [float(windows["hole_depth"].mean())]))
+
+
+def _pooled(share: xr.DataArray, freedom: xr.DataArray) -> xr.DataArray:
+    """Degrees of freedom of the mean of windows with these shares: their sum where the shares follow them."""
+    return 1 / (share**2 / freedom).sum("window")
 
 
 def _disagreement(mobility: xr.Dataset, members: list[int], row: int, p_value: float) -> Problem:

@@ -92,7 +92,11 @@ class Shaping:
 
     def factor(self, s: Any) -> Any:
         """The factor, dimensionless."""
-        return (1 + s * (self.zero_1 + s * self.zero_2)) / (1 + s * (self.pole_1 + s * self.pole_2))
+        return (1 + s * (self.zero_1 + s * self.zero_2)) / self.denominator(s)
+
+    def denominator(self, s: Any) -> Any:
+        """1 + a₁ s + a₂ s²."""
+        return 1 + s * (self.pole_1 + s * self.pole_2)
 
 
 @dataclass(frozen=True)

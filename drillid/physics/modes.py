@@ -1,8 +1,9 @@
 """Modes of the drilling system: its poles in the complex plane, with frequency and damping.
 
 The characteristic function F(s) is the residual of the upper boundary condition for a unit speed of the bit:
-T₁ + Y_top ω₁, or ω₁ where the top is clamped. As a product of the sections' transfer matrices it has no poles
-above the real axis, with any of the damping laws, and its zeros there are the modes.
+T₁ + Y_top ω₁, or ω₁ where the top is clamped, times the denominators of further factors of drive and control. As a
+product of the sections' transfer matrices it has no poles above the real axis, with any of the damping laws but that of
+a mounted inertia, and its zeros there are the modes.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats
 from drillid.errors import EstimationError
+from drillid.physics.attachments import MountedInertia
 from drillid.physics.bottom_end import bit_load, chain_through_motor
 from drillid.physics.dual_numbers import Dual, derivatives
 from drillid.physics.equipment import DrillingSystem, of_window, window_shape
@@ -58,7 +60,12 @@ def characteristic_function(system: DrillingSystem, s: Complex, *, stiff: bool =
         matrices.append(chain_through_motor(system.motor, s))
     for a, b, c, d in reversed(matrices):
         speed, torque = a * speed + b * torque, c * speed + d * torque
-    return speed if stiff else torque + top_admittance(system.top_drive, s) * speed
+    if stiff:
+        return speed
+    residual = torque + top_admittance(system.top_drive, s) * speed
+    for shaping in (system.top_drive.shaping, system.top_drive.controller.shaping):
+        residual = residual if shaping is None else residual * shaping.denominator(s)
+    return residual
 
 
 def modes(
@@ -85,8 +92,14 @@ def modes(
     Raises
     ------
     EstimationError
-        If a zero lies on the boundary of the band.
+        If a zero lies on the boundary of the band, or an inertia is mounted along the string.
     """
+    if any(isinstance(law, MountedInertia) for section in system.string for law in section.laws):
+        raise EstimationError(
+            "modes",
+            "modes cannot be counted beside an inertia mounted along the string, which has a resonance of its own",
+            "Leave it out, or put a lump in its place",
+        )
     corners = complex(-fastest_decay, 2 * np.pi * lowest), complex(fastest_growth, 2 * np.pi * highest)
     shape = window_shape(system)
     per_window = [_poles(of_window(system, index, shape), corners, stiff) for index in np.ndindex(shape)]

@@ -105,8 +105,8 @@ def local_spectra(
 
     Over `noise_lines` lines around each frequency the local model is fitted by least squares. The
     response is then that of the lines between the midpoints to its neighbours, less transient and
-    curvature as fitted over all lines: so neighbouring frequencies have nearly independent errors,
-    and together use each line once. `averages` counts these lines. The variance is that of the
+    curvature as fitted over all lines: so errors of next neighbours are correlated by about a tenth only,
+    and together frequencies use each line once. `averages` counts these lines. The variance is that of the
     residual with its degrees of freedom, the lines less the parameters of the local model. Where
     the residual of the rational model is significantly smaller (F-test), that model is used. Where
     bursts make the noise non-stationary, least squares are weighted with the lines' covariance.

@@ -26,6 +26,9 @@ _LOWER_SHARE = 0.8
 """Farthest line from which the noise of a line is estimated, per its own number: below, drift remains."""
 _ROUNDS = 3
 """Iterations of the burst weights, each with the noise of the previous one."""
+_LOCATED, _LEAST_AVERAGES = 3, 1.5
+"""Periods from which on a burst can be located, as two deviate alike from their mean; and periods of usual noise that a
+weighted mean must be worth."""
 
 
 def sweep_period(sweep: Floats, rate: float, lowest_frequency: float) -> float:
@@ -151,13 +154,13 @@ def _without_drift(lines: _Lines, channel: Complex, level: Floats) -> Complex:
 
 
 def _weights(lines: _Lines, speed: Complex, band: tuple[int, int], fall: Floats) -> tuple[Weights | None, Floats]:
-    """Weights against bursts in a band, None without bursts, and the spectrum of the noise."""
+    """Weights against bursts in a band, None without bursts or where they do not help, and the spectrum of the noise."""
     deviation = np.where(lines.unexcited, speed, 0.0)
     level = fall * autoregressive_level(np.abs(deviation) ** 2 / fall)
     weights = None
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if lines.periods >= _LOCATED else 0):
         candidate = burst_weights(deviation, level, band, lines.periods, lines.seconds)
-        if np.all(candidate.weight == 1):
+        if np.all(candidate.weight == 1) or candidate.averages < _LEAST_AVERAGES:
             break
         weights = candidate
         bounded = _weighted(lines, weights, speed, level)

@@ -209,7 +209,8 @@ def change_verdict(
     evidence : what stands out, in words
     """
     damping, error = tracks["damping_bha"]
-    mean, level = _mean(damping[inside], error[inside]), _mean(damping[usual], error[usual])
+    scatter = _scatter(damping[usual], error[usual], _mean(damping[usual], error[usual])[0])
+    mean, level = (_mean(damping[rows], np.sqrt(error[rows] ** 2 + scatter)) for rows in (inside, usual))
     size, deviation = mean[0] - level[0], float(np.hypot(mean[1], level[1]))
     gain = held_out_gain(
         [(value[inside], error[inside], value[usual], error[usual]) for value, error in tracks.values()]
@@ -279,8 +280,9 @@ def _gains(value: Floats, error: Floats, rest: Floats, rest_error: Floats) -> Fl
 
 
 def _scatter(value: Floats, error: Floats, level: float) -> float:
-    """Variance of windows about their level beyond their errors."""
-    return max(float(np.var(value - level)) - float(np.mean(error**2)), 0.0)
+    """Variance of windows about their estimated level beyond their errors."""
+    squares = float(np.sum((value - level) ** 2)) / max(value.size - 1, 1)
+    return max(squares - float(np.mean(error**2)), 0.0)
 
 
 def _log_density(deviation: Floats, variance: Floats | float) -> Floats:

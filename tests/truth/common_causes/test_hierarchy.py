@@ -1,14 +1,16 @@
 """Wells whose scores are drawn from the model of the hierarchy itself: its rates, intervals and comparisons hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from drillid.common_causes.pooling import SetStatistics
+from drillid.common_causes.pooling import DEVIATION, SetStatistics, Wells, together
 from drillid.common_causes.verdicts import AT_BOUND, LONE, SHARES, UNSEEN, WITHDRAWN, Judged, OwnVerdict, judge
 from drillid.discrepancy.base_rates import BaseRates
-from drillid.discrepancy.inference.shared_likelihood import held_sizes
+from drillid.discrepancy.inference.shared_likelihood import RIG, held_sizes
 from drillid.discrepancy.verdicts.verdict import NONE
-from tests.truth.common_causes.wells import CANDIDATES, LAG, SCALE, fleet
+from tests.truth.common_causes.wells import CANDIDATES, LAG, SCALE, TOLERANCE, fleet
 
 
 def judged(sets: list[SetStatistics], own: dict[str, list[OwnVerdict]] | None = None) -> Judged:
@@ -45,6 +47,31 @@ def test_an_error_of_the_data_sheet_is_the_same_in_all_wells() -> None:
     """Counted once a well, an error of one tolerance would become a cause as wells are added."""
     alarms = sum(judged(fleet(seed, 30, error=0.002)).verdict.cause != "" for seed in range(2000, 2004))
     assert alarms <= 1
+
+
+def test_deviations_of_wells_are_integrated_out_as_exactly_where_the_information_falls_with_the_size() -> None:
+    wells, tolerance = 6, np.diag(np.full(RIG.size, TOLERANCE**2.0))
+    sets = []
+    for each in fleet(4, wells, error=0.004):
+        falling = (1 - 0.3 * each.sizes / each.sizes.max(axis=1, keepdims=True)) ** 2
+        sets.append(replace(each, information=each.information * falling[None, ..., None, None]))
+    pooled = Wells(sets)
+    found = together(pooled, pooled.at(LAG, np.array([0.0, sets[0].sizes[LAG].max()])))
+    exact = []
+    for node in (0, -1):
+        # each well's likelihood is a Gaussian of its own coordinates; these are those of the rig plus a deviation
+        total, matrix, vector = 0.0, np.linalg.inv(tolerance), np.zeros(RIG.size)
+        for each in sets:
+            information, place = each.information[0, LAG, node], each.coordinates[LAG, node]
+            score, value = each.score[0, LAG, node], each.value[0, LAG, node]
+            covariance = np.linalg.inv(information) + DEVIATION**2 * tolerance
+            mean, peak = place + np.linalg.solve(information, score), 0.5 * score @ np.linalg.solve(information, score)
+            total += value + peak - 0.5 * np.linalg.slogdet(information)[1] - 0.5 * np.linalg.slogdet(covariance)[1]
+            total -= 0.5 * mean @ np.linalg.solve(covariance, mean)
+            matrix = matrix + np.linalg.inv(covariance)
+            vector = vector + np.linalg.solve(covariance, mean)
+        exact.append(total + 0.5 * vector @ np.linalg.solve(matrix, vector) - 0.5 * np.linalg.slogdet(matrix)[1])
+    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0], abs=1e-6)
 
 
 def test_sizes_that_differ_between_wells_are_told_from_a_common_one() -> None:

@@ -5,7 +5,11 @@ import pytest
 from scipy.stats import binom, kstest
 
 from drillid.discrepancy import flag, normality_p_value, run_pulls, whiteness_p_value
-from drillid.discrepancy.verdicts.intervals import bridged
+from drillid.discrepancy.rules import CHANGES_SHARE, DATA_SHEET_SHARE, DETECTIONS_SHARE, LAW_SHARE, RESPONSES_SHARE
+from drillid.discrepancy.verdicts.intervals import bridged, change_verdict
+from drillid.excitation.torques import band_limited_noise
+from drillid.spectra.local_polynomial import local_spectra
+from drillid.statistics import to_normal
 
 
 def test_residual_tests_are_uniform_on_white_gaussian_residuals_and_see_colour() -> None:
@@ -16,6 +20,37 @@ def test_residual_tests_are_uniform_on_white_gaussian_residuals_and_see_colour()
     coloured = (white[0][1:] + 0.5 * white[0][:-1]) / np.sqrt(1.25)
     assert whiteness_p_value(coloured) < 1e-6
     assert normality_p_value(white[0] * 1.3) < 1e-3
+
+
+def test_residuals_of_a_sweep_that_does_not_repeat_pass_at_the_error_rate() -> None:
+    rate, frequency, p_values = 25.0, np.arange(3, 200) / 60, []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        sweep = band_limited_noise(rng, round(600 * rate), 1 / rate, 600.0, (0.03, 4.5))
+        speed = rng.normal(size=sweep.size)
+        spectra = local_spectra(sweep, speed, speed, rate, frequency, 20)
+        response = spectra.cross_speed / spectra.sweep_power
+        ratio = response * np.sqrt(2 * spectra.averages * spectra.sweep_power / spectra.speed_noise)
+        freedom = spectra.degrees_of_freedom
+        normal = to_normal(ratio.real, freedom) + 1j * to_normal(ratio.imag, freedom)
+        p_values.append(whiteness_p_value(normal, first_lag=2))
+    assert kstest(p_values, "uniform").pvalue > 1e-3
+
+
+def test_a_well_spends_its_error_rate_once() -> None:
+    sets = RESPONSES_SHARE + DETECTIONS_SHARE + DATA_SHEET_SHARE + LAW_SHARE
+    assert CHANGES_SHARE + (1 - CHANGES_SHARE) * sets == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1.0, 2.0])
+def test_the_interval_of_a_change_holds_it_however_windows_scatter(scatter: float) -> None:
+    rng, runs, covered = np.random.default_rng(16), 400, 0
+    inside, error = np.isin(np.arange(24), np.arange(8, 13)), np.ones(24)
+    for _ in range(runs):
+        value = 15.0 * inside + np.hypot(1.0, scatter) * rng.normal(size=24)
+        verdict = change_verdict({"damping_bha": (value, error)}, inside, ~inside, 0.0, 1.0, 1e-4, "said")
+        covered += verdict.size_low <= 15.0 <= verdict.size_high
+    assert binom.cdf(covered, runs, 0.95) > 1e-3
 
 
 @pytest.mark.parametrize("restlessness", [0.5, 1.0, 3.0])

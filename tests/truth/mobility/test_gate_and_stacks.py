@@ -14,6 +14,7 @@ from drillid.spectra.cross_spectra import stacked, welch_spectra
 from drillid.spectra.local_polynomial import local_spectra
 from drillid.spectra.periodic import line_spectra
 from drillid.spectra.stage import frequency_grid
+from drillid.statistics import expected_ratio
 
 FREQUENCY = np.arange(6, 481) / 120.0
 PERIODS, FREEDOM = 5.0, 18.0
@@ -91,6 +92,22 @@ def assert_at_rate(passed: np.ndarray, rate: float) -> None:
     assert binom.cdf(passed.sum(), passed.size, rate) > 1e-3
 
 
+@pytest.mark.parametrize("loud", [1.0, 2.5, 6.0])
+def test_a_burst_in_one_of_two_periods_closes_no_gate(loud: float) -> None:
+    time = np.arange(round(240 * RATE)) / RATE
+    sweep, frequency = exponential_sweeps(time, 500.0, period=120.0), frequency_grid(120.0, SPECTRA, RATE)
+    frequency = frequency[frequency < 4.0]
+    estimates = []
+    for seed in range(10):
+        noise = np.random.default_rng(seed).normal(size=time.size) * np.where((time > 50) & (time < 80), loud, 1.0)
+        speed = 0.02 * sweep + noise
+        estimates.append(line_spectra(sweep, speed, speed, RATE, 120.0, frequency, SPECTRA.noise_lines))
+    mobility = gated_mobility(stacked(estimates, frequency), MobilitySettings())
+    assert np.mean(mobility["gate"].values == Gate.USED) > 0.98
+    ratio = np.abs(mobility["command_mobility"] - 0.02) ** 2 / mobility["command_mobility_variance"]
+    assert float((ratio / expected_ratio(mobility["degrees_of_freedom"])).mean()) == pytest.approx(1.0, abs=0.15)
+
+
 def test_good_frequencies_are_seldom_too_coherent_and_never_too_incoherent() -> None:
     result = gated_mobility(synthetic_spectra(np.random.default_rng(6), 100, 30.0), MobilitySettings(error_rate=0.01))
     assert np.mean(result["gate"].values == Gate.TOO_INCOHERENT) == 0
@@ -134,6 +151,23 @@ def test_errors_of_a_stack_are_as_large_as_it_says() -> None:
         ratios.append(np.mean(np.abs(error) ** 2 / stack["command_mobility_variance"].values))
         assert int(stack["windows"]) >= 2
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("quieter", [1.0, 4.0])
+def test_the_variance_of_a_stack_is_as_well_known_as_it_says(quieter: float) -> None:
+    """Also where one window dominates: the sum of squared errors is then no sharper than that window's own."""
+    settings = MobilitySettings(stack_windows=6)
+    sums = []
+    for seed in range(60):
+        spectra = synthetic_spectra(np.random.default_rng(2000 + seed), 6, 30.0)
+        mobility = gated_mobility(spectra, settings)
+        truth = np.sqrt(30.0 / PERIODS) * np.exp(1j * FREQUENCY)
+        mobility["command_mobility"][0] = truth + (mobility["command_mobility"][0] - truth) / quieter
+        mobility["command_mobility_variance"][0] /= quieter**2
+        stack = stack_windows(mobility, settings)[0].isel(stack=0)
+        ratio = np.abs(stack["command_mobility"].values - truth) ** 2 / stack["command_mobility_variance"].values
+        sums.append(np.mean(ratio / expected_ratio(stack["degrees_of_freedom"].values)))
+    assert np.mean(sums) == pytest.approx(1.0, abs=0.02)
 
 
 def test_a_stack_is_as_coherent_as_its_windows() -> None:

@@ -1,5 +1,6 @@
 """Modes against closed forms, a state-space ladder, a published well and the paper's Table 1."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from drillid.arrays import Floats
 from drillid.errors import EstimationError, SettingsError
+from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.damping import HystereticLoss, StokesLayerDrag
 from drillid.physics.dual_numbers import primal
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
@@ -19,6 +21,7 @@ from drillid.physics.equipment import (
     Motor,
     RegenerativeCutting,
     Section,
+    Shaping,
     StribeckCutting,
     TopDrive,
     polar_moment,
@@ -145,21 +148,29 @@ RICH = DrillingSystem(
 )
 
 
-def test_every_mode_is_a_pole_and_none_is_missed() -> None:
+@pytest.mark.parametrize("shaping", [None, Shaping(pole_1=0.04, pole_2=(2 * np.pi) ** -2)])
+def test_every_mode_is_a_pole_and_none_is_missed(shaping: Shaping | None) -> None:
     """Newton's method from a dense grid of starts finds no other pole in the rectangle."""
-    result = modes(RICH)
-    np.testing.assert_allclose(1 / np.abs(command_mobility(RICH, result.poles)), 0, atol=1e-6)
+    system = replace(RICH, top_drive=replace(RICH.top_drive, shaping=shaping))
+    result = modes(system)
+    np.testing.assert_allclose(1 / np.abs(command_mobility(system, result.poles)), 0, atol=1e-6)
     start = (np.arange(-12.0, 0.0, 2.0)[:, None] + 2j * np.pi * np.arange(0.05, 5.0, 0.05)).ravel()
     step = 1e-7
     with np.errstate(all="ignore"):
         for _ in range(40):
-            value, ahead = characteristic_function(RICH, start), characteristic_function(RICH, start + step)
+            value, ahead = characteristic_function(system, start), characteristic_function(system, start + step)
             start = start - value * step / (ahead - value)
     inside = (start.real > -20) & (start.real < 5) & (start.imag > 0.13) & (start.imag < 31.4)
     assert inside.sum() > 50
     nearest = np.min(np.abs(start[inside][:, None] - result.poles), axis=1)
-    converged = np.abs(characteristic_function(RICH, start[inside])) < 1e-6 * DRIVE.inertia
+    converged = np.abs(characteristic_function(system, start[inside])) < 1e-6 * DRIVE.inertia
     np.testing.assert_allclose(nearest[converged], 0, atol=1e-5)
+
+
+def test_modes_beside_a_mounted_inertia_are_refused_as_they_could_be_missed() -> None:
+    string = with_law(RICH.string, 1000.0, MountedInertia(100.0, 1.0, 0.1))
+    with pytest.raises(EstimationError, match="resonance of its own"):
+        modes(replace(RICH, string=string))
 
 
 def test_bands_join_without_loss() -> None:
