@@ -116,8 +116,8 @@ class CommonCausesSettings(Strict):
     """Causes that wells of a rig, a hole section or a tool have in common."""
 
     enabled: bool = False
-    """Whether they are judged. Off by default: where wells name a cause themselves, the common size's interval is too
-    narrow and its probability too high."""
+    """Whether they are judged. Off by default: how often the common size's interval and probability are right has not
+    been measured where wells name a cause themselves."""
     error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of faultless fleets in which anything may be named; all their rigs, sections and tools share it."""
     base_rate: float = Field(default=0.5, gt=0, lt=1)
