@@ -136,5 +136,8 @@ def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run
     assert failing.stdout.splitlines() == [
         f"fails\t{folder}/good.csv\tdoes not exist\tCorrect its path",
     ]
-    assert "1 wells, 1 rigs and 1 logs checked: 1 of 1 findings would fail" in failing.stderr
+    assert failing.stderr.splitlines() == [
+        "1 well, 1 rig and 1 log checked: 1 problem would make a log, a well or the whole run fail. "
+        "Correct each row marked 'fails' as its remedy says, and check again"
+    ]
     assert CliRunner().invoke(app, ["check", "--no-logs", str(folder / "config.yaml")]).exit_code == 0
