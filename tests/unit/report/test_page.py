@@ -142,7 +142,7 @@ def test_a_single_window_makes_no_level_and_no_anomaly(fleet: Fleet) -> None:
 
 def test_time_without_windows_is_listed_by_reason(fleet: Fleet) -> None:
     page = text(fleet.page("W1"))
-    assert "drilling too short: 300 s of 600 s 1 5.0" in page
+    assert "drilling too short: 300.0 s of the 360.0 s needed 1 5.0" in page
     assert "connection – 1 3.0" in page
 
 
