@@ -64,7 +64,7 @@ def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
 
 def test_nothing_wrong_says_how_small_a_cause_would_have_been_seen() -> None:
     words = verdict_text(row(replace(LAG, verdict="none", cause="", family="")), [SET])
-    assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have shown."
+    assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have been detected."
 
 
 def test_sets_one_after_another_in_which_nothing_is_wrong_are_told_once() -> None:
@@ -74,7 +74,7 @@ def test_sets_one_after_another_in_which_nothing_is_wrong_are_told_once() -> Non
     sets = [SET, replace(SET, from_m=2000.0, to_m=2200.0, visible=(worse,))]
     both, lag, alone = verdict_texts([row(each) for each in (clear, deeper, LAG, clear)], sets)
     assert (both.from_m, both.to_m) == (1700.0, 2200.0)
-    assert both.lead.endswith("A drive lag of 12 ms to 20 ms would have shown.")
+    assert both.lead.endswith("A drive lag of 12 ms to 20 ms would have been detected.")
     assert both.doubt == "The probability that nothing is wrong is 80 to 90 % in each of 2 sets of windows."
     assert (lag.kind, alone.kind, alone.to_m) == ("named", "none", 2000.0)
 
