@@ -79,13 +79,13 @@ def test_faults_of_all_kinds_are_named_at_once(folder: Path) -> None:
 def test_a_well_whose_only_log_is_refused_is_not_said_to_have_none(folder: Path) -> None:
     sheets(folder, [("A", "toy", "good.csv"), ("B", "toy", "good.csv")])
     (told,) = (each for each in findings(folder) if each.fails)
-    assert "is listed already at" in told.what
+    assert "is already listed at" in told.what
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("wells: a\nwells: b\n", "the key 'wells' is there already in line 1"),
+        ("wells: a\nwells: b\n", "the key 'wells' is already given in line 1"),
         ("- a\n", "holds no keys"),
         ("fits: 3\n", "fits"),
     ],
