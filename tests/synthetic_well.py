@@ -141,9 +141,8 @@ def make_well(results: Path, name: str, count: int, *, gap: float = 0.0, setting
             *(windows[each].values for each in ("start", "end", "depth_from", "depth_to")), strict=True
         )
     ]
-    rows += [
-        (name, state, "2025-05-01T09:00:00", "2025-05-01T09:05:00", 1090, 1091, 300, 0, "too short: 300 s of 600 s")
-    ]
+    reason = "too short: 300.0 s of the 360.0 s needed"
+    rows += [(name, state, "2025-05-01T09:00:00", "2025-05-01T09:05:00", 1090, 1091, 300, 0, reason)]
     rows += [(name, "connection", "2025-05-01T09:05:00", "2025-05-01T09:08:00", 1091, 1091, 180, 0, "connection")]
     pd.DataFrame(rows, columns=list(SEGMENT_COLUMNS)).to_csv(folders.stage("windows") / "segments.csv", index=False)
     if count:

@@ -140,6 +140,6 @@ def common_table(verdicts: Sequence[CommonVerdict]) -> pd.DataFrame:
 
 
 def standing_table(standings: Sequence[Standing]) -> pd.DataFrame:
-    """One row for each well and cause that is judged beside its sisters."""
+    """One row for each well and cause that is compared with the other wells."""
     columns = [each.name for each in fields(Standing)]
     return pd.DataFrame([asdict(standing) for standing in standings], columns=columns)

@@ -1,4 +1,4 @@
-"""Verdicts on what the wells of a rig, a hole section or a tool have in common, and on each well beside its sisters."""
+"""Verdicts on what wells of a rig, a hole section or a tool have in common, and on each well beside the others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from drillid.discrepancy.rules import CLASS_MASS, SISTERS_SEE
 from drillid.discrepancy.verdicts.naming import class_evidence, class_name
 from drillid.discrepancy.verdicts.verdict import NONE
 
-SHARES, LONE, WITHDRAWN, UNSEEN = "shares it", "this log only", "withdrawn", "its sisters cannot tell"
+SHARES, LONE, WITHDRAWN, UNSEEN = "shares it", "this log only", "withdrawn", "the others cannot tell"
 AT_BOUND = "at_bound"
 
 
@@ -67,7 +67,7 @@ class CommonVerdict:
 
 @dataclass(frozen=True)
 class Standing:
-    """One well beside its sisters, or why nothing is named for all of them."""
+    """One well compared with the others, or why nothing is named for all of them."""
 
     shared: str
     name: str
@@ -233,7 +233,7 @@ def _sharing(shared: str, name: str, well: str, cause: CommonCause, row: int) ->
 def _beside_sisters(
     shared: str, name: str, well: str, stated: OwnVerdict, found: Sequence[CommonCause], row: int
 ) -> list[Standing]:
-    """What becomes of a well's own verdict that its sisters do not share."""
+    """What becomes of a well's own verdict that the other wells do not share."""
     own = [cause for cause in found if cause.extension.cause.name in stated.members]
     if not own:
         return []
@@ -241,10 +241,13 @@ def _beside_sisters(
     sight = abs(stated.size) * float(np.sqrt(np.delete(cause.precision, row).sum()))
     evidence = float(cause.alone[row])
     if not sight >= SISTERS_SEE:
-        standing, reason = UNSEEN, f"all others together see such a size at {sight:.1f} standard errors"
+        standing, reason = UNSEEN, f"in the data of all others such a size is {sight:.1f} standard errors"
     elif evidence > 0:
         standing = LONE
-        reason = f"its {CATALOGUE[stated.cause].family} alone: the others would see it at {sight:.1f} standard errors"
+        reason = (
+            f"its {CATALOGUE[stated.cause].family} alone: in the data of the others it is {sight:.1f} standard errors"
+        )
     else:
-        standing, reason = WITHDRAWN, f"the others, at {sight:.1f} standard errors, leave no evidence for it"
+        standing = WITHDRAWN
+        reason = f"the data of the others, in which it is {sight:.1f} standard errors, leave no evidence for it"
     return [Standing(shared, name, well, stated.cause, standing, float(cause.deviations[row]), evidence, reason)]

@@ -50,7 +50,7 @@ class Between:
     def _checked(self, value: float) -> float:
         if self._holds(value):
             return value
-        raise KeyFault("", f"{self._text(value)} is outside of what rigs have, {self}", self._remedy(value))
+        raise KeyFault("", f"{self._text(value)} is outside the range of rigs, {self}", self._remedy(value))
 
     def _remedy(self, value: float) -> str:
         if value <= 0:
@@ -58,7 +58,7 @@ class Between:
         meant = [unit for unit in self.slips if self._holds(value * to_si_factor(unit, self.unit))]
         if meant:
             texts = " or ".join(f"'{value:g} {unit}'" for unit in meant)
-            return f"If another unit is meant, write it behind the number: {texts}"
+            return f"If another unit is meant, write it after the number: {texts}"
         for factor, word in _PREFIX_SLIPS.items():
             if self._holds(value / factor):
                 return f"It is {word} times too large for most rigs: check the prefix of its unit"

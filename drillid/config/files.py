@@ -24,16 +24,16 @@ _QUOTE = "Put the text in quotation marks"
 _REMEDIES = (
     (r"tab character|character '\\t'", "Indent with spaces; YAML takes no tabs"),
     (r"could not find expected ':'", "Write 'key: value', with a colon and a space"),
-    (r"',' or '}'", "Separate 'key: value' pairs by commas, with a space behind each colon, and close the brace"),
+    (r"',' or '}'", "Separate 'key: value' pairs by commas, with a space after each colon, and close the brace"),
     (r"',' or ']'", "Separate the items by commas and close the bracket"),
     (r"unexpected end of stream", "Close the quotation marks"),
-    (r"unknown escape", "Take single quotation marks, in which a backslash is itself, or forward slashes"),
+    (r"unknown escape", "Use single quotation marks, in which a backslash stands for itself, or forward slashes"),
     (r"cannot start any token", _QUOTE),
     (r"expected key|block end|'-' indicator", "Begin the keys and items of one level in the same column"),
     (r"undefined alias", f"Define its anchor before, or, where a text begins with '*': {_QUOTE.lower()}"),
     (r"constructor for the tag", f"Leave the tag out, or, where a text begins with '!': {_QUOTE.lower()}"),
     (r"single document", "Keep one description in a file, without lines '---'"),
-    (r"node content", "Write the value that is missing, or take out a comma that is too much"),
+    (r"node content", "Write the missing value, or remove a superfluous comma"),
     (r"", "Correct this line"),
 )
 """What to do, by YAML's own words on a fault; the first that fits."""
@@ -117,7 +117,7 @@ def parse_yaml(text: str, where: str | Path) -> Any:
             f"holds the control character #x{error.character:04x}" if isinstance(error.character, int) else str(error)
         )
         line = text.count("\n", 0, error.position) + 1
-        raise SettingsError(f"{where}, line {line}", what, "Take it out") from error
+        raise SettingsError(f"{where}, line {line}", what, "Remove it") from error
     finally:
         if loader is not None:
             loader.dispose()
@@ -181,7 +181,7 @@ class _Check:
             self.sizes[id(node)] = 1 + sum(map(self.size, _children(node)))
             self.open.remove(id(node))
         if self.sizes[id(node)] > _LARGEST_NODES:
-            what = f"holds more than {_LARGEST_NODES} values, aliases written out"
+            what = f"holds more than {_LARGEST_NODES} values with its aliases expanded"
             raise _too_much(self.where, node.start_mark, what)
         return self.sizes[id(node)]
 
@@ -190,14 +190,10 @@ class _Check:
         for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             line = key.start_mark.line + 1
             if key.tag not in _TAGS_OF_KEYS:
-                what = (
-                    f"the key '{key.value}' is not a text"
-                    if isinstance(key, yaml.ScalarNode)
-                    else "a key is not a text"
-                )
+                what = f"the key '{key.value}' is not text" if isinstance(key, yaml.ScalarNode) else "a key is not text"
                 raise SettingsError(f"{self.where}, line {line}", what, _QUOTE)
             if key.value in seen:
-                what = f"the key '{key.value}' is there already in line {seen[key.value]}"
+                what = f"the key '{key.value}' is already given in line {seen[key.value]}"
                 raise SettingsError(f"{self.where}, line {line}", what, "Keep one of the two")
             seen[key.value] = line
 
@@ -223,7 +219,7 @@ def _fault(error: yaml.MarkedYAMLError, text: str, where: str | Path) -> Setting
     if "nesting depth" in problem and mark is not None:
         return _too_much(where, mark, f"nests more than {_DEEPEST} levels deep")
     if "mapping values are not allowed" in problem and mark is not None:
-        return SettingsError(place, "is not valid YAML (a key where none can be)", _remedy_of_key(text, mark.line))
+        return SettingsError(place, "is not valid YAML (a key where none is allowed)", _remedy_of_key(text, mark.line))
     remedy = next(remedy for pattern, remedy in _REMEDIES if re.search(pattern, f"{problem} {error.context}"))
     if error.context_mark is not None and error.context and error.context_mark.line != getattr(mark, "line", None):
         problem += f", {error.context} from line {error.context_mark.line + 1}"
@@ -237,5 +233,5 @@ def _remedy_of_key(text: str, line: int) -> str:
         return "Put the text with a colon in it in quotation marks"
     before = next((number for number in range(line - 1, -1, -1) if lines[number].split("#")[0].strip()), None)
     if before is not None and not re.search(r":(?:\s|$)", lines[before]):
-        return f"Write a colon and a space behind the key in line {before + 1}, '{lines[before].strip()[:40]}'"
+        return f"Write a colon and a space after the key in line {before + 1}, '{lines[before].strip()[:40]}'"
     return "Begin the keys of one level in the same column; one that holds others has no value in its own line"

@@ -96,7 +96,7 @@ class Clock(Strict):
     """Unit of times that are numbers, counted from `start`, else from 1970; or the serial days of workbooks and
     MATLAB, LabVIEW's seconds, the ticks of .NET, or the file times of Windows."""
     start: str | None = None
-    """Time, such as 2025-03-03T06:00:00, from which numbers count, or date of the first of times of day."""
+    """Time, such as 2025-03-03T06:00:00, from which numbers count, or the date of the first time of day."""
     sample_rate: SampleRate | None = None
     """Nominal sample rate; derived from the time stamps where not given."""
 
@@ -121,14 +121,14 @@ class Clock(Strict):
 
 
 class LogFile(Strict):
-    """How log files are laid out; whatever is not stated is found out from the file."""
+    """How log files are laid out; whatever is not stated is determined from the file."""
 
     delimiter: str | None = None
     """Character between the columns of a text file, or tab, comma, semicolon or space (any number of spaces)."""
     decimal: Literal[".", ","] | None = None
-    """Character before the decimals."""
+    """Decimal separator."""
     thousands: str | None = Field(default=None, min_length=1, max_length=1)
-    """Character between thousands."""
+    """Thousands separator."""
     encoding: str | None = None
     """Encoding of a text file, such as cp1252."""
     comment: str | None = Field(default=None, min_length=1)
@@ -142,9 +142,9 @@ class LogFile(Strict):
     table: str | None = None
     """Sheet, group, data set or log of a file that holds several; by default the one with most of the channels."""
     null_values: tuple[NullValue, ...] = ()
-    """Further numbers that stand for missing values, beside -999.25, -9999 and the file's own."""
+    """Further numbers that stand for missing values, in addition to -999.25, -9999 and the file's own."""
     ignore_units: bool = False
-    """Whether units of the description hold where the file states others; else such a log is refused."""
+    """Whether the units of the description apply where the file states others; otherwise such a log is refused."""
 
     @field_validator("delimiter")
     @classmethod
@@ -157,7 +157,7 @@ class LogFile(Strict):
     @model_validator(mode="after")
     def _separators_differ(self) -> Self:
         if self.decimal is not None and self.decimal == self.thousands:
-            raise KeyFault("thousands", f"'{self.decimal}' stands before decimals already", "Correct one of the two")
+            raise KeyFault("thousands", f"'{self.decimal}' is already the decimal separator", "Correct one of the two")
         return self
 
 
@@ -169,7 +169,8 @@ class OtherLogs(Strict):
     time: Clock | None = None
     """Their times."""
     channels: dict[Channel, Column | None] | None = None
-    """Their channels; those that they lack are taken from the well's other logs of the time."""
+    """Their channels; those that they lack are taken from the well's other logs of the same
+    time."""
     file: LogFile | None = None
     """Their layout."""
 
@@ -232,9 +233,7 @@ class Tube(Strict):
             raise KeyFault("", what, "Correct one of the diameters; 0 m is the inner one of a solid bar")
         if self.inner_diameter > self.outer_diameter:
             what = f"outer {outer} is smaller than inner {inner}: they are probably swapped"
-            raise KeyFault(
-                "", what, "Exchange the values of 'outer_diameter' and 'inner_diameter', or correct their units"
-            )
+            raise KeyFault("", what, "Swap the values of 'outer_diameter' and 'inner_diameter', or correct their units")
         return self
 
 
@@ -249,7 +248,7 @@ class DrillPipe(Tubular):
     """The drill pipe of the tally."""
 
     length_relative: Share = 0.1
-    """Standard uncertainty of the pipe's length as waves see it: tool joints slow them down."""
+    """Standard uncertainty of the pipe's effective length for torsional waves, which tool joints slow down."""
 
 
 class Collars(Tubular):
@@ -283,14 +282,14 @@ class Rig(Strict):
     file: LogFile = LogFile()
     """Layout of the log files."""
     other_logs: tuple[OtherLogs, ...] = ()
-    """Log files of other shapes; the first whose pattern fits a file holds for it."""
+    """Log files of other shapes; the first entry whose pattern matches a file applies to it."""
     controller: SpeedControl | None = None
     """Speed controller; where it is not given, it is estimated from the logged torque command."""
     control_interval: ControlInterval | None = None
-    """Interval at which the control reads the speed and holds its command in between; where it is not given, anything
-    up to 50 ms is thought possible, as far as the log does not show it."""
+    """Interval at which the control reads the speed and holds its command in between; where it is not given and
+    the log does not show it, any value up to 50 ms is considered possible."""
     drive_delay: StatedDelay | None = None
-    """Delay of the drive, with the half interval for which its command is held in the mean."""
+    """Delay of the drive, including half the interval for which its command is held."""
     top_drive_inertia: StatedInertia | None = None
     """Inertia of the top drive."""
     pipe: DrillPipe | None = None
@@ -306,7 +305,7 @@ class Rig(Strict):
             f"other_logs.{at}.": other.channels or {} for at, other in enumerate(self.other_logs)
         }
         if not any(channels.get("torque_sweep") for channels in described.values()):
-            what = "torque_sweep is missing, which no log can go without"
+            what = "torque_sweep is missing, which every log needs"
             raise KeyFault("channels", what, "Map it to the log's column of the injected torque, with its unit")
         for place, channels in described.items():
             _check_channels(channels, place)

@@ -24,8 +24,9 @@ class WindowsSettings(Strict):
     length_s: float = Field(default=600.0, ge=1, le=86400)
     """Length of a window, in s."""
     shortest_share: float = Field(default=0.6, gt=0, le=1)
-    """Shortest window, as a share of the length: what a gap, a stuck sensor or a change leaves over is a window too. It
-    should hold three periods of the sweep: with two, half of the lines are the sweep's and few tell the noise."""
+    """Shortest window, as a share of the length: what a gap, a stuck sensor or a change of set point leaves may be a
+    window. It should contain three periods of the sweep: with two, half of the lines are those of the sweep, and few
+    remain to estimate the noise."""
     overlap: float = Field(default=0.0, ge=0, le=0.95)
     """Share of a window that overlaps with the next one."""
     rotating_rpm: float = Field(default=10.0, gt=0, le=300)
@@ -48,9 +49,10 @@ class SpectraSettings(Strict):
     estimator: Literal["local_polynomial", "welch"] = "local_polynomial"
     """Local polynomials of frequency, by line where the sweep repeats, or Welch's averages over segments."""
     segment_s: float = Field(default=120.0, gt=0, le=86400)
-    """Length of Welch's segments, in s; where the sweep is not periodic, frequencies are two of its lines apart."""
+    """Length of Welch's segments, in s; where the sweep is not periodic, frequencies are spaced by two of its lines."""
     noise_lines: int = Field(default=80, ge=16, le=10000)
-    """Unexcited lines around each excited one from which its noise is estimated; a quarter where no sweep repeats."""
+    """Unexcited lines around each excited one from which its noise is estimated; a quarter of these if
+    the sweep is not periodic."""
     spectrogram_segment_s: float = Field(default=20.0, gt=0, le=3600)
     """Segment of the spectrograms, in s."""
 
@@ -89,7 +91,8 @@ class FitsSettings(Strict):
     change_error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of wells without any change of formation, hole or assembly in which the joint fit may report one."""
     length_factor_error: float = Field(default=0.1, gt=0, le=1)
-    """Standard uncertainty of the pipe's length as waves see it over its logged length, where no tally gives it."""
+    """Standard uncertainty of the pipe's effective length for torsional waves relative to its logged length, where no
+    tally gives it."""
     length_offset_m: float = Field(default=30.0, gt=0, le=10000)
     """Standard uncertainty of the error of logged bit depth less collars that all windows share, in m."""
     collars_offset_m: float = Field(default=300.0, gt=0, le=10000)
@@ -103,8 +106,8 @@ class DiscrepancySettings(Strict):
     """Share of faultless wells that may get a verdict, a fifth of it for interval changes; and share of those in which a
     window's residuals may fail a test."""
     base_rate: float = Field(default=0.5, gt=0, lt=1)
-    """Share of sets of windows in which something is wrong, before their data are looked at. No count over rigs is
-    published: even odds favour neither answer; put in the share of your own rigs."""
+    """Share of sets of windows in which something is wrong, before their data are examined. No count over rigs is
+    published: even odds favour neither answer; enter the share of your own rigs."""
     second_cause_rate: float = Field(default=0.111, gt=0, lt=1)
     """Share of sets with one cause that have a further one. No count is published: one in nine
     holds where causes come independently of each other and a set in five has any."""
@@ -117,12 +120,12 @@ class CommonCausesSettings(Strict):
     """Causes that wells of a rig, a hole section or a tool have in common."""
 
     enabled: bool = False
-    """Whether they are judged. Off by default: where wells name a cause themselves, the common size's interval is too
-    narrow and its probability too high."""
+    """Whether they are judged. Off by default: how often the common size's interval and probability are right has not
+    been measured where wells name a cause themselves."""
     error_rate: float = Field(default=0.05, gt=0, lt=1)
     """Share of faultless fleets in which anything may be named; all their rigs, sections and tools share it."""
     base_rate: float = Field(default=0.5, gt=0, lt=1)
-    """Share of rigs, sections and tools with a cause that all their wells have, before their data are looked at. No
+    """Share of rigs, sections and tools with a cause that all their wells have, before their data are examined. No
     count is published: even odds favour neither answer."""
 
 
@@ -130,9 +133,9 @@ class StartUpsSettings(Strict):
     """Measured starts of rotation: a described well is fitted to the first part of its log and judged on the rest."""
 
     seen_share: float = Field(default=0.6, ge=0.2, le=0.9)
-    """Share of a log that is fitted to; the rest judges."""
+    """Share of a log to which models are fitted; they are judged on the rest."""
     evaluations: int = Field(default=300, ge=1, le=100_000)
-    """Most simulations of a fit, each at three levels of friction."""
+    """Largest number of simulations of a fit, each at three levels of friction."""
 
 
 class DepthSettings(Strict):
@@ -195,13 +198,13 @@ class SlurmWorkers(Strict):
     """Workers that dask submits to Slurm as jobs, for as long as a job of the workflow needs them (dask-jobqueue)."""
 
     jobs: int = Field(ge=1, le=10000)
-    """Jobs of Slurm at most; no more are submitted than there are wells for."""
+    """Largest number of Slurm jobs; no more are submitted than there are wells."""
     processes: int = Field(default=1, ge=1, le=1024)
     """Worker processes of each job, one core each."""
     memory_mb: int = Field(default=4000, ge=100, le=10_000_000)
     """Memory of each job, in MB."""
     runtime: int = Field(default=120, ge=1, le=100_000)
-    """Longest time of each job, in minutes."""
+    """Time limit of each job, in minutes."""
     partition: str | None = None
     """Partition; Slurm's default where it is not given."""
     account: str | None = None
@@ -216,7 +219,7 @@ class KubernetesWorkers(Strict):
     """Workers that dask's operator for Kubernetes starts as pods, for as long as a job needs them (dask-kubernetes)."""
 
     workers: int = Field(ge=1, le=10000)
-    """Pods at most, one core each; no more are started than there are wells."""
+    """Largest number of pods, one core each; no more are started than there are wells."""
     image: str = "drillid"
     """Container image, that of the Dockerfile."""
     namespace: str | None = None
@@ -275,14 +278,15 @@ class Settings(Strict):
     rigs: str = "config/rigs"
     """Folder of rig descriptions."""
     log_roots: tuple[str, ...] = ()
-    """Folders that logs may lie in, such as a mounted share, beside the working folder and that of the logs sheet."""
+    """Folders in which logs may lie, such as a mounted share, in addition to the working folder and that of the logs
+    sheet."""
     start_up_sheet: str | None = None
     """Sheet of measured starts of rotation; without one there are none."""
     results: str = "results/main"
     """Folder for all results of this configuration, on this machine or a mounted share."""
     mirror: str | None = None
     """Folder or URL, such as s3://bucket/main, with a copy of the results that each run brings up to date; a machine
-    without results begins with it."""
+    without results starts from it."""
     fleet: FleetSettings = FleetSettings()
     records: RecordsSettings = RecordsSettings()
     windows: WindowsSettings = WindowsSettings()

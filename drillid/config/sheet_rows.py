@@ -58,7 +58,7 @@ def _row(where: str, columns: Sequence[str], cells: Sequence[str], model: type[C
     named = dict.fromkeys(columns, "") | dict(zip(columns, cells, strict=False))
     if len(cells) > len(columns):
         what = f"has {len(cells)} cells below {len(columns)} columns"
-        return SheetRow(where, named, fault=SettingsError(where, what, "Take needless tabs out of the row"))
+        return SheetRow(where, named, fault=SettingsError(where, what, "Remove superfluous tabs from the row"))
     try:
         return SheetRow(where, named, content=model.checked(named, where))
     except SettingsError as fault:
@@ -80,7 +80,7 @@ def _check_columns(path: Path, columns: Sequence[str], model: type[Strict]) -> N
             remedy = f"Did you mean '{close[0]}'?" if close else f"Known columns are {', '.join(known)}"
             raise SettingsError(str(path), f"has an unknown column '{name}'", remedy)
         if columns.count(name) > 1:
-            raise SettingsError(str(path), f"has the column '{name}' twice", "Take one of them out")
+            raise SettingsError(str(path), f"has the column '{name}' twice", "Remove one of them")
     for name, field in model.model_fields.items():
         if field.is_required() and name not in columns:
             raise SettingsError(str(path), f"has no column '{name}'", "Add it to the header and to every row")

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 def _checked_name(name: str) -> str:
     if not name.isprintable():
-        raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Write the name anew")
+        raise KeyFault("", f"{name!r} holds characters that cannot be printed", "Retype the name")
     if {".", ".."}.intersection(name.split("/")):
-        raise KeyFault("", f"'{name}' is a path and no name", "Write the well's name")
+        raise KeyFault("", f"'{name}' is a path, not a name", "Write the well's name")
     return name
 
 
@@ -42,7 +42,7 @@ class WellRow(Strict):
     section: str = Field(default="", max_length=200)
     """What its string runs in, such as hole section and mud: wells with the same text here may have drag in common."""
     tool: str = Field(default="", max_length=200)
-    """Its bit or motor: wells with the same text here may have the laws of its cutting or its twist in common."""
+    """Its bit or motor: wells with the same text here may have its cutting law or its compliance in common."""
     folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
     """Its folder in the results; by default the letters and digits of its name, 34-10-A-12-H for 34/10-A-12 H."""
 
@@ -78,7 +78,7 @@ class StartUpRow(Strict):
     depth_m: float = Field(gt=0, le=20_000)
     """Depth of the bit along the hole, in m."""
     fitted: str = ""
-    """What is fitted, separated by commas; by default what holds at other depths of the hole as well."""
+    """Fitted parameters, separated by commas; by default those that apply at other depths of the hole as well."""
     folder: str = Field(default="", pattern=rf"^$|{SAFE}", max_length=100)
     """Its folder in the results; by default made from its name."""
 
@@ -140,7 +140,7 @@ def read_start_ups(settings: "Settings") -> dict[str, StartUpListing]:
     roots = Roots.of([".", sheet.parent, settings.results, *settings.log_roots])
     entries = _entries(sheet_rows(sheet, StartUpRow), "start_up")
     if not entries:
-        remedy = "Add a row for each, or take start_up_sheet out of the configuration"
+        remedy = "Add a row for each, or remove start_up_sheet from the configuration"
         raise SettingsError(str(sheet), "lists no starts of rotation", remedy)
     return {entry.folder: _start_up_listing(name, entry, sheet, roots) for name, entry in entries.items()}
 
@@ -182,7 +182,7 @@ def _entries(rows: Iterable[SheetRow[Named]], kind: str) -> dict[str, _Entry[Nam
         if other == name:
             entry = _Entry(folder, row.content)
         else:
-            what = f"{called}s '{other}' and '{name}' would share the folder '{folder}' where case does not count"
+            what = f"{called}s '{other}' and '{name}' would share the folder '{folder}' where case is ignored"
             remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
             entry = _Entry(_folder_apart(name), faults=[SettingsError(row.where, what, remedy)])
         entry.faults += [row.fault] if row.fault else []
@@ -255,7 +255,7 @@ class _Logs:
         if not self._roots.hold(log):
             return _outside(where, log, self._roots)
         if "*" in log and url_of(Path(log)):
-            what = f"log '{log}' is a pattern, and files elsewhere are not looked for"
+            what = f"log '{log}' is a pattern, and patterns of addresses are not resolved"
             return SettingsError(where, what, "List each of them, or mount their folder")
         return None
 
@@ -263,7 +263,7 @@ class _Logs:
 def _listed_twice(where: str, log: str, before: str, other: str) -> SettingsError:
     """The error of a log that an earlier row lists, maybe by another name."""
     name = "" if os.path.normpath(log) == os.path.normpath(other) else f" as '{other}', which is the same file"
-    return SettingsError(where, f"log '{log}' is listed already at {before}{name}", "Remove one of the rows")
+    return SettingsError(where, f"log '{log}' is already listed at {before}{name}", "Remove one of the rows")
 
 
 def _unknown(where: str, well: str, names: Collection[str], sheet: str) -> SettingsError:
@@ -274,5 +274,5 @@ def _unknown(where: str, well: str, names: Collection[str], sheet: str) -> Setti
 
 def _outside(where: str, log: str, roots: Roots) -> SettingsError:
     folder = os.path.dirname(log if "://" in log else os.path.realpath(log))
-    what = f"log '{log}' lies in {folder}, outside of the folders for logs: {', '.join(roots.folders)}"
+    what = f"log '{log}' lies in {folder}, outside the folders for logs: {', '.join(roots.folders)}"
     return SettingsError(where, what, f"If it may be read, add to the configuration: log_roots: [{folder}]")

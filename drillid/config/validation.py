@@ -80,7 +80,7 @@ def _explain_key(model: type[BaseModel], details: ErrorDetails) -> tuple[str, st
         return f"the key '{key}' is missing", f"Add '{key}'"
     what = details["msg"].removeprefix("Value error, ")
     if details["type"] == "string_type" and key:
-        return f"'{key}': {details['input']!r} is not a text", "Put it in quotation marks"
+        return f"'{key}': {details['input']!r} is not text", "Put it in quotation marks"
     if details["type"] in _BEYOND_BOUNDS:
         what = f"{details['input']} should be {what.removeprefix('Input should be ')}"
         return f"'{key}': {what}", f"Correct the value of '{key}' ({_description(model, details['loc'])})"

@@ -25,7 +25,7 @@ def _parameters(row: str) -> dict[str, Variable]:
             (row, "parameter", "parameter_"), "float64", "1", "correlation of the parameters' errors"
         ),
         "gain": Variable(("gain",), "str", "", "gain of the speed control"),
-        "gain_value": Variable((row, "gain"), "float64", "", "gain that was fitted within what is known of it, SI"),
+        "gain_value": Variable((row, "gain"), "float64", "", "gain fitted within its stated uncertainty, SI"),
         "chi2_per_dof": Variable((row,), "float64", "1", "chi-squared of the residuals per degree of freedom"),
         "residual_dof": Variable((row,), "float64", "1", "degrees of freedom of the residuals"),
         "fit_p_value": Variable((row,), "float64", "1", "p-value of chi-squared under the fitted model"),
@@ -33,7 +33,8 @@ def _parameters(row: str) -> dict[str, Variable]:
             (row,),
             "float64",
             "1",
-            "factor by which residuals exceed the noise; errors hold what is alike over frequencies",
+            "factor by which residuals exceed the noise; the part of this excess that is correlated over frequency is "
+            "included in the standard errors",
         ),
         "accepted": Variable((row,), "bool", "", "the fit is accepted"),
         "reason": Variable((row,), "str", "", "why the fit is not accepted"),
@@ -53,12 +54,12 @@ STACK_FITS = DatasetSchema(
 
 _WP = ("window", "parameter")
 JOINT_FITS = DatasetSchema(
-    "Fit of all windows together: drive and pipe shared, damping and BHA on random walks with depth or jumping",
+    "Fit of all windows together: drive and pipe shared, damping and BHA as random walks in depth with jumps",
     {
         **IN_WINDOWS,
         "parameter": Variable(("parameter",), "str", "", "parameter of the transmission-line model"),
         "shared": Variable(("shared",), "str", "", "coordinate that is the same in all windows"),
-        "random_walk": Variable(("random_walk",), "str", "", "parameter that follows a random walk with depth"),
+        "random_walk": Variable(("random_walk",), "str", "", "parameter that follows a random walk in depth"),
         "value": Variable(_WP, "float64", "", "value, SI"),
         "standard_error": Variable(_WP, "float64", "", "standard error of the value"),
         "lower": Variable(_WP, "float64", "", "lower end of the 95 % band"),
@@ -138,12 +139,12 @@ DEPTH = DatasetSchema(
             chi2_per_dof=("1", "chi-squared of the residuals per degree of freedom"),
             damping_pull=("1", "BHA damping less its run's level, in standard deviations"),
             inertia_pull=("1", "BHA inertia less its run's level, in standard deviations"),
-            critical_slope=("N m s rad-1", "fall of bit torque with speed from which on vibration grows"),
+            critical_slope=("N m s rad-1", "decrease of bit torque with speed above which vibration grows"),
             critical_frequency=("Hz", "frequency of that vibration"),
             lowest_stable_speed=("rad s-1", "speed below which a bit of the stated torque per weight sticks and slips"),
             tuned_proportional=("N m s rad-1", "proportional gain of the speed control with the least bit vibration"),
             tuned_integral=("N m rad-1", "integral gain of the speed control with the least bit vibration"),
-            tuned_vibration=("1", "largest bit mobility with these gains per that with the present ones"),
+            tuned_vibration=("1", "largest bit mobility with these gains, relative to that with the present gains"),
         ),
         **{
             f"{name}_at_bound": Variable(
@@ -165,7 +166,7 @@ DEPTH = DatasetSchema(
             ("depth",),
             "bool",
             "",
-            "damping or inertia of the BHA stands out of its run, in the window or on both sides",
+            "BHA damping or inertia is significantly above the level of its run, in the window or on both sides of it",
         ),
         "verdict": Variable(("depth",), "str", "", "what the simulation gets wrong, from the window's set"),
     },
@@ -197,7 +198,7 @@ START_UPS = DatasetSchema(
             bit_slowest=("rad s-1", "least measured speed of the bit in each half second"),
             bit_fastest=("rad s-1", "greatest measured speed of the bit in each half second"),
         ),
-        "model": Variable(("model",), "str", "", "description with which it is simulated"),
+        "model": Variable(("model",), "str", "", "model with which the start is simulated"),
         **each(
             _MODEL_TIME,
             simulated_torque=("N m", "simulated torque of the drive"),
@@ -216,15 +217,19 @@ START_UPS = DatasetSchema(
             ("model",),
             gain=(
                 "1",
-                "held-out squared error that the model saves of the one before it, in units of the errors' scales",
+                "reduction of the held-out squared error, compared with the preceding kept model, in units of "
+                "the errors' scales",
             ),
-            gain_low=("1", "lower end of the gain's interval, of 95 % confidence"),
-            gain_high=("1", "upper end of the gain's interval"),
+            gain_low=("1", "lower end of the gain's 90 % interval, a one-sided 95 % limit"),
+            gain_high=("1", "upper end of the gain's 90 % interval"),
         ),
         "kept": Variable(
-            ("model",), "bool", "", "the model with which to predict: its gain has a lower end above zero"
+            ("model",),
+            "bool",
+            "",
+            "the model to predict with: the last whose gain has an interval above zero, else the description",
         ),
-        "parameter": Variable(("parameter",), "str", "", "what is fitted"),
+        "parameter": Variable(("parameter",), "str", "", "fitted parameter"),
         "value": Variable(("model", "parameter"), "float64", "", "its value, SI, the modulus in GPa"),
         "at_bound": Variable(("model", "parameter"), "bool", "", "the value lies at its bound"),
     },

@@ -150,7 +150,7 @@ def _mobility(row: str) -> dict[str, Variable]:
         "averages": Variable(dims, "float64", "1", "equivalent number of independent averages"),
         "degrees_of_freedom": Variable(dims, "float64", "1", "complex degrees of freedom of the variance"),
         "coherence": Variable(dims, "float64", "1", "squared coherence of speed and sweep"),
-        "coherence_minimum": Variable(dims, "float64", "1", "least coherence of the band that passes the gate"),
+        "coherence_minimum": Variable(dims, "float64", "1", "smallest mean coherence of a band that passes the gate"),
         "coherence_maximum": Variable(dims, "float64", "1", "largest coherence that passes the gate"),
         "gate": Variable(dims, "int8", "", "why the frequency is used or left out", Gate),
     }
@@ -174,7 +174,7 @@ _LOOP = {
     ),
     **each(
         ("window",),
-        channel_offset=("s", "time by which the torque command is recorded later than the sweep"),
+        channel_offset=("s", "time by which the recorded torque command lags the recorded sweep"),
         channel_offset_error=("s", "standard error of the channel offset"),
     ),
 }

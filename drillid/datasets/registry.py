@@ -18,9 +18,10 @@ CHANGE_COLUMNS = {
     "count": "number of windows, or of problems of one kind",
     "stage": "stage of the problem or of the fit",
     "where": "place of the first of the problems",
-    "before": "how it was: the verdict with its probability, the parameter with its 95 % band, the reason of a failure",
-    "now": "how it is: the verdict, the parameter, the reason of a failure, the first of the problems",
-    "reason": "what is other than before in what windows, fit or verdict come from, as far as the stages' keys tell: "
+    "before": "the earlier state: the verdict with its probability, the parameter with its 95 % band, the reason for a "
+    "failure",
+    "now": "the present state: the verdict, the parameter, the reason for a failure, the first of the problems",
+    "reason": "what has changed in the inputs of windows, fit or verdict, as far as the stages' keys show it: "
     "logs, settings, rig description, code, versions",
     "since": "end of the newest window of the well that the last report knew, UTC",
 }
@@ -28,19 +29,19 @@ CHANGE_COLUMNS = {
 
 CHANGES = {
     "new_well": "the well is in no earlier report",
-    "removed_well": "the well is listed no more",
+    "removed_well": "the well is no longer listed",
     "failed": "the well failed in a stage, as it did not before, or for another reason",
-    "recovered": "the well failed before and does so no more",
+    "recovered": "the well failed before and no longer does",
     "new_windows": "windows of new or late logs",
     "changed_windows": "windows whose samples have changed, as those of a corrected log",
-    "removed_windows": "windows that are there no more",
-    "changed_joint_fit": "a parameter of the joint fit lies outside of its earlier 95 % band; its values are of the "
-    "depth where it does so most",
+    "removed_windows": "windows that no longer exist",
+    "changed_joint_fit": "a parameter of the joint fit lies outside its earlier 95 % band; its values are those at the "
+    "depth where it lies farthest outside",
     "new_verdict": "a verdict on depths that had none",
-    "changed_verdict": "another verdict than before; or its probability has changed by 0.1 or more, or its size lies "
-    "outside of its earlier interval",
-    "withdrawn_verdict": "a verdict on depths that have none now",
-    "new_problem": "something was rejected; rows that differ in their numbers only are one kind",
+    "changed_verdict": "a verdict other than before; or its probability has changed by 0.1 or more, or its size lies "
+    "outside its earlier interval",
+    "withdrawn_verdict": "a verdict on depths that no longer have one",
+    "new_problem": "something was rejected; rows that differ only in their numbers are one kind",
 }
 """Kinds of changes with their meaning."""
 

@@ -70,27 +70,27 @@ FIGURES = {
     "anomaly": FigureText(
         "What stands out",
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
-        "significant rise in either, and the least pull that flags one (larger in a run with scatter). Right: goodness "
-        "of fit of each window.",
+        "significant rise in either, and the smallest deviation that is flagged (larger in a run with more scatter). "
+        "Right: goodness of fit of each window.",
     ),
     "verdicts": FigureText(
         "What the simulation gets wrong",
         "Every verdict of the discovery engine over its depths, its probability, and the predictive gain of the "
         "extended model on windows that it was not fitted to, with 90 % intervals. Red: named causes; violet: a cause "
-        "outside of the catalogue; grey: none.",
+        "outside the catalogue; grey: none.",
     ),
     "evidence": FigureText(
         "Evidence for every cause",
         "Log Bayes factor of each cause of the catalogue, and of an unknown one: a disturbance at a port, or "
-        "data sheets that do not fit; for the three sets of windows that tell most. Above zero the data favour it, "
-        "and 5 is strong; beyond 10 the axis is logarithmic. Bars end at −10. What a channel cannot show was not "
-        "tested by it.",
+        "data sheets that do not fit; for the three most informative sets of windows. Above zero the data favour it, "
+        "and 5 is strong; beyond 10 the axis is logarithmic. Bars end at −10. A cause that a channel cannot show was "
+        "not tested on it.",
     ),
     "distinguishability": FigureText(
         "Which causes these data distinguish",
         "Left: distance, in standard deviations, of a cause of its usual size (row) from the best fit by another one "
         "(column), with all other unknowns fitted; below 3 the two are indistinguishable. Right: the smallest "
-        "detectable size; left of the blue line the usual size is detectable. Both hold before any cause is sought.",
+        "detectable size; left of the blue line the usual size is detectable. Both apply before any cause is added.",
     ),
     "model_residuals": FigureText(
         "Residuals of the models of the sets",
@@ -106,8 +106,8 @@ FIGURES = {
     "reflectogram": FigureText(
         "Where along the string",
         "Measured less modelled reflection of waves that travel down the string, against the distance at which they "
-        "are reflected, over all windows of the set. Grey: limit that noise alone exceeds nowhere, at the stated error "
-        "rate. A cause above the string has no place of its own.",
+        "are reflected, over all windows of the set. Grey: limit that noise alone exceeds anywhere only with "
+        "the stated error rate. A cause above the string has no position along it.",
     ),
     "spectrograms": FigureText(
         "Torque command and top-drive speed",
@@ -122,8 +122,9 @@ FIGURES = {
     ),
     "command_mobility_fitted": FigureText(
         "Identified command and bit mobility",
-        "The fitted models of the same windows and of their stack; grey dots are measured, of the stack or else of the "
-        "middle window. Below: the bit mobility with the top drive clamped, which is that of the string alone.",
+        "The fitted models of the same windows and of their stack; grey dots are measurements, of the stack or, "
+        "without one, of the middle window. Below: the bit mobility with the top drive clamped, which is that of the "
+        "string alone.",
     ),
     "command_mobility_depth": FigureText(
         "Command mobility against depth",

@@ -131,7 +131,7 @@ def stored_results(settings: Settings, name: str) -> WellResults:
     """
     listings = {listing.name: listing for listing in read_sheets(settings).values()}
     if name not in listings:
-        raise SettingsError(name, "is no well of the sheets", f"Choose one of {', '.join(listings)}")
+        raise SettingsError(name, "is not a well of the wells sheet", f"Choose one of {', '.join(listings)}")
     folders = WellFolders(Path(settings.results), listings[name].folder, name=name)
     if not folders.has("depth", "depth") or not folders.read("depth", "depth").sizes["depth"]:
         raise SettingsError(f"well {name}", f"has no results in {settings.results}", "Run the workflow first")

@@ -162,7 +162,7 @@ def save(figure: Figure, path: Path, dpi: int, *, heading: bool = True) -> None:
     """
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise SettingsError(str(path), "is no file of a figure", f"End its name in one of {', '.join(FORMATS)}")
+        raise SettingsError(str(path), "is not a figure file", f"End its name in one of {', '.join(FORMATS)}")
     if not heading:
         figure = _without_heading(figure)
     figure.set_dpi(dpi)

@@ -53,7 +53,7 @@ def draw(results: WellResults, name: str) -> Figure:
 
     functions = drawings()
     if name not in functions:
-        raise SettingsError(name, "is no figure", f"Choose one of {', '.join(functions)}")
+        raise SettingsError(name, "is not a figure", f"Choose one of {', '.join(functions)}")
     with matplotlib.rc_context(STYLE):
         return functions[name](results)
 

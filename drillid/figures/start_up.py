@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 _COLOURS = (DATA_SHEET, FLAGGED, JOINT)
 _CAPTION = (
-    "Models are fitted to the time before the dotted line; what comes after it judges them. Bit speed: the shade holds "
-    "the measured half-second extremes."
+    "Models are fitted to the time before the dotted line and judged on the time after it. Bit speed: the shading "
+    "spans the measured half-second extremes."
 )
 
 

@@ -34,7 +34,7 @@ TABLES = {
     "learnt.csv": "what was learnt where no cause explains the data",
     "changes.csv": "what is new since the last report",
     "common_causes.csv": "what wells of a rig, a hole section or a tool have in common",
-    "well_standings.csv": "each well compared with its sister wells",
+    "well_standings.csv": "each well compared with the others",
     "fleet.zarr/": "the parameters of all wells",
 }
 """Results over all wells and what they hold."""

@@ -156,7 +156,7 @@ def _death(code: int, path: Path, limits: _Limits) -> Exception:
     if code == -signal.SIGKILL:
         return MemoryError(f"the process that read {path} was killed, probably out of memory")
     if code == -signal.SIGXCPU:
-        return ValueError(f"reading it takes more than {limits.seconds:.0f} s of the processor")
+        return ValueError(f"reading it takes more than {limits.seconds:.0f} s of processor time")
     if code < 0:
         return ValueError(f"the library that reads it crashed by {signal.Signals(-code).name}")
     return RuntimeError(f"the process that read {path} ended with code {code}")

@@ -56,7 +56,7 @@ def _parts(header: Header) -> tuple[str, ...]:
 
 
 def _of_parts(parts: tuple[str, ...]) -> Note:
-    what = f"the times are put together from the columns {listed(parts)}"
+    what = f"the times are combined from the columns {listed(parts)}"
     return what, "State time.column in the rig description if that is wrong"
 
 

@@ -50,12 +50,13 @@ def of_numbers(of: StatedTimes, column: Any) -> Naive:
         ) from error
     except ValueError as error:
         row = int(np.argmax(np.abs(values.astype(float))))
-        raise of.wrong(row, values[row], str(error).capitalize()) from error
+        remedy = f"Correct the value{of.places.in_line(row)}, or state its unit as time.unit in the rig description"
+        raise of.wrong(row, values[row], remedy, fault=str(error)) from error
     if not found.decided:
         counts = of.described.start is None and start is not None
         return Naive(found.since, found.zoned, (of.from_header(int(found.since[0])),) if counts else ())
     zone = "UTC" if found.zoned else f"in the zone {of.zone()}"
-    what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, by their size"
+    what = f"the times in column '{of.column}' are read as {found.decided}, {zone}, according to their magnitude"
     return Naive(found.since, found.zoned, ((what, "State time.unit in the rig description if that is wrong"),))
 
 
@@ -166,13 +167,14 @@ def formatted(of: StatedTimes, column: Any, stated: str) -> Naive:
         raise LogError(
             of.places.column(of.column),
             f"the format '{stated}' from {source} cannot be used ({error})",
-            "Write time.format as strptime has it, such as '%d.%m.%Y %H:%M:%S.%f'",
+            "Write time.format in the notation of strptime, such as '%d.%m.%Y %H:%M:%S.%f'",
         ) from error
     wrong = np.flatnonzero(found.isna())
     if wrong.size:
         row = int(wrong[0])
-        other = "" if by_user else "; state another one as time.format in the rig description"
-        raise of.wrong(row, cells.iloc[row], f"It does not match the format '{stated}' from {source}{other}")
+        change = "Correct time.format" if by_user else "State another format as time.format"
+        remedy = f"{change} in the rig description, or correct the cell{of.places.in_line(row)}"
+        raise of.wrong(row, cells.iloc[row], remedy, fault=f"it does not match the format '{stated}' from {source}")
     if "%d" not in stated and "%j" not in stated and not re.search(r"%[cDxF]", stated):
         return from_midnight(of, Naive(nanoseconds(found) % DAY_NS, False))
     return Naive(nanoseconds(found), found.dt.tz is not None)

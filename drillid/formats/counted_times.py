@@ -158,7 +158,7 @@ def _absolute(values: Floats | Integers, unit: str) -> Integers:
 def _scaled(values: Floats | Integers, size: float, as_written: Floats | Integers | None = None) -> Integers:
     """Numbers in units of `size` ns as whole ns, rounded to what floats of their size resolve."""
     if np.any(np.abs(np.asarray(values, dtype=float)) * size > 2.0**62):
-        raise ValueError("a time is outside the years that can be stored")
+        raise ValueError("the time is outside the range of years that can be stored")
     if values.dtype.kind in "iu":
         return np.asarray(values.astype(np.int64) * round(size))
     largest = float(np.max(np.abs(values if as_written is None else as_written), initial=0.0))

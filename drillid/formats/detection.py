@@ -76,7 +76,7 @@ def reader_of(path: Path) -> tuple[LogFormat, tuple[Note, ...]]:
         raise LogError(
             str(path), "is not in a known format", f"Known endings are {known}, packed as {packed} where that is usual"
         )
-    what = f"holds what a file ending in {suffixes[0]} does, and is read as such"
+    what = f"has the content of a file ending in {suffixes[0]}, and is read as one"
     return formats()[suffixes[0]], (*beside, (what, "Name the file after its format"))
 
 

@@ -120,7 +120,7 @@ def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
         names = ", ".join(shortened(member.filename) for member in members[:_MOST_NAMES])
         raise Unusable(
             f"is a zip file with {len(members)} files ({names}), where one is expected",
-            "Unpack it, or zip each log on its own",
+            "Unpack it, or zip each log separately",
         )
     if members[0].flag_bits & 1:
         raise Unusable("is protected by a password", "Unpack it")
@@ -150,7 +150,7 @@ def notes_on(path: Path) -> tuple[Note, ...]:
     names = ", ".join(f"'{shortened(name)}'" for name in beside[:_MOST_NAMES])
     more = f" and {len(beside) - _MOST_NAMES} more" if len(beside) > _MOST_NAMES else ""
     what = f"files in the archive are not logs, judging by their names, and are not read: {names}{more}"
-    return ((what, "Zip each log on its own if one of them is a log"),) if beside else ()
+    return ((what, "Zip each log separately if one of them is a log"),) if beside else ()
 
 
 class _Limited(io.RawIOBase):
@@ -212,7 +212,7 @@ def check_no_tar(start: bytes) -> None:
     """
     place, magic = _TAR_MAGIC
     if start[place] == magic:
-        raise Unusable("is a tar archive, which may hold several files", "Unpack it, or pack each log on its own")
+        raise Unusable("is a tar archive, which may hold several files", "Unpack it, or pack each log separately")
 
 
 def lines_at_start(path: Path, size: int = 2**18) -> bytes:

@@ -160,7 +160,7 @@ def _answering(place: str) -> Iterator[None]:
         raise
     except Exception as error:  # each store has errors of its own
         remedy = "Check the network and the credentials, then run again"
-        raise SettingsError(place, f"does not answer ({first_line(error)})", remedy) from error
+        raise SettingsError(place, f"does not respond ({first_line(error)})", remedy) from error
 
 
 def _state(system: Any, entry: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from drillid.formats.stamps import utc_stamps
 from drillid.formats.stated_times import StatedTimes
 
 _REMEDY = (
-    "Write each column of times and the columns behind it into a file of its own; logs of a well are joined by time"
+    "Write each column of times and the columns after it into a file of its own; logs of a well are joined by time"
 )
 
 

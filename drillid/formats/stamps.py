@@ -64,9 +64,9 @@ def _placed(of: StatedTimes, naive: Naive, ambiguous: bool | None) -> tuple[Stam
 
 
 def _in_milliseconds(of: StatedTimes) -> Note:
-    reason = "as within a second they advance that way, and jump to and fro as decimals"
-    what = f"the digits behind the seconds in column '{of.column}' are read as whole milliseconds, {reason}"
-    return what, "Write as many digits in every row if that is wrong"
+    reason = "as they then advance within a second, whereas as decimals they would jump back and forth"
+    what = f"the digits after the seconds in column '{of.column}' are read as whole milliseconds, {reason}"
+    return what, "Write the same number of digits in every row if that is wrong"
 
 
 def _check_timed(of: StatedTimes, since: Integers, column: Any) -> None:
@@ -189,10 +189,10 @@ def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> Lo
     repeated = naive.dt.tz_localize(zone, ambiguous="NaT", nonexistent="shift_forward").isna().to_numpy()
     if left_out.any():
         row = int(np.argmax(left_out))
-        fault = "does not exist there, as clocks are put forward over it"
+        fault = "does not exist there, as clocks are set forward past it"
     elif repeated.any():
         row = int(np.argmax(repeated))
-        fault = "occurs twice there, as clocks are put back, and the rows do not show which of the two it is"
+        fault = "occurs twice there, as clocks are set back, and the rows do not show which of the two it is"
     else:
         what = f"the stamps cannot be placed in the time zone '{zone}' ({reason})"
         return LogError(of.places.column(of.column), what, "Correct time.zone in the rig description")

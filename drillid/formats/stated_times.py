@@ -104,12 +104,12 @@ class StatedTimes:
             return ((what, f"Correct the name or unit if the rig's zone, {self.described.zone}, is right"),)
         abbreviation = abbreviation_of_zone(self.column, self.places.header.units.get(self.column, ""))
         if abbreviation is not None:
-            what = f"{abbreviation} at column '{self.column}' stands for several zones; its times are taken in {zone}"
+            what = f"{abbreviation} at column '{self.column}' stands for several zones; {zone} is assumed"
             return ((what, "State time.zone in the rig description if that is wrong"),)
         beside = offset_among(self.places.header.columns)
         if beside is None or beside in (self.column, self.date):
             return ()
-        what = f"the zone in column '{beside}' is not used; the times in column '{self.column}' are taken in {zone}"
+        what = f"the zone in column '{beside}' is not used; those in column '{self.column}' are assumed to be in {zone}"
         return ((what, "State time.zone in the rig description if that is wrong"),)
 
     def form(self) -> str | None:
@@ -149,10 +149,8 @@ class StatedTimes:
 
             raise self.wrong(int(np.argmax(pc.is_null(column).to_numpy())), "")
 
-    def wrong(self, row: int, cell: object, remedy: str = "") -> LogError:
-        """The error for a cell that is not a time."""
-        shown = "" if cell is None else shortened(cell)
+    def wrong(self, row: int, cell: object, remedy: str = "", *, fault: str = "") -> LogError:
+        """The error for a cell that is not a time, and why it is not where that is known."""
+        what = f"'{'' if cell is None else shortened(cell)}' is not a time{fault and f': {fault}'}"
         example = f"{EXAMPLE}{self.places.in_line(row)}"
-        return LogError(
-            self.places.cell(self.column, row), f"'{shown}' is not a time", remedy or f"{example}, {_OTHER_FORMAT}"
-        )
+        return LogError(self.places.cell(self.column, row), what, remedy or f"{example}, {_OTHER_FORMAT}")

@@ -274,7 +274,7 @@ def _check_points(rows: list[list[str]], names: tuple[str, ...]) -> None:
             cells_shown = f"'{pointed[0]}' and '{integers[0]}' in column '{name}'"
             raise Unusable(
                 f"has cells such as {cells_shown}: is the point for decimals or thousands?",
-                "State file.decimal in the rig description: '.', or ',' where points stand between thousands",
+                "State file.decimal in the rig description: '.', or ',' where points separate thousands",
             )
 
 

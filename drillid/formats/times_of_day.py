@@ -115,7 +115,7 @@ def with_milliseconds(of: StatedTimes, naive: Naive, column: Any) -> Naive:
     whole = pc.fill_null(pc.match_substring_regex(text, r"^\d{1,3}(?:\.0*)?$"), False).to_numpy()
     if not np.all(whole):
         row = int(np.argmin(whole))
-        cell = f"row {row + 1} of it is '{shortened(column[row].as_py())}'"
+        cell = f"its row {row + 1} is '{shortened(column[row].as_py())}'"
         what = f"column '{of.milliseconds}' is not added to the times as their milliseconds, as {cell}"
         return replace(naive, notes=(*naive.notes, (what, f"Correct that{of.places.in_line(row)} if it is wrong")))
     added = text.cast(pa.float64()).to_numpy().astype(np.int64) * 1_000_000
@@ -137,7 +137,7 @@ def from_midnight(of: StatedTimes, times: Naive) -> Naive:
     clock = times.since
     steps = np.diff(clock, prepend=clock[:1])
     days = np.cumsum((steps < -_PAST_MIDNIGHT_NS).astype(np.int64) - (steps > _PAST_MIDNIGHT_NS))
-    what = f"the times of day in column '{of.column}' are dated from the log's start on"
+    what = f"the times of day in column '{of.column}' are dated from the start of the log"
     note = (what, "Check the date; a log with gaps of a day needs a column of dates")
     since = start[0] + days * DAY_NS + clock
     return Naive(since, start[1] or times.zoned, (*times.notes, note))

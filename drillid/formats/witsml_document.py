@@ -117,7 +117,7 @@ def documents(path: Path, lines: bool) -> Iterator[tuple[LogObject, list[str]]]:
             yield from _fed(parser, handler, content)
     except DefusedXmlException as error:
         raise Unusable(
-            "declares entities or a document type, which no WITSML log needs and attacks use",
+            "declares entities or a document type, which no WITSML log needs and which may be an attack",
             "Export the log again without them",
         ) from error
 

@@ -108,7 +108,7 @@ def usable_rows(stamps: Integers, path: Path) -> tuple[Booleans, list[Note]]:
     if not np.all(kept):
         row = int(np.argmin(kept))
         when = np.datetime_as_string(stamps[row : row + 1].astype("datetime64[ns]"), unit="ms")[0]
-        what = f"{int(np.sum(~kept))} rows are stamped far off those around them, the first, row {row + 1}, as {when}"
+        what = f"{int(np.sum(~kept))} rows are stamped far from their neighbours, the first {when} in row {row + 1}"
         notes.append((f"{what}; they are not used", "Export the log again; the file may be damaged"))
     if np.sum(kept) < FEWEST_ROWS:
         raise too_few_rows(str(path), int(np.sum(kept)))

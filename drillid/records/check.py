@@ -55,7 +55,23 @@ class Checked:
     logs: int = 0
 
     def __str__(self) -> str:
-        return f"{self.wells} wells, {self.rigs} rigs and {self.logs} logs checked"
+        wells, rigs, logs = (_counted(self.wells, "well"), _counted(self.rigs, "rig"), _counted(self.logs, "log"))
+        return f"{wells}, {rigs} and {logs} checked"
+
+    def summary(self, findings: Sequence[Finding]) -> str:
+        """What was checked, what would fail and what to do about it, in a sentence or two."""
+        fails = sum(finding.fails for finding in findings)
+        if fails:
+            return (
+                f"{self}: {_counted(fails, 'problem')} would make a log, a well or the whole run fail. "
+                "Correct each row marked 'fails' as its remedy says, and check again"
+            )
+        notes = f"; {_counted(len(findings), 'note')} on what it would assume or leave out" if findings else ""
+        return f"{self}: a run would accept everything{notes}"
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:

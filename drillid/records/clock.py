@@ -137,8 +137,12 @@ def place_rows(
     spacing, shift = _tick_spacing(seconds, interval)
     spacing, moved, steps = _without_steps(spacing, shift, sweep[rows], speed[rows], interval)
     if len(steps) > max(_MOST_STEPS, rows.size // _ROWS_PER_STEP):
-        what = f"its stamps jump {len(steps)} times within {rows.size} rows, more often than any clock is set"
-        raise LogError(where, what, "Export the log again; its time column is damaged, or rough by a third of a sample")
+        what = f"its stamps jump {len(steps)} times within {rows.size} rows, more often than any clock is reset"
+        raise LogError(
+            where,
+            what,
+            "Export the log again; its time column is damaged, or its stamps scatter by a third of a sample",
+        )
     seconds, tick = seconds - moved, np.concatenate([[0], np.cumsum(spacing)])
     centred = tick - np.mean(tick)
     along = float(np.dot(centred, seconds))

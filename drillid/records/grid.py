@@ -163,7 +163,9 @@ def _step_notes(ticks: Ticks, grid: Grid) -> list[Note]:
     notes = []
     for step in ticks.steps:
         signals = (
-            "the signals are continuous there" if step.continues else "the signals break there, so time is missing"
+            "the signals are continuous there"
+            if step.continues
+            else "the signals are discontinuous there, so time is missing"
         )
         what = f"the clock was set by {step.seconds:+.3f} s at {grid.at(int(grid.position[step.row]))}; {signals}"
         notes.append((what, remedy))

@@ -293,7 +293,10 @@ def _offset_of(log: SlowLog, raw: RawChannels) -> tuple[float, str]:
             continue
         value = f"{found.seconds:+.2f} s, standard error {found.error:.2g} s"
         if abs(found.seconds) > max(log.interval, _SURE * found.error):
-            return found.seconds, f"its clock is off this log's by {value}, as {name} in both logs shows; corrected"
+            return (
+                found.seconds,
+                f"its clock differs from this log's by {value}, as {name} in both logs shows; corrected",
+            )
         return 0.0, f"the clocks agree, as {name} in both logs shows ({value})"
-    reason = f"no offset shows in {' and '.join(shared)} of both logs" if shared else "no channel is in both logs"
-    return 0.0, f"{reason}, so the clocks are taken to agree"
+    reason = f"no offset is visible in {' and '.join(shared)} of both logs" if shared else "no channel is in both logs"
+    return 0.0, f"{reason}, so the clocks are assumed to agree"

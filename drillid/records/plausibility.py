@@ -122,7 +122,7 @@ CHECKS = (
         consistency.usable_frequency,
         (5.0, math.inf),
         _ANY,
-        "it is sampled too slowly: it is usable only up to {value:.3g} Hz, and what the sweep does above half its "
+        "it is sampled too slowly: it is usable only up to {value:.3g} Hz, and the sweep's content above half its "
         "sample rate is aliased to lower frequencies",
         "Export the log at the rate of its recorder; torsional dynamics up to 5 Hz need at least 12.5 Hz",
         "sampling at 2.5 times the highest frequency; sweeps reach about 5 Hz",
@@ -135,7 +135,7 @@ CHECKS = (
         (-math.inf, 50.0),
         "the bit is {value:.1f} m below the bottom of the hole",
         _DEPTHS,
-        "the bit makes the hole; corrections of the pipe tally are a few metres",
+        "the bit drills the hole; corrections of the pipe tally are a few metres",
     ),
     Check(
         "bit above bottom",
@@ -145,7 +145,7 @@ CHECKS = (
         (-math.inf, 50.0),
         "the hole deepens while the bit is {value:.1f} m above its bottom",
         _DEPTHS,
-        "the bit makes the hole; corrections of the pipe tally are a few metres",
+        "the bit drills the hole; corrections of the pipe tally are a few metres",
     ),
     Check(
         "hole shrinks",
@@ -205,7 +205,7 @@ CHECKS = (
         _ANY,
         "the drive takes power out of the string while it turns: torque command and speed have opposite signs",
         "Correct the sign of torque command or speed in the export",
-        "friction and bit take power, which only the drive gives",
+        "friction and bit consume power, which only the drive supplies",
     ),
     Check(
         "sweep in command",
@@ -215,7 +215,7 @@ CHECKS = (
         (0.05, 20.0),
         "the torque command changes {value:.3g} times as much as the sweep that it contains",
         _SWEEP_UNIT,
-        "the command is the sum of sweep and control, and control answers fast changes by less than their size",
+        "the command is the sum of sweep and control, and the control responds little to fast changes",
     ),
     Check(
         "unit of the sweep",
@@ -235,7 +235,7 @@ CHECKS = (
         (2.0, 1e7),
         "the speed follows the sweep as if the top drive had an inertia of {value:.3g} kg m²",
         f"{_RESPONSE}: kN m and N m differ by 1000, rad/s and rpm by 9.55",
-        "top drives have 100 to 10,000 kg m², motors and gear included; stiff control adds to what shows",
+        "top drives have 100 to 10,000 kg m², motors and gear included; stiff control adds to the apparent inertia",
     ),
     Check(
         "response",
@@ -255,7 +255,7 @@ CHECKS = (
         _ANY,
         "the speed moves against the sweep",
         _RESPONSE,
-        "rig and control are passive: they take power from the sweep and give none",
+        "rig and control are passive: they absorb power from the sweep and supply none",
     ),
 )
 """Every check of a log's channels against each other."""

@@ -102,8 +102,8 @@ def interval_lead(interval: FlaggedInterval) -> Markup:
     rose = frozenset(rise.parameter for rise in interval.rises)
     what = {
         frozenset({"damping_bha"}): "Something drags on the assembly here",
-        frozenset({"inertia_bha"}): "More mass than usual turns with the assembly here",
-    }.get(rose, "Something drags on the assembly here, and more mass turns with it")
+        frozenset({"inertia_bha"}): "More mass than usual rotates with the assembly here",
+    }.get(rose, "Something drags on the assembly here, and more mass rotates with it")
     action = "check the tally" if rose == {"inertia_bha"} else "check caliper, cuttings and downhole vibration"
     likely = ", as in a washed-out hole" if rose != {"inertia_bha"} else ""
     return Markup("{}{}: {}.").format(what, likely, action)
@@ -144,7 +144,7 @@ def _stick_slip(well: WellReport) -> list[Item]:
         return []
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
-    lead = Markup("Risk of stick-slip: turn faster, take weight off or {}.").format(remedy)
+    lead = Markup("Risk of stick-slip: raise the speed, reduce the weight on bit or {}.").format(remedy)
     more = Markup("{} where a bit with the stated torque needs {}; {} of {} windows are below their limit.").format(
         rotation.text(risk.speed), rotation.text(risk.lowest), risk.windows, risk.judged
     )
@@ -158,7 +158,8 @@ def _rejections(well: WellReport) -> list[Item]:
     share = well.rejected / well.identified.windows
     named = [verdict.title for verdict in well.wrong if verdict.kind == "named" and verdict.probability >= _LIKELY]
     if named:
-        level, lead = NOTE, Markup("Many fits without the {} are not accepted: rely on those with it.").format(named[0])
+        lead = Markup("Many fits without the {} are not accepted: rely on the extended model.").format(named[0])
+        level = NOTE
     else:
         level, lead = LOOK, Markup("Many fits are not accepted: check the reasons before relying on this well.")
     return [Item(level, "Sensors and data", lead, escape(rejections_text(well)), np.nan, np.nan, share, "parameters")]
@@ -180,7 +181,7 @@ def _data(well: WellReport) -> list[Item]:
         return []
     first, count = rows.iloc[0], len(rows)
     lead = Markup("{} in the logs, repaired or left out: {}.").format(
-        "A problem" if count == 1 else f"{count} problems", "see what it was" if count == 1 else "see what they were"
+        "A problem" if count == 1 else f"{count} problems", "check it" if count == 1 else "check them"
     )
     more = Markup("{}{}: {}.").format("" if count == 1 else "The first: ", first["where"], first["what"])
     return [Item(NOTE, "Sensors and data", lead, more, np.nan, np.nan, count / 1e4, "problems")]

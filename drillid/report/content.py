@@ -40,11 +40,11 @@ _TRACKS = dict(zip(EVIDENCE, ("damping_bha", "inertia_bha"), strict=True))
 
 _BOTH = frozenset({"damping_bha", "inertia_bha"})
 EXPLANATIONS = {
-    _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves and drags along with the assembly; so "
+    _BOTH: "A washed-out or enlarged hole would do this, as more mud then moves with the assembly and drags on it; so "
     "would cuttings packed around it, or whirl.",
     frozenset({"damping_bha"}): "More friction that grows with speed at the lower end: an enlarged hole or cuttings "
     "around the assembly, whirl or wall contact, or a change of formation or bit wear.",
-    frozenset({"inertia_bha"}): "More mass turns with the assembly: mud or cuttings moving along with it, or an "
+    frozenset({"inertia_bha"}): "More mass rotates with the assembly: mud or cuttings that move with it, or an "
     "assembly other than that in the tally.",
 }
 """Possible explanations of an interval, by the parameters that rose in it; the data alone do not decide."""

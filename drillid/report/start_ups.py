@@ -48,7 +48,7 @@ def _judged(folders: WellFolders) -> dict[str, Markup | str]:
     low, high = (float(dataset[end].values[kept]) for end in ("gain_low", "gain_high"))
     saved = f"{100 * low:.0f} to {100 * high:.0f} %"
     best = f"the {name} model is kept: it removes {saved} of the squared error on the part that was held out"
-    verdict = "the description is kept: nothing fitted predicts better" if name == DESCRIBED else best
+    verdict = "the description is kept: no fitted model predicts better" if name == DESCRIBED else best
     figure = folders.stage("start_ups") / "start_up.png"
     return {
         "verdict": verdict,

@@ -257,7 +257,7 @@ def _none(row: Mapping[Any, Any], own: Sequence[SetText]) -> Markup:
     ]
     would = Markup("")
     if clauses:
-        would = Markup(" {} would have shown.").format(_joined(clauses, "or"))
+        would = Markup(" {} would have been detected.").format(_joined(clauses, "or"))
         would = would[:1] + would[1:2].upper() + would[2:]
     if _kind(row) == "none":
         return Markup("Nothing is wrong with the simulation here.") + would
@@ -350,7 +350,7 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
     if kind == "unknown":
         return (
             f"The probability that no known cause is behind it is {chance}. This gives a place but no cause: more "
-            "windows, or the measurement advised below, may settle it."
+            "windows, or the measurement advised below, may identify it."
         )
     word = "Clear" if row["probability"] >= _CLEAR else "Likely" if row["probability"] >= _LIKELY else "Doubtful"
     return f"{word}: the probability is {chance}."
@@ -390,8 +390,8 @@ def _evidence(row: Mapping[Any, Any]) -> Markup:
     if np.isfinite(nats):
         favoured = "in favour of" if nats >= 0 else "against"
         parts.append(
-            Markup("Log Bayes factor {} {} this verdict, before weighing how common causes are.").format(
-                digits(abs(nats)), favoured
-            )
+            Markup(
+                "Log Bayes factor {} {} this verdict, before the base rates of causes are taken into account."
+            ).format(digits(abs(nats)), favoured)
         )
     return Markup(" ").join(parts)

@@ -73,7 +73,7 @@ def test_a_store_that_does_not_answer_stops_the_run_and_nothing_is_lost(
     for name, value in {"ENDPOINT_URL": "http://127.0.0.1:9", "ACCESS_KEY_ID": "a", "SECRET_ACCESS_KEY": "b"}.items():
         monkeypatch.setenv(f"AWS_{name}", value)
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
-    with pytest.raises(SettingsError, match="does not answer"):
+    with pytest.raises(SettingsError, match="does not respond"):
         file_manifest([Path("s3://nobody/raw/a.csv")])
 
 

@@ -159,7 +159,7 @@ def test_a_mistake_in_a_row_of_a_sheet_fails_its_well_until_it_is_mended(checkou
     output = checkout.run()
     assert {line.split()[1] for line in checkout.journal()} == {"Well_1"}
     problems = pd.read_csv(checkout.root / "results/main/problems.csv", index_col="well")
-    assert problems.loc["Well_2", "what"] == "log 'raw/a.csv' is listed already at config/logs.tsv, row 2"
+    assert problems.loc["Well_2", "what"] == "log 'raw/a.csv' is already listed at config/logs.tsv, row 2"
     assert problems.loc["Well_2", "remedy"] == "Remove one of the rows"
     assert problems.loc["Well_3", "where"] == "config/logs.tsv, row 5"
     assert "2 of 3 wells failed: Well_2 (records: config/logs.tsv, row 4: " in output

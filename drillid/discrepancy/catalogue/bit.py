@@ -29,8 +29,8 @@ class DistributedBha(Cause):
     meaning = "the bottom-hole assembly is longer than the tally's collars, so that waves travel in it"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
-    action = "Correct the wrong one of assembly and tally, then run again."
-    size = Size("further length", "m", 50.0, 0.0, 400.0)
+    action = "Find out which of assembly and tally is wrong, correct it and run again."
+    size = Size("additional length", "m", 50.0, 0.0, 400.0)
 
     def extend(
         self, window_model: WindowModel, size: Any, shape: float, operating_point: OperatingPoint
@@ -78,8 +78,8 @@ class RegenerativeCut(Cause):
 
     name, family, port = "regenerative_cutting", "bit", "bit"
     shared_by = "tool"
-    headline = "the bit's blades feed vibration at this speed: change speed or weight"
-    meaning = "the bit's blades cut what the blade ahead has left, which feeds vibration"
+    headline = "the bit's blades excite vibration at this speed: change speed or weight on bit"
+    meaning = "each blade of the bit cuts the surface left by the blade ahead, which excites vibration"
     looks_like = ("motor_compliance", "stribeck_cutting")
     separated_by = "windows at different speeds, as the blades' period follows the speed"
     action = "Change them in small steps, and watch torque and rate of penetration."
@@ -100,8 +100,8 @@ class StribeckCut(Cause):
 
     name, family, port = "stribeck_cutting", "bit", "bit"
     shared_by = "tool"
-    headline = "the rock feeds stick-slip at this speed: turn faster or take weight off"
-    meaning = "the rock's torque falls as the bit turns faster, which feeds stick-slip"
+    headline = "the cutting of the rock excites stick-slip at this speed: raise the speed or reduce the weight on bit"
+    meaning = "the torque of the bit falls as its speed rises, which excites stick-slip"
     looks_like = ("coulomb_contact", "regenerative_cutting")
     separated_by = "windows at different speeds and weights"
     action = "The advised settings of the speed control damp it as well."
@@ -122,13 +122,13 @@ class StuckSlipRegimes(Cause):
 
     name, family, port = "stuck_slip_regimes", "bit", "bit"
     shared_by = "tool"
-    headline = "the bit sticks and slips: turn faster or take weight off"
+    headline = "the bit sticks and slips: raise the speed or reduce the weight on bit"
     meaning = "the bit sticks and slips, so that one linear model cannot hold for the window"
     looks_like = ("stribeck_cutting", "coulomb_contact")
     separated_by = "a higher speed or less weight on bit"
     action = "Until then the parameters of these windows do not hold for smooth drilling."
     distorts_responses = True
-    size = Size("bit speed's swing per mean speed", "1", 1.0, 0.0, 5.0)
+    size = Size("amplitude of the bit speed relative to its mean", "1", 1.0, 0.0, 5.0)
     detector = StandingBitDetector()
     stands_alone = True
 

@@ -18,7 +18,7 @@ class SpeedScale(Cause):
     name, family, port = "speed_scale", "sensor", "sensor"
     shared_by = "rig"
     headline = "the recorded speed reads {size} too {high}: have its sensor calibrated"
-    meaning = "the recorded speed is off by a factor"
+    meaning = "the recorded speed is wrong by a constant factor"
     looks_like = ("actuator_gain", "controller_gain")
     separated_by = "the logged torque command together with the top drive's inertia, or a count of revolutions"
     action = "Compare it with a count of revolutions over some minutes."
@@ -39,7 +39,7 @@ class SignOrUnit(Cause):
     headline = "a channel has the wrong sign or unit: correct it in the rig description"
     meaning = "a channel has the wrong sign, or is in another unit than the data sheet says"
     separated_by = "a comparison with another channel of the same quantity"
-    action = "Run again then: no result of these windows holds before."
+    action = "Then run again: until it is corrected no result of these windows is valid."
     size = Size("share of the factor", "1", 1.0, 1.0, 1.0)
     # sign; ft-lbf and N m; kN m and kft-lbf are the same; in-lbf; kgf m; rpm and rad/s; rev/s and rad/s
     shapes = (-1.0, 1.3558, 0.73756, 0.11298, 8.8507, 9.8067, 0.10197, 9.5493, 0.10472, 6.2832, 0.15915)
@@ -56,11 +56,11 @@ class ClockOffset(Cause):
 
     name, family, port = "clock_offset", "sensor", "clock"
     shared_by = "rig"
-    headline = "the speed is stamped {size} {later} than the torque: set the recorder's clocks by one source"
-    meaning = "speed and torque are stamped by clocks that differ"
+    headline = "the speed's time stamps are {size} {later} than the torque's: synchronise the recorder's clocks"
+    meaning = "the clocks that stamp speed and torque differ"
     looks_like = ("drive_lag", "recorder_filter", "sample_and_hold")
     separated_by = "the logged torque command, or a tighter tolerance of the drive's delay"
-    action = "Until then shift the speed by this offset."
+    action = "Until then, shift the speed by this offset."
     size = Size("offset", "s", 0.05, -1.0, 1.0)
 
     def extend(
@@ -75,7 +75,7 @@ class RecorderFilter(Cause):
 
     name, family, port = "recorder_filter", "sensor", "sensor"
     shared_by = "rig"
-    headline = "the recorder smooths the speed over {size}: ask for the record before its filter"
+    headline = "the recorder filters the speed over {size}: ask for the unfiltered record"
     meaning = "the recorder filters the speed"
     looks_like = ("clock_offset", "drive_lag", "sample_and_hold")
     separated_by = "the logged torque command, or a sweep to higher frequency"
@@ -96,11 +96,11 @@ class SampleAndHold(Cause):
 
     name, family, port = "sample_and_hold", "sensor", "sensor"
     shared_by = "rig"
-    headline = "the recorded speed is renewed every {size} only: ask for each of its samples"
-    meaning = "the recorder holds a speed that is sampled more seldom than it writes rows"
+    headline = "the recorded speed is updated only every {size}: ask for a record of every sample"
+    meaning = "the recorder samples the speed less often than it writes rows, and holds it in between"
     looks_like = ("clock_offset", "drive_lag", "recorder_filter")
     separated_by = "the logged torque command, or a sweep to higher frequency"
-    action = "If there are none, write the interval into the rig's data sheet."
+    action = "If there is none, write the interval into the rig's data sheet."
     size = Size("interval", "s", 0.03, 0.0, 0.5)
 
     def extend(
@@ -122,11 +122,11 @@ class ClockDrift(Cause):
 
     name, family, port = "clock_drift", "sensor", "clock"
     shared_by = "rig"
-    headline = "the clocks of speed and torque drift apart by {size}: set them by one source"
+    headline = "the clocks of speed and torque drift apart by {size}: synchronise them"
     meaning = "the clocks of speed and torque run at different rates"
     looks_like = ("length_growth",)
     separated_by = "one clock for both channels"
-    action = "Until then shorter windows suffer less."
+    action = "Until then, shorter windows are affected less."
     distorts_responses = True
     size = Size("drift", "s/s", 1e-4, -1e-2, 1e-2)
     detector = ClockDriftDetector()
@@ -140,7 +140,7 @@ class Quantisation(Cause):
     headline = "the speed is recorded in steps of {size}: ask for finer ones, as nothing on the rig is wrong"
     meaning = "the speed is recorded in coarse steps"
     separated_by = "a finer record"
-    action = "Until then longer windows average the steps out."
+    action = "Until then, use longer windows, which average over the steps."
     size = Size("step", "rad/s", 0.05, 0.0, 10.0)
     detector = QuantisationDetector()
 
@@ -155,11 +155,11 @@ class AliasedTone(Cause):
 
     name, family, port = "aliased_tone", "sensor", "disturbance"
     shared_by = "rig"
-    headline = "the speed holds a tone of {size} that the rig does not make: have a filter put before the recorder"
-    meaning = "a tone that does not come from the rig stands in the record, perhaps one too fast for its rate"
+    headline = "the speed contains a tone of {size} that does not come from the rig: have an anti-alias filter fitted"
+    meaning = "the record contains a tone that is not from the rig, perhaps aliased from above half its sample rate"
     looks_like = ("once_per_revolution",)
     separated_by = "another sample rate, or an anti-alias filter"
-    action = "Look for what vibrates faster than half the sampling rate."
+    action = "Look for a source of vibration above half the sample rate."
     size = Size("amplitude", "rad/s", 0.05, 0.0, 1.0)
     detector = ToneDetector()
 
@@ -169,11 +169,11 @@ class OncePerRevolution(Cause):
 
     name, family, port = "once_per_revolution", "sensor", "sensor"
     shared_by = "rig"
-    headline = "the speed reads {size} wrong once in every turn: have encoder and coupling checked for run-out"
-    meaning = "an eccentric wheel falsifies the speed once in every revolution"
+    headline = "the speed has an error of {size} once per revolution: have encoder and coupling checked for run-out"
+    meaning = "an eccentric encoder wheel causes an error of the speed once per revolution"
     looks_like = ("aliased_tone",)
     separated_by = "windows at different speeds"
-    action = "The gear of the top drive may run out as well."
+    action = "The gear of the top drive may have run-out as well."
     size = Size("share of the speed", "1", 0.02, 0.0, 0.5)
     detector = RevolutionDetector()
 

@@ -28,11 +28,11 @@ class ExtraSection(Cause):
     """A section of heavier pipe above the collars, whose polar moment relative to the pipe's is fitted."""
 
     name, family, port = "extra_section", "string", "string"
-    headline = "{size} of heavier pipe hang in the string that are not in the tally: compare the two"
-    meaning = "a section of heavier pipe stands in the string that the tally does not show"
+    headline = "the string contains {size} of heavier pipe that is not in the tally: compare the two"
+    meaning = "the string contains a section of heavier pipe that is not in the tally"
     looks_like = ("distributed_bha", "tapered_string")
     separated_by = "the full tally, or windows over a longer interval of depth"
-    action = "Correct the wrong one of string and tally, then run again."
+    action = "Find out which of string and tally is wrong, correct it and run again."
     size = Size("length", "m", 100.0, 0.0, 1000.0)
     shape_is_fitted = True
 
@@ -57,11 +57,11 @@ class TaperedString(Cause):
 
     name, family, port = "tapered_string", "string", "string"
     headline = "the string is made of two sizes of pipe: compare it with the tally"
-    meaning = "the string is made of two sizes of pipe where the tally shows one"
+    meaning = "the string is made of two sizes of pipe, and the tally lists one"
     looks_like = ("extra_section",)
     separated_by = "the full tally"
     action = "Enter both sizes in the rig description, then run again."
-    size = Size("polar moment of the lower pipe per upper's, less one", "1", 0.4, -0.9, 4.0)
+    size = Size("polar moment of the lower pipe relative to the upper's, less one", "1", 0.4, -0.9, 4.0)
     # so dense that waves of 5 Hz in some thousand metres of pipe hardly distinguish one from the next
     shapes = tuple(np.linspace(0.1, 0.9, 21).tolist())
     shape_step = 0.02
@@ -84,11 +84,11 @@ class LocalDampingZone(Cause):
     """
 
     name, family, port = "local_damping_zone", "string", "string"
-    headline = "a short piece of hole brakes the string{place}: ream or circulate there"
-    meaning = "a short section of hole brakes the string: a tight spot, a ledge, a bed of cuttings"
+    headline = "a short section of hole drags on the string{place}: ream or circulate there"
+    meaning = "a short section of hole drags on the string: a tight spot, a ledge, a cuttings bed"
     looks_like = ("hysteretic_damping", "mud_drag")
     separated_by = "windows at several depths, as the zone stays in the hole while the string moves on"
-    action = "Mind this depth when tripping, and look at the cuttings."
+    action = "Take care at this depth when tripping, and inspect the cuttings."
     size = Size("damping of the whole zone", "N m s/rad", 100.0, 0.0, 5e3)
     shapes = tuple(np.linspace(0.02, 0.98, 20).tolist())
     shape_step = 0.02
@@ -144,8 +144,8 @@ class HystereticDamping(Cause):
 
     name, family, port = "hysteretic_damping", "string", "string"
     shared_by = "section"
-    headline = "steel and connections take out more vibration than mud and wall: nothing to mend"
-    meaning = "steel and connections lose the same share of energy in every cycle, fast or slow"
+    headline = "steel and connections damp vibration more than mud and wall: nothing needs repair"
+    meaning = "steel and connections dissipate the same share of energy in every cycle, at any frequency"
     looks_like = ("local_damping_zone", "mud_drag")
     separated_by = "quieter windows, or a sweep that reaches more modes"
     action = "Use the extended model where damping matters."
@@ -163,8 +163,8 @@ class CoulombContact(Cause):
 
     name, family, port = "coulomb_contact", "string", "string"
     shared_by = "section"
-    headline = "the wall's friction feeds stick-slip at this speed: turn faster or add lubricant"
-    meaning = "the wall's friction falls as the string turns faster, which feeds vibration"
+    headline = "friction at the wall excites stick-slip at this speed: raise the speed or add lubricant"
+    meaning = "friction at the wall falls as the speed of the string rises, which excites vibration"
     looks_like = ("stribeck_cutting",)
     separated_by = "windows at different speeds, or a start of rotation"
     action = "Compare torque and drag with the plan of the well."
@@ -188,7 +188,7 @@ class WaveSpeed(Cause):
 
     name, family, port = "wave_speed", "string", "string"
     headline = "waves take {size} {longer} along the pipe than the tally says: enter the tool joints in the data sheet"
-    meaning = "waves run along the pipe at another speed than plain steel pipe gives: tool joints, another steel"
+    meaning = "waves travel along the pipe at a speed other than that in plain steel pipe: tool joints, another steel"
     separated_by = "windows over a longer interval of depth"
     action = "Nothing on the rig is wrong."
     size = Size("relative change of the pipe's travel time", "1", 0.05, -0.3, 0.5)

@@ -16,7 +16,7 @@ class LengthGrowth(Cause):
 
     name, family, port = "length_growth", "time", "string"
     headline = "the string grows by {size} within a window: use shorter windows at this rate of penetration"
-    meaning = "the string grows longer while the window lasts"
+    meaning = "the string becomes longer within the window"
     looks_like = ("clock_drift", "parameter_drift")
     separated_by = "shorter windows"
     action = "Nothing on the rig is wrong."
@@ -29,11 +29,11 @@ class ParameterDrift(Cause):
     """Damping at the bit drifts within the window."""
 
     name, family, port = "parameter_drift", "time", "bit"
-    headline = "the drag on the bit drifts while drilling goes on: look at formation, weight and hole cleaning"
-    meaning = "damping at the bit drifts while the window lasts"
+    headline = "the damping at the bit drifts during drilling: check formation, weight on bit and hole cleaning"
+    meaning = "damping at the bit drifts within the window"
     looks_like = ("length_growth", "regime_change")
     separated_by = "shorter windows"
-    action = "The log plot has weight, torque and rate of penetration beside it."
+    action = "The log plot shows weight on bit, torque and rate of penetration beside it."
     distorts_responses = True
     time_varying = True
     size = Size("change of bit damping within the window", "N m s/rad", 200.0, -5e3, 5e3)
@@ -50,11 +50,11 @@ class RegimeChange(Cause):
     """Damping at the bit jumps within the window."""
 
     name, family, port = "regime_change", "time", "disturbance"
-    headline = "the drag on the assembly jumps {up}: look at hole size, cuttings and formation"
+    headline = "the damping at the assembly jumps {up}: check hole size, cuttings and formation"
     meaning = "the drilling regime changes abruptly within the window"
     looks_like = ("parameter_drift",)
-    separated_by = "windows cut at the change"
-    action = "The log plot has weight, torque and rate of penetration beside it."
+    separated_by = "windows that begin or end at the change"
+    action = "The log plot shows weight on bit, torque and rate of penetration beside it."
     distorts_responses = True
     time_varying = True
     size = Size("jump of bit damping", "N m s/rad", 200.0, -5e3, 5e3)
@@ -71,7 +71,7 @@ class RegimeChange(Cause):
     def described(self, evidence: str) -> str:
         """The rise, for an interval change of fitted parameters; else the meaning."""
         if risen(evidence):
-            return f"the assembly moves in another way than in the rest of the run: {evidence}"
+            return f"the assembly moves differently from the rest of the run: {evidence}"
         return self.meaning
 
 

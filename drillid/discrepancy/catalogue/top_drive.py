@@ -17,7 +17,7 @@ class DriveLag(Cause):
 
     name, family, port = "drive_lag", "drive", "drive"
     shared_by = "rig"
-    headline = "the drive answers {size} late: have its torque loop checked"
+    headline = "the drive responds {size} late: have its torque loop checked"
     meaning = "the drive's torque follows its command with a lag, not only after a delay"
     looks_like = ("clock_offset", "recorder_filter", "sample_and_hold")
     separated_by = "a sweep to higher frequency, or a tighter tolerance of the drive's delay"
@@ -36,10 +36,10 @@ class ActuatorGain(Cause):
 
     name, family, port = "actuator_gain", "drive", "drive"
     shared_by = "rig"
-    headline = "the drive gives {size} {more} torque than it is asked for: have its torque calibration checked"
-    meaning = "the drive gives more or less torque than it is asked for"
+    headline = "the drive delivers {size} {more} torque than commanded: have its torque calibration checked"
+    meaning = "the drive delivers more or less torque than commanded"
     separated_by = "a measured string torque, or tighter tolerances of top drive and pipe"
-    action = "Every torque limit is off by the same share until then."
+    action = "Until then, every torque limit is wrong by the same share."
     size = Size("gain less one", "1", 0.1, -0.6, 1.0)
 
     def extend(
@@ -58,7 +58,7 @@ class DelayJitter(Cause):
     meaning = "the drive's delay varies from command to command"
     looks_like = ("drive_lag", "recorder_filter", "clock_offset")
     separated_by = "a sweep to higher frequency"
-    action = "Leave more margin in the speed control until it is mended."
+    action = "Leave more margin in the speed control until it is repaired."
     size = Size("root mean square, squared", "s²", 4e-4, 0.0, 4e-2)
     detector = DelayJitterDetector()
 
@@ -74,11 +74,11 @@ class TorqueLimit(Cause):
 
     name, family, port = "torque_limit", "drive", "drive"
     shared_by = "rig"
-    headline = "the drive stops at {size} of torque: raise its limit, or expect more stick-slip"
-    meaning = "the drive reaches its torque limit and gives no more"
+    headline = "the drive is limited to a torque of {size}: raise the limit, or expect more stick-slip"
+    meaning = "the drive reaches its torque limit"
     looks_like = ("torque_rate_limit",)
     separated_by = "a sweep of smaller amplitude"
-    action = "Compare it with the make-up torque of the connections before it is raised."
+    action = "Compare it with the make-up torque of the connections before raising it."
     distorts_responses = True
     size = Size("limit", "N m", 1e4, 0.0, 1e5)
     detector = TorqueLimitDetector()
@@ -90,10 +90,10 @@ class TorqueRateLimit(Cause):
     name, family, port = "torque_rate_limit", "drive", "drive"
     shared_by = "rig"
     headline = "the drive's torque changes no faster than {size}: have its ramp limit raised"
-    meaning = "the drive's torque cannot change as fast as it is asked to"
+    meaning = "the drive's torque cannot change as fast as commanded"
     looks_like = ("drive_lag", "torque_limit", "delay_jitter")
     separated_by = "a sweep of smaller amplitude"
-    action = "Until then do not count on the speed control at the higher modes."
+    action = "Until then, do not rely on the speed control at the higher modes."
     distorts_responses = True
     size = Size("rate", "N m/s", 1e4, 0.0, 1e6)
     detector = TorqueRateLimitDetector()
@@ -105,10 +105,10 @@ class ControllerGain(Cause):
     name, family, port = "controller_gain", "control", "control"
     shared_by = "rig"
     headline = "the speed control's gains are {size} {higher} than in the data sheet: compare the drive's settings"
-    meaning = "the speed control has other gains than the data sheet says"
+    meaning = "the gains of the speed control differ from those in the data sheet"
     looks_like = ("speed_scale",)
     separated_by = "the logged torque command together with the top drive's inertia"
-    action = "Correct the wrong one of the two, then run again."
+    action = "Find out which of the two is wrong, correct it and run again."
     size = Size("relative change of both gains", "1", 0.2, -0.9, 3.0)
 
     def extend(
@@ -127,10 +127,10 @@ class SpeedFilter(Cause):
     name, family, port = "speed_filter", "control", "control"
     shared_by = "rig"
     headline = "the control filters the speed over {size}: look for that filter in the drive's settings"
-    meaning = "the control filters the speed before it uses it"
+    meaning = "the control filters the measured speed"
     looks_like = ("torque_filter",)
     separated_by = (
-        "a look into the drive's settings: no response distinguishes this filter from one on the controller's torque"
+        "a check of the drive's settings: no response distinguishes this filter from one on the controller's torque"
     )
     action = "Write it into the rig's data sheet: the advised settings then allow for it."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
@@ -150,7 +150,7 @@ class TorqueFilter(Cause):
     headline = "the control filters its torque over {size}: look for that filter in the drive's settings"
     meaning = "the control filters its own torque before the sweep is added"
     looks_like = ("speed_filter",)
-    separated_by = "a look into the drive's settings: no response distinguishes this filter from one on the speed"
+    separated_by = "a check of the drive's settings: no response distinguishes this filter from one on the speed"
     action = "Write it into the rig's data sheet: the advised settings then allow for it."
     size = Size("time constant", "s", 0.03, 0.0, 0.5)
 
@@ -166,7 +166,7 @@ class GearBacklash(Cause):
 
     name, family, port = "gear_backlash", "top", "top"
     shared_by = "rig"
-    headline = "the top drive's gear has {size} of play: have it looked at, and keep the torque up"
+    headline = "the top drive's gear has {size} of play: have it inspected, and keep its torque positive"
     meaning = "the gear of the top drive has play, which opens when its torque changes sign"
     looks_like = ("delay_jitter", "coulomb_contact")
     separated_by = "a window of low mean torque beside one of high"

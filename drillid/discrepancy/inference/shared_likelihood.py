@@ -5,8 +5,9 @@ second order in the rig's coordinates; all that belongs to the set alone is elim
 a delay and a lag of the drive differ in second order only. The priors of the rig's coordinates are left out: wells of
 a rig have the same data sheets, whose errors are the same in all of them and must be counted once.
 
-Causes that wells of a group may share are rivals: those that the set's own verdict names are left out of all these
-models, so that every candidate is compared with the same one. The set's other causes are refitted each time.
+Causes that wells may share by the same rig, section or tool are rivals: those that the set's own verdict names are left
+out of all these models, so that every candidate is compared with the same one. The set's other causes stay in the
+models, and their sizes are fitted again each time.
 """
 
 from __future__ import annotations

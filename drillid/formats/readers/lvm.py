@@ -135,7 +135,7 @@ def _check_together(segment: Segment) -> None:
         if apart > _ALIKE * abs(interval or 0.0):
             raise Unusable(f"has channels that start {apart:g} s apart, above line {segment.line}", _APART)
         if spaced and segment.number_of("Delta_X", other) != interval:
-            raise Unusable(f"has channels with other intervals, Delta_X, above line {segment.line}", _APART)
+            raise Unusable(f"has channels with different intervals, Delta_X, above line {segment.line}", _APART)
 
 
 def read_columns(
@@ -231,7 +231,9 @@ def _seconds(segment: Segment, table: Any) -> Floats:
     seconds = _written(segment, table, at)
     for place in {segment.times_of(other) for other in others} - {at, None}:
         if place is not None and not np.array_equal(_written(segment, table, place), seconds):
-            raise Unusable(f"has channels with other times in their columns '{X}' than the first has", _APART)
+            raise Unusable(
+                f"has channels whose times, in columns '{X}', differ from those of the first channel", _APART
+            )
     return seconds
 
 

@@ -55,7 +55,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
     if not any(kind + _TIME in codes for kind, codes in items.items()):
         raise Unusable(
             "holds records without times, which are their items 05 and 06",
-            "Have the sender send these items, or save the stream as a table with times",
+            "Configure the sender to send these items, or save the stream as a table with times",
         )
     found = [_header(kind, sorted(codes)) for kind, codes in sorted(items.items())]
     return found if len(found) > 1 else [Header(**{**vars(found[0]), "table": ""})]
@@ -149,7 +149,7 @@ def _without_times(header: Header, left_out: int, whole: int) -> list[Note]:
     if not left_out:
         return []
     what = f"{left_out} of {whole} records of type {int(_kind(header))} hold no date and time and are left out"
-    return [(what, "Have the sender send the items 05 and 06 in each record if these are missed")]
+    return [(what, "Configure the sender to send the items 05 and 06 in each record if these are needed")]
 
 
 def _of_kind(content: mmap.mmap, kind: str) -> Iterator[tuple[int, dict[str, str]]]:

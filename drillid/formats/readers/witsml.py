@@ -93,7 +93,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
         index = next(filter(None, depths))
         raise Unusable(f"holds logs over depth only, with the index '{index}'", "Export the logs over time")
     if not logs:
-        raise Unusable("holds log objects without curves, such as a query to a server", "Save the server's answer")
+        raise Unusable("holds log objects without curves, such as a query to a server", "Save the server's response")
     tables, notes = _tables(list(logs.values()))
     names = unique([table.name for table in tables]) if len(tables) > 1 else [""]
     named = zip(names, tables, strict=True)
@@ -135,8 +135,8 @@ def _tables(logs: Sequence[Sequence[tuple[LogObject, _Columns]]]) -> tuple[list[
 
 
 def _kept_apart(log: LogObject, table: _Table, difference: str) -> Note:
-    what = f"the log '{log.called}' is no part of the table of '{table.name}', from which it differs in {difference}"
-    return what, "Export them alike, or to files of their own, as one table of a file is read"
+    what = f"the log '{log.called}' is not part of the table of '{table.name}', from which it differs in {difference}"
+    return what, "Export them in the same form, or to separate files, as one table of a file is read"
 
 
 def _notes(table: _Table) -> list[Note]:

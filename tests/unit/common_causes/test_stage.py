@@ -107,7 +107,7 @@ def test_a_refused_size_is_told_for_all_wells(tmp_path: Path) -> None:
 def test_what_wells_share_is_told_as_a_driller_would() -> None:
     group = {"shared": "rig", "wells": 5, "cause": "drive_lag", "verdict": "drive_lag|clock_offset", "unit": "s"}
     said = common_text({**group, "size": 0.05, "size_low": 0.048, "size_high": 0.052, "probability": 0.93})
-    assert said.startswith("5 wells of this rig have in common that the drive answers 50 ms late: have its torque loop")
+    assert said.startswith("5 wells of this rig have in common that the drive responds 50 ms late: have its torque")
     assert "Time constant: 50 ms (95 % interval 48 ms to 52 ms); the probability is 93 %." in said
     assert "cannot tell it from clock offset" in said
     assert (heading({**group, "name": "Rig 7"}), heading({**group, "name": "Alfa"})) == ("Rig 7", "Rig Alfa")

@@ -19,22 +19,22 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
     ("text", "where", "remedy"),
     [
         ("name: x\n\tunit: y\n", "line 2, column 1", "Indent with spaces"),
-        ("name Rig 7\ntime: {}\n", "line 2, column 5", "a colon and a space behind the key in line 1, 'name Rig 7'"),
-        ("name:Rig\ntime: {}\n", "line 2, column 5", "a colon and a space behind the key in line 1, 'name:Rig'"),
+        ("name Rig 7\ntime: {}\n", "line 2, column 5", "a colon and a space after the key in line 1, 'name Rig 7'"),
+        ("name:Rig\ntime: {}\n", "line 2, column 5", "a colon and a space after the key in line 1, 'name:Rig'"),
         ("name: Rig: 7\n", "line 1, column 10", "Put the text with a colon in it in quotation marks"),
         ("a: 1\n  b: 2\n", "line 2, column 4", "Begin the keys of one level in the same column"),
         ("a: {x: 1 y: 2}\n", "line 1, column 11", "Separate 'key: value' pairs by commas"),
         ("a: {x: 1\nb: 2\n", "line 2, column 2", "close the brace"),
         ("a: [1, 2\nb: 2\n", "line 2, column 2", "close the bracket"),
         ("a: 'x\nb: 1\n", "line 3, column 1", "Close the quotation marks"),
-        ('a: "C:\\logs"\n', "line 1, column 7", "Take single quotation marks"),
+        ('a: "C:\\logs"\n', "line 1, column 7", "Use single quotation marks"),
         ("a: @x\n", "line 1, column 4", "Put the text in quotation marks"),
         ("a: *x\n", "line 1, column 4", "Define its anchor before"),
         ("a:\n  b: 1\n c: 2\n", "line 3, column 2", "in the same column"),
         ("a: !!python/object/apply:os.system [ls]\n", "line 1, column 4", "Leave the tag out"),
         ("a: 1\n---\nb: 2\n", "line 2, column 1", "Keep one description in a file"),
-        ("a: {b: 1,, c: 2}\n", "line 1, column 10", "take out a comma"),
-        ("a: x\nb: \x07\n", "line 2", "Take it out"),
+        ("a: {b: 1,, c: 2}\n", "line 1, column 10", "remove a superfluous comma"),
+        ("a: x\nb: \x07\n", "line 2", "Remove it"),
         ("a: 1\nb: 2\na: 3\n", "line 3", "Keep one of the two"),
         ("a: {x: 1, x: 2}\n", "line 1", "Keep one of the two"),
         ("a: 1\n7: 2\n", "line 2", "Put the text in quotation marks"),
@@ -65,7 +65,7 @@ def test_faults_are_named_without_the_parser_in_c_too(monkeypatch: pytest.Monkey
 
 
 def test_a_key_that_is_there_twice_names_the_line_of_the_first() -> None:
-    with pytest.raises(SettingsError, match=r"line 3: the key 'speed' is there already in line 2"):
+    with pytest.raises(SettingsError, match=r"line 3: the key 'speed' is already given in line 2"):
         parse_yaml("channels:\n  speed: 1\n  speed: 2\n", "rig.yaml")
 
 

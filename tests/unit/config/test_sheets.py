@@ -46,20 +46,20 @@ def test_a_sheet_may_be_as_long_as_a_fleet_has_logs(tmp_path: Path) -> None:
     ("well", "wells", "logs", "message"),
     [
         ("W1", "W1\ttoy\tagain\n", "", "wells.tsv, row 6: well 'W1' is listed twice"),
-        ("wells.tsv, row 6", "../W3\ttoy\t\n", "", "wells.tsv, row 6: 'well': '../W3' is a path and no name"),
+        ("wells.tsv, row 6", "../W3\ttoy\t\n", "", "wells.tsv, row 6: 'well': '../W3' is a path, not a name"),
         ("wells.tsv, row 6", "W\u200b3\ttoy\t\n", "", "wells.tsv, row 6: 'well': "),
         ("wells.tsv, row 6", "\ttoy\t\n", "", "wells.tsv, row 6: 'well': "),
         ("w1", "w1\ttoy\t\n", "", "wells.tsv, row 6: wells 'W1' and 'w1' would share the folder 'w1'"),
         ("W3", "W3\t../toy\t\n", "", "wells.tsv, row 6: 'rig': "),
-        ("W3", "W3\ttoy\tx\ty\n", "", "wells.tsv, row 6: has 4 cells below 3 columns. Take needless tabs out"),
-        ("W2", "", "W2\t./a.csv\n", "logs.tsv, row 5: log './a.csv' is listed already at "),
+        ("W3", "W3\ttoy\tx\ty\n", "", "wells.tsv, row 6: has 4 cells below 3 columns. Remove superfluous tabs"),
+        ("W2", "", "W2\t./a.csv\n", "logs.tsv, row 5: log './a.csv' is already listed at "),
         ("W2", "", "W2\t../../a.csv\n", "logs.tsv, row 5: log '../../a.csv' lies in "),
-        ("W2", "", "W2\t/etc/hostname\n", "logs.tsv, row 5: log '/etc/hostname' lies in /etc, outside of the folders"),
+        ("W2", "", "W2\t/etc/hostname\n", "logs.tsv, row 5: log '/etc/hostname' lies in /etc, outside the folders"),
         ("W2", "", "W2\tfile:///etc/hostname\n", "logs.tsv, row 5: log 'file:///etc/hostname' lies "),
         ("W2", "", "W2\tsimplecache::file:///a.csv\n", "logs.tsv, row 5: log 'simplecache::file:///a.csv' lies "),
         ("Well7", "", "Well7\td.csv\n", "logs.tsv, row 5: log of the unknown well 'Well7'. Add the well"),
         ("w1", "", "w1\td.csv\n", "logs.tsv, row 5: log of the unknown well 'w1'. Add the well"),
-        ("W2", "", "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is listed already at "),
+        ("W2", "", "W2\ta.csv\n", "logs.tsv, row 5: log 'a.csv' is already listed at "),
         ("W2", "", "W2\t\n", "logs.tsv, row 5: 'log': "),
         ("logs.tsv, row 5", "", "\td.csv\n", "logs.tsv, row 5: 'well': "),
     ],
@@ -86,7 +86,7 @@ def test_of_a_well_whose_row_is_refused_nothing_else_is_said(tmp_path: Path) -> 
 
 def test_a_mended_row_is_another_input_of_its_well(tmp_path: Path) -> None:
     assert read_sheets(settings_for(tmp_path))["W2"].stated == {}
-    assert "listed already" in str(read_sheets(settings_for(tmp_path, logs=LOGS + "W2\ta.csv\n"))["W2"].stated)
+    assert "already listed" in str(read_sheets(settings_for(tmp_path, logs=LOGS + "W2\ta.csv\n"))["W2"].stated)
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_a_link_does_not_lead_out_of_the_folders(tmp_path: Path) -> None:
     for log in ("log.csv", "logs/a.csv", "logs/../a.csv"):
         settings = settings_for(sheets, logs=f"well\tlog\nW1\t{sheets}/{log}\n")
         [[fault]] = faults_in(settings).values()
-        assert "outside of the folders for logs" in fault
+        assert "outside the folders for logs" in fault
 
 
 def test_a_pattern_stands_for_the_files_that_it_matches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,11 +247,11 @@ def test_a_pattern_stands_for_the_files_that_it_matches(tmp_path: Path, monkeypa
 @pytest.mark.parametrize(
     ("log", "fault"),
     [
-        ("W1/?.csv", "log 'W1/a.csv' is listed already at"),
+        ("W1/?.csv", "log 'W1/a.csv' is already listed at"),
         ("linked/*.csv", "log 'linked/*.csv' lies in "),
         ("W3/*.csv", "log 'W3/s.csv' lies in "),
         ("/etc/host*", "log '/etc/host*' lies in /etc, outside"),
-        ("s3://bucket/*.csv", "log 's3://bucket/*.csv' is a pattern, and files elsewhere are not looked for"),
+        ("s3://bucket/*.csv", "log 's3://bucket/*.csv' is a pattern, and patterns of addresses are not resolved"),
     ],
 )
 def test_a_pattern_gives_no_more_than_its_files_listed_one_by_one(
@@ -279,7 +279,7 @@ def test_a_file_that_is_listed_again_through_a_link_is_found(link: str, tmp_path
     (tmp_path / "linked").symlink_to("logs")
     settings = settings_for(tmp_path, logs=f"well\tlog\nW1\t{log}\nW2\t{tmp_path / link}\n")
     [fault] = faults_in(settings)["W2"]
-    assert re.search(rf"{link}' is listed already at .*, row 2 as '{log}', which is the same file", fault)
+    assert re.search(rf"{link}' is already listed at .*, row 2 as '{log}', which is the same file", fault)
 
 
 def test_a_cell_is_read_without_the_quotes_in_which_excel_saves_it(tmp_path: Path) -> None:

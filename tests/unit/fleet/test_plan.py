@@ -104,5 +104,5 @@ def test_simulated_logs_lie_in_raw_and_are_stands_in_order() -> None:
 def test_a_key_that_a_configuration_holds_twice_is_refused_though_snakemake_took_one(tmp_path: Path) -> None:
     path = tmp_path / "config.yaml"
     path.write_text("wells: a.tsv\nwells: b.tsv\n")
-    with pytest.raises(SettingsError, match="line 2: the key 'wells' is there already in line 1"):
+    with pytest.raises(SettingsError, match="line 2: the key 'wells' is already given in line 1"):
         Plan.from_config({"wells": "b.tsv"}, [path])

@@ -37,7 +37,7 @@ def process_of(path: Path) -> int:
     [
         ("segfault", ValueError, "the library that reads it crashed by SIGSEGV"),
         ("abort", ValueError, "the library that reads it crashed by SIGABRT"),
-        ("loop", ValueError, "takes more than 0 s of the processor"),
+        ("loop", ValueError, "takes more than 0 s of processor time"),
         ("sleep", ValueError, "did not end within 5 s"),
         ("memory", ValueError, "takes more than 2000 MB of memory"),
         ("killed", MemoryError, "was killed, probably out of memory"),

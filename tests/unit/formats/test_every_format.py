@@ -72,8 +72,8 @@ def test_stamps_with_an_offset_become_utc(suffix: str, log: pd.DataFrame, tmp_pa
 @pytest.mark.parametrize(
     ("start", "fault"),
     [
-        ("2025-10-26T02:59:59.9", "2025-10-26 02:59:59 occurs twice there, as clocks are put back"),
-        ("2025-03-30T01:59:59.9", "2025-03-30 02:00:00 does not exist there, as clocks are put forward"),
+        ("2025-10-26T02:59:59.9", "2025-10-26 02:59:59 occurs twice there, as clocks are set back"),
+        ("2025-03-30T01:59:59.9", "2025-03-30 02:00:00 does not exist there, as clocks are set forward"),
     ],
 )
 def test_stamps_in_the_hour_of_a_changed_clock_are_refused(
@@ -254,7 +254,7 @@ def test_archives_of_several_logs_are_refused_with_what_to_do(log: pd.DataFrame,
     with zipfile.ZipFile(tmp_path / "logs.zip", "w") as archive:
         archive.writestr("one.csv", text)
         archive.writestr("two.csv", text)
-    with pytest.raises(LogError, match=r"is a zip file with 2 files \(one\.csv, two\.csv\).*zip each log on its own"):
+    with pytest.raises(LogError, match=r"is a zip file with 2 files \(one\.csv, two\.csv\).*zip each log separately"):
         read_log(tmp_path / "logs.zip", "Time", ["RPM"])
     for name, mode in (("logs.tar.gz", "w:gz"), ("logs.tar", "w")):
         with tarfile.open(tmp_path / name, mode) as archive:  # type: ignore[call-overload]

@@ -189,7 +189,7 @@ def test_a_format_by_a_unit_is_not_said_to_be_the_user_s(tmp_path: Path) -> None
     path = tmp_path / "log.las"
     path.write_text(las("TIME.DD/MM/YY_HH:MM:SS : t", "04/03/25T06:00:{s:02d}"))
     with pytest.raises(
-        LogError, match=r"from the unit of column 'TIME' in the file; state another one as time\.format"
+        LogError, match=r"from the unit of column 'TIME' in the file\. State another format as time\.format"
     ):
         read_log(path, None, ["TQA"])
 
@@ -354,7 +354,7 @@ def test_logs_that_contradict_each_other_are_tables_apart(difference: str, tmp_p
         read_log(path, None, ["TQA", "RPMA"])
     log = read_log(path, None, ["TQA", "RPMA"], dialect=Dialect(table="B"))
     assert log.pop("RPMA").tolist() == [120.0] * 15
-    assert f"the log 'B' is no part of the table of 'A', from which it differs {difference}" in log.notes[0][0]
+    assert f"the log 'B' is not part of the table of 'A', from which it differs {difference}" in log.notes[0][0]
 
 
 def test_null_values_of_all_recorders_keep_no_logs_apart(tmp_path: Path) -> None:

@@ -115,9 +115,12 @@ REFUSED = {
         FILES["no column of times"].replace(f"Time\t{START}\t{START}", "Time\t06:00:00\t06:00:01"),
         "start 1 s apart",
     ),
-    "intervals apart": (FILES["no column of times"].replace("0.020000\t\n", "0.010000\t\n"), "other intervals"),
+    "intervals apart": (FILES["no column of times"].replace("0.020000\t\n", "0.010000\t\n"), "different intervals"),
     "no interval": (FILES["no column of times"].replace("Delta_X", "Delta"), "no interval between samples"),
-    "times apart": (FILES["a column for each"].replace("0.020000\t120.25", "0.030000\t120.25"), "other times"),
+    "times apart": (
+        FILES["a column for each"].replace("0.020000\t120.25", "0.030000\t120.25"),
+        "differ from those of the first channel",
+    ),
     "a time is missing": (FILES["a column for each"].replace("\t0.020000\t120.25", "\t\t"), "rows without a time"),
     "cut in its header": (FILES["one column of times"].partition("X_Value")[0], "ends within a header"),
 }

@@ -35,7 +35,7 @@ def test_the_parts_of_times_are_put_together(tmp_path: Path, names: str) -> None
     cells = "{s},0,6,4,3,2025" if names.startswith("Second") else "2025,3,4,6,0,{s}"
     log = read_log(saved(tmp_path, names, cells), None, ["TQ"])
     assert np.array_equal(log.stamps, EXPECTED)
-    assert any(what.startswith("the times are put together from the columns") for what, _ in log.notes)
+    assert any(what.startswith("the times are combined from the columns") for what, _ in log.notes)
     assert log.pop("TQ")[1] == 12.125
 
 

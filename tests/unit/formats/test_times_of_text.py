@@ -111,7 +111,7 @@ def test_the_zone_in_a_columns_name_is_that_of_its_times(name: str, hours: float
 @pytest.mark.parametrize("name", ["Time [CST]", "Time (CET)"])
 def test_an_abbreviation_of_a_zone_is_told_not_to_be_used(name: str, tmp_path: Path) -> None:
     path = saved(tmp_path / "log.csv", **{name: WHOLE})
-    check(path, f"{name[-4:-1]} at column '{name}' stands for several zones; its times are taken in UTC")
+    check(path, f"{name[-4:-1]} at column '{name}' stands for several zones; UTC is assumed")
 
 
 def test_the_zone_in_the_row_of_units_is_that_of_the_times(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_a_zone_elsewhere_in_the_file_is_told_not_to_be_used(tmp_path: Path) -> 
     path = saved(tmp_path / "log.csv", "# Timezone: UTC+03:00\n", Time=WHOLE)
     check(path, "line 1 states a time zone, which is not used: '# Timezone: UTC+03:00'")
     path = saved(tmp_path / "log.csv", **{"Time": WHOLE, "UTC Offset": ["+01:00"] * 50})
-    check(path, "the zone in column 'UTC Offset' is not used; the times in column 'Time' are taken in UTC")
+    check(path, "the zone in column 'UTC Offset' is not used; those in column 'Time' are assumed to be in UTC")
     assert read(saved(tmp_path / "log.csv", **{"Time": WHOLE + "Z", "UTC Offset": ["+01:00"] * 50}))[1] == []
 
 
@@ -175,7 +175,7 @@ def test_milliseconds_in_a_column_of_their_own_are_added(tmp_path: Path) -> None
     check(saved(tmp_path / "log.csv", Time=WHOLE, ms=milli))
     found, told = read(saved(tmp_path / "log.csv", Time=seconds, ms=np.arange(50) * 50))
     assert (found.stamps == STAMPS.floor("s").to_numpy()).all()
-    assert any("row 21 of it is '1000'" in what for what in told)
+    assert any("its row 21 is '1000'" in what for what in told)
 
 
 def test_points_of_decimals_or_of_thousands_are_a_question(tmp_path: Path) -> None:

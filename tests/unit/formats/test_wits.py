@@ -155,5 +155,5 @@ def test_records_without_times_are_left_out_and_told(tmp_path: Path) -> None:
 def test_a_stream_without_times_tells_what_it_lacks(tmp_path: Path) -> None:
     path = tmp_path / "log.wits"
     path.write_text("&&\n01083650.40\n01133.5\n01142850.7\n!!\n" * 12)
-    with pytest.raises(LogError, match=r"items 05 and 06\. Have the sender send these"):
+    with pytest.raises(LogError, match=r"items 05 and 06\. Configure the sender to send these"):
         read_log(path, None, ["HKLA"])

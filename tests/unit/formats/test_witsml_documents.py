@@ -47,7 +47,7 @@ WITHOUT_LOGS = {
     "a query": (
         "<logs><log uid='%uid%'><name/><indexType/><logCurveInfo uid=''><mnemonic/></logCurveInfo>"
         "<logData><data/></logData></log></logs>",
-        "such as a query.*Save the server's answer",
+        "such as a query.*Save the server's response",
     ),
     "an answer without an object": ("<Envelope><Result>1</Result><XMLout></XMLout></Envelope>", "'Envelope'"),
 }

@@ -138,7 +138,7 @@ def test_slow_logs_are_drafted_as_logs_of_another_shape(tmp_path: Path) -> None:
     found = inspected(fast, slow[0])
     assert [other["files"] for other in yaml.safe_load(found.draft)["other_logs"]] == ["1_depth.csv"]
     assert found.windows == 6
-    assert any("its clock is off this log's by +37.4" in what for _, what, _ in found.problems)
+    assert any("its clock differs from this log's by +37.4" in what for _, what, _ in found.problems)
     renamed = slow_log(whole_log(START + pd.Timedelta(days=1))).rename(columns={"Hole": "DMEA (m)", "Speed": "RPMA"})
     save(renamed, slow[1])
     assert [other["files"] for other in yaml.safe_load(inspected(fast, *slow).draft)["other_logs"]] == ["*_depth.csv"]

@@ -79,13 +79,13 @@ def test_faults_of_all_kinds_are_named_at_once(folder: Path) -> None:
 def test_a_well_whose_only_log_is_refused_is_not_said_to_have_none(folder: Path) -> None:
     sheets(folder, [("A", "toy", "good.csv"), ("B", "toy", "good.csv")])
     (told,) = (each for each in findings(folder) if each.fails)
-    assert "is listed already at" in told.what
+    assert "is already listed at" in told.what
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("wells: a\nwells: b\n", "the key 'wells' is there already in line 1"),
+        ("wells: a\nwells: b\n", "the key 'wells' is already given in line 1"),
         ("- a\n", "holds no keys"),
         ("fits: 3\n", "fits"),
     ],
@@ -136,5 +136,8 @@ def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run
     assert failing.stdout.splitlines() == [
         f"fails\t{folder}/good.csv\tdoes not exist\tCorrect its path",
     ]
-    assert "1 wells, 1 rigs and 1 logs checked: 1 of 1 findings would fail" in failing.stderr
+    assert failing.stderr.splitlines() == [
+        "1 well, 1 rig and 1 log checked: 1 problem would make a log, a well or the whole run fail. "
+        "Correct each row marked 'fails' as its remedy says, and check again"
+    ]
     assert CliRunner().invoke(app, ["check", "--no-logs", str(folder / "config.yaml")]).exit_code == 0

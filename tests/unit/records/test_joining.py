@@ -94,7 +94,7 @@ def test_where_no_channel_is_in_both_logs_the_clocks_are_taken_to_agree_and_that
     slow = save(slow_log(log).drop(columns="Speed"), tmp_path / "a_depth.csv")
     joined, problems = run(tmp_path, fast, slow)
     assert np.isfinite(joined["hole_depth"][100:-100]).all()
-    assert any("no channel is in both logs, so the clocks are taken to agree" in problem.what for problem in problems)
+    assert any("no channel is in both logs, so the clocks are assumed to agree" in problem.what for problem in problems)
 
 
 def test_several_slow_logs_supply_what_each_fast_log_lacks(tmp_path: Path) -> None:

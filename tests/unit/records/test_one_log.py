@@ -134,7 +134,7 @@ def test_a_clock_set_back_while_time_is_lost_leaves_a_gap(tmp_path: Path) -> Non
     log: pd.DataFrame = LOG.drop(index=range(1500, 1700))
     log.loc[1700:, "Time"] -= pd.Timedelta(seconds=20)
     samples, notes = record(log, tmp_path)
-    assert any("the signals break there" in note for note in notes)
+    assert any("the signals are discontinuous there" in note for note in notes)
     assert any(note.startswith("gap of") for note in notes)
     assert set(flagged(samples, RecordFlag.GAP)) >= {1500, 1501}
 
@@ -254,7 +254,7 @@ def test_zeroed_stamps_are_left_out_and_said_once(tmp_path: Path) -> None:
     log.loc[2000, "Time"] += pd.Timedelta(days=400)
     samples, notes = record(log, tmp_path)
     what = (
-        "rows are stamped far off those around them, the first, row 1001, as 1970-01-01T00:00:00.000; they are not used"
+        "rows are stamped far from their neighbours, the first 1970-01-01T00:00:00.000 in row 1001; they are not used"
     )
     assert notes == [f"5 {what}", "5 rows missing, filled by interpolation"]
     assert flagged(samples, RecordFlag.INTERPOLATED) == [*range(1000, 1004), 2000]
@@ -277,7 +277,7 @@ def test_zeroed_stamps_are_left_out_and_said_once(tmp_path: Path) -> None:
         ),
         (
             lambda stamps: stamps + pd.to_timedelta(np.random.default_rng(1).permutation(3000) % 30 * 977, "s"),
-            "not in order of time|more often than any clock is set",
+            "not in order of time|more often than any clock is reset",
         ),
     ],
     ids=["microseconds", "slow", "2233", "1970", "holes", "jumps"],

@@ -146,12 +146,15 @@ def test_windows_that_overlap_count_their_time_once() -> None:
 def test_reasons_of_one_kind_count_together() -> None:
     same = kinds(pd.Series(["gap of 37.0 s", "gap of 37.0 s", "connection"]))
     assert same.tolist() == ["gap of 37.0 s", "gap of 37.0 s", "connection"]
-    rows = [("drilling", "too short: 20.0 s of 600.0 s", 20, 0), ("drilling", "too short: 7.5 s of 600.0 s", 7.5, 0)]
-    rows += [("drilling", "", 1200, 2), ("unknown", "gap of 600 s", 600, 0)]
+    rows = [
+        ("drilling", "too short: 20.0 s of the 360.0 s needed", 20, 0),
+        ("drilling", "too short: 7.5 s of the 360.0 s needed", 7.5, 0),
+    ]
+    rows += [("drilling", "", 1200, 2), ("unknown", "gap of 600.0 s", 600, 0)]
     table = without_windows(pd.DataFrame(rows, columns=["state", "reason", "duration_s", "windows"]))
     assert table.values.tolist() == [
-        ["unknown", "gap of 600 s", 1, 10.0],
-        ["drilling", "too short: … s of … s", 2, pytest.approx(27.5 / 60)],
+        ["unknown", "gap of 600.0 s", 1, 10.0],
+        ["drilling", "too short: … s of the … s needed", 2, pytest.approx(27.5 / 60)],
     ]
 
 

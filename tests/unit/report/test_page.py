@@ -102,7 +102,7 @@ def test_what_is_urgent_is_first_in_the_fleet_and_told_once_in_its_well(fleet: F
     assert page.count(EXPLANATIONS[frozenset({"damping_bha", "inertia_bha"})]) == 1
     assert page.count("is usual") == 2
     assert page.count("caliper") == 1
-    assert "The rise of BHA damping and BHA inertia at 1015–1021 m shows from window to window" in page
+    assert "The rise of BHA damping and BHA inertia at 1015–1021 m appears as a difference between windows" in page
 
 
 def test_a_mark_of_a_depth_has_one_colour_in_list_and_table(fleet: Fleet) -> None:
@@ -142,7 +142,7 @@ def test_a_single_window_makes_no_level_and_no_anomaly(fleet: Fleet) -> None:
 
 def test_time_without_windows_is_listed_by_reason(fleet: Fleet) -> None:
     page = text(fleet.page("W1"))
-    assert "drilling too short: 300 s of 600 s 1 5.0" in page
+    assert "drilling too short: 300.0 s of the 360.0 s needed 1 5.0" in page
     assert "connection – 1 3.0" in page
 
 

@@ -49,9 +49,9 @@ def test_what_the_headline_says_is_not_said_again(name: str) -> None:
 
 
 def test_the_lead_has_the_size_in_units_that_one_feels_and_its_sign_in_words() -> None:
-    assert verdict_text(row(LAG)).lead == "The drive answers 49.4 ms late: have its torque loop checked."
+    assert verdict_text(row(LAG)).lead == "The drive responds 49.4 ms late: have its torque loop checked."
     weak = replace(LAG, verdict="actuator_gain", cause="actuator_gain", size=-0.2, unit="1")
-    assert "gives 20 % less torque than it is asked for" in verdict_text(row(weak)).lead
+    assert "delivers 20 % less torque than commanded" in verdict_text(row(weak)).lead
 
 
 def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
@@ -64,7 +64,7 @@ def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
 
 def test_nothing_wrong_says_how_small_a_cause_would_have_been_seen() -> None:
     words = verdict_text(row(replace(LAG, verdict="none", cause="", family="")), [SET])
-    assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have shown."
+    assert words.lead == "Nothing is wrong with the simulation here. A drive lag of 12 ms would have been detected."
 
 
 def test_sets_one_after_another_in_which_nothing_is_wrong_are_told_once() -> None:
@@ -74,7 +74,7 @@ def test_sets_one_after_another_in_which_nothing_is_wrong_are_told_once() -> Non
     sets = [SET, replace(SET, from_m=2000.0, to_m=2200.0, visible=(worse,))]
     both, lag, alone = verdict_texts([row(each) for each in (clear, deeper, LAG, clear)], sets)
     assert (both.from_m, both.to_m) == (1700.0, 2200.0)
-    assert both.lead.endswith("A drive lag of 12 ms to 20 ms would have shown.")
+    assert both.lead.endswith("A drive lag of 12 ms to 20 ms would have been detected.")
     assert both.doubt == "The probability that nothing is wrong is 80 to 90 % in each of 2 sets of windows."
     assert (lag.kind, alone.kind, alone.to_m) == ("named", "none", 2000.0)
 
@@ -109,7 +109,7 @@ def test_the_evidence_is_apart_from_base_rates() -> None:
 def test_a_class_has_what_all_its_members_would_be() -> None:
     both = replace(LAG, verdict="drive_lag|clock_offset")
     words = verdict_text(row(both))
-    assert words.lead.startswith("One of these, which the data cannot tell apart: the drive answers 49.4 ms late")
+    assert words.lead.startswith("One of these, which the data cannot tell apart: the drive responds 49.4 ms late")
     assert CATALOGUE["clock_offset"].meaning in words.lead
     assert "Time constant, if it is drive lag: 49.4 ms" in words.size
 
@@ -120,7 +120,7 @@ def test_a_place_is_stated_where_the_data_determine_it() -> None:
     assert nowhere in verdict_text(row(zone)).size
     assert nowhere not in verdict_text(row(LAG)).size
     placed = verdict_text(row(replace(zone, location_m=1988.9)))
-    assert "brakes the string at 1989 m" in placed.lead.striptags()
+    assert "drags on the string at 1989 m" in placed.lead.striptags()
     assert "It is located 1989 m" in placed.size.striptags()
 
 

@@ -108,5 +108,5 @@ def test_its_sheet_rejects_rows_that_cannot_be_used(tmp_path: Path, monkeypatch:
     }
     assert read_start_ups(Settings()) == {}
     Path("starts.tsv").write_text(head)
-    with pytest.raises(SettingsError, match=r"starts\.tsv: lists no starts of rotation\. Add a row for each, or take"):
+    with pytest.raises(SettingsError, match=r"starts\.tsv: lists no starts of rotation\. Add a row for each, or"):
         read_start_ups(Settings(start_up_sheet="starts.tsv"))
