@@ -33,6 +33,7 @@ from drillid.formats.repeated_names import check_repeated_times, first_of_repeat
 from drillid.formats.stamps import utc_stamps
 from drillid.formats.stated_times import StatedTimes
 from drillid.formats.time_columns import Stamps
+from drillid.formats.times_of_day import may_count_otherwise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -141,10 +142,13 @@ def first_stamp(
         header = _table_of(path, _headers(path, file, reader, dialect), columns)
         times, _ = choose_times(reader, file, described, Places(path, header, _line_of))
         try:
-            return _earliest(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
+            found = _earliest_of_some(times, _columns(path, file, reader, header, times, [], _ROWS_OF_START))
         except LogError:
+            found = None
+        if found is None:
             # what the first rows leave open, such as the order of day and month, later rows may show
-            return _earliest(times, _columns(path, file, reader, header, times, [], None))
+            found = _earliest(times, _columns(path, file, reader, header, times, [], None))
+        return found
 
 
 def headers(path: Path, dialect: Dialect = PLAIN) -> list[Header]:
@@ -299,6 +303,11 @@ def _columns(
     if table is None or table.num_rows == 0:
         raise LogError(str(path), "holds no rows", "Export the log again, or take it out of the logs sheet")
     return table
+
+
+def _earliest_of_some(times: StatedTimes, table: Any) -> np.datetime64 | None:
+    """Earliest stamp of some rows; None where the log's other rows may show that all are to be read otherwise."""
+    return None if may_count_otherwise(times, table.column(times.column)) else _earliest(times, table)
 
 
 def _earliest(times: StatedTimes, table: Any) -> np.datetime64:

@@ -92,15 +92,40 @@ def _counted(of: StatedTimes, numbers: Floats) -> Naive | None:
     If all are below 1, they are fractions. They are seconds where the column's unit says so, or where the digits of
     some, such as 21661, are not valid minutes and seconds.
     """
-    if np.all((numbers >= 0) & (numbers < 1)):
+    if _all_below(1, numbers):
         return Naive(np.asarray(np.rint(numbers * (DAY_NS // 1000)).astype(np.int64) * 1000), False)
-    stated = unit_named(of.places.header.units.get(of.column, "")) == "s"
-    impossible = np.any((numbers % 100 >= 61) | (numbers % 10_000 >= 6000))
-    if not (stated or impossible) or not np.all((numbers >= 0) & (numbers < _DAY_S)):
+    stated = _in_seconds(of)
+    if not (stated or _not_digits(numbers)) or not _all_below(_DAY_S, numbers):
         return None
     what = f"the times in column '{of.column}' are read as seconds of the day"
     notes = () if stated else ((what, "Write times of day such as 06:00:00.020 if that is wrong"),)
     return Naive(np.rint(numbers * 1e6).astype(np.int64) * 1000, False, notes)
+
+
+def may_count_otherwise(of: StatedTimes, column: Any) -> bool:
+    """Whether rows behind these may show that times of day count something else, as 10261 does behind 10200."""
+    import pyarrow as pa
+
+    if of.date is None or not (is_number(column.type) or pa.types.is_string(column.type)):
+        return False
+    numbers = _numbers(column)
+    if numbers is None or not _all_below(_DAY_S, numbers):
+        return False
+    return _all_below(1, numbers) or not (_in_seconds(of) or _not_digits(numbers))
+
+
+def _all_below(limit: int, numbers: Floats) -> bool:
+    return bool(np.all((numbers >= 0) & (numbers < limit)))
+
+
+def _in_seconds(of: StatedTimes) -> bool:
+    """Whether the file states that the times count seconds."""
+    return unit_named(of.places.header.units.get(of.column, "")) == "s"
+
+
+def _not_digits(numbers: Floats) -> bool:
+    """Whether the last four digits of some numbers are not valid minutes and seconds."""
+    return bool(np.any((numbers % 100 >= 61) | (numbers % 10_000 >= 6000)))
 
 
 def with_milliseconds(of: StatedTimes, naive: Naive, column: Any) -> Naive:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from drillid.config.rig import CHANNEL_UNITS, CHANNELS, REQUIRED_CHANNELS, Channel, Clock, LogFile
+from drillid.config.rig import CHANNEL_UNITS, CHANNELS, REQUIRED_CHANNELS, Channel, Clock, LogFile, OtherLogs
 from drillid.inspection.contents import ChannelGuess, Contents
 
 UNKNOWN = "?"
 """Stands for a column that is not known yet."""
 _TAKEN = {"column": r"times are taken from column '(.*)'", "date": r"dates are taken from column '(.*)'"}
+_DIGITS_AT_END = re.compile(r"\d[\d_T:. -]*$")
+_DIGITS_AT_START = re.compile(r"^[\d_T: -]*\dZ?")
+"""Numbers, dates and times in the names of files, which differ from log to log."""
 _ORDER = re.compile(r"read as (day first|month first)")
 
 
@@ -49,7 +54,9 @@ def draft(name: str, found: Sequence[Contents], clock: Clock, file: LogFile) -> 
     for contents in apart:
         shapes.setdefault(tuple(column.name for column in contents.columns), []).append(contents)
     for alike in shapes.values():
-        lines += _other_logs(alike, clock, file)
+        own = [contents.path for contents in alike]
+        for pattern, path in file_patterns(own, {contents.path for contents in found}.difference(own)):
+            lines += _other_logs(pattern, path, alike, clock, file)
     if "torque_command" not in channels:
         lines.append("# no torque command was found: state the controller's gains, such as")
         lines.append("# controller: {proportional: 1500 N m s/rad, integral: 800 N m/rad}")
@@ -77,24 +84,57 @@ def _doubt(guess: ChannelGuess) -> str:
     return f"check the unit: the file states none, this one fits the size{others}"
 
 
-def _other_logs(alike: Sequence[Contents], clock: Clock, file: LogFile) -> Iterator[str]:
-    yield f"  - files: {_inline(_pattern([contents.path.name for contents in alike]))}"
-    yield f"    time: {_inline(_time(alike[0], clock))}"
+def _other_logs(pattern: str, path: Path, alike: Sequence[Contents], clock: Clock, file: LogFile) -> Iterator[str]:
+    """Logs of another shape, described by what one of them holds."""
+    contents = next(each for each in alike if each.path == path)
+    yield f"  - files: {_inline(pattern)}"
+    yield f"    time: {_inline(_time(contents, clock))}"
     yield "    channels:"
-    yield from _channel_lines(alike[0].channels, alike[0], (), "      ")
-    layout = _layout(alike[0], file)
+    yield from _channel_lines(contents.channels, contents, (), "      ")
+    layout = _layout(contents, file)
     if layout:
         yield f"    file: {_inline(layout)}"
 
 
-def _pattern(names: Sequence[str]) -> str:
-    """A pattern for the names: the one name, or the common end of several."""
-    if len(names) == 1:
-        return re.sub(r"([*?\[])", r"[\1]", names[0])
-    ending = itertools.takewhile(
-        lambda letters: len(set(letters)) == 1, zip(*(name[::-1] for name in names), strict=False)
-    )
-    return "*" + "".join(letters[0] for letters in ending)[::-1]
+def file_patterns(alike: Sequence[Path], others: Collection[Path]) -> list[tuple[str, Path]]:
+    """Patterns that together match some files and no others, with the first file of each.
+
+    One pattern matches all of them where their names have a part that the others lack; else each file has its own.
+    """
+    paths = list(dict.fromkeys(alike))
+    for pattern in _common_patterns(paths) if len(paths) > 1 else ():
+        if all(_matches(pattern, path) for path in paths) and not any(_matches(pattern, path) for path in others):
+            return [(pattern, paths[0])]
+    return [(_own_pattern(path, {*paths, *others} - {path}), path) for path in paths]
+
+
+def _common_patterns(paths: Sequence[Path]) -> Iterator[str]:
+    """Patterns made of what the files' names have in common, the likelier to match further logs first."""
+    names, folders = [path.name for path in paths], {path.parent.name for path in paths}
+    beginning = _common_beginning(names)
+    ending = _common_beginning([name[len(beginning) :][::-1] for name in names])[::-1]
+    word, rest = _DIGITS_AT_END.sub("", beginning), _DIGITS_AT_START.sub("", ending)
+    found = [("", rest)] if rest.partition(".")[0] else []
+    found += [(word, rest), (beginning, ending)]
+    patterns = [f"{glob.escape(begin)}*{glob.escape(end)}" for begin, end in found]
+    yield from patterns
+    if len(folders) == 1:
+        yield from (f"{glob.escape(*folders)}/{pattern}" for pattern in patterns)
+
+
+def _common_beginning(names: Sequence[str]) -> str:
+    alike = itertools.takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
+    return "".join(letters[0] for letters in alike)
+
+
+def _own_pattern(path: Path, others: Collection[Path]) -> str:
+    """The name of a file, with its folder where another file has that name."""
+    name, folder = glob.escape(path.name), glob.escape(path.parent.name)
+    return f"{folder}/{name}" if folder and any(_matches(name, other) for other in others) else name
+
+
+def _matches(pattern: str, path: Path) -> bool:
+    return OtherLogs(files=pattern).match(path)
 
 
 def _time(contents: Contents, clock: Clock) -> dict[str, Any]:

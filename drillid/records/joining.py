@@ -23,6 +23,7 @@ from drillid.records.channels import FAST_CHANNELS, RawChannels, read_channels
 from drillid.records.clock_offset import FARTHEST_S, clock_offset
 from drillid.records.grid import Note
 from drillid.records.mapping import MappedColumn, dialect_of, layout_of
+from drillid.records.shared_stamps import differing_note, first_values
 
 _LONGEST_HOLE_S = 60.0
 """Slow channels are interpolated over holes up to this long, or a few of their intervals, s."""
@@ -89,9 +90,9 @@ class SlowLog:
     def of(cls, source: Source) -> SlowLog:
         """Read a slow log."""
         raw = read_channels(source.path, source.rig, CHANNELS)
-        stamps, first = np.unique(raw.stamps, return_index=True)
-        channels = {name: values[first] for name, values in raw.channels.items()}
-        return cls(source.path, stamps, channels, raw.columns, raw.notes)
+        stamps, channels, differing = first_values(raw.stamps, raw.channels)
+        notes = [differing_note(source.path.name, raw.stamps, differing)] if differing else []
+        return cls(source.path, stamps, channels, raw.columns, [*raw.notes, *notes])
 
     @property
     def span(self) -> tuple[int, int]:

@@ -1,10 +1,10 @@
-"""Rows that share a stamp, as written by recorders whose stamps are coarser than their samples."""
+"""Rows that share a stamp: the recorder's stamps are coarser than its samples, or it writes a channel a row."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from drillid.arrays import Booleans, Floats, Integers
+from drillid.arrays import Array, Booleans, Floats, Indices, Integers
 
 _SHARED = 0.45
 """Share of rows with the stamp of the row before above which stamps are coarser than the samples."""
@@ -16,6 +16,7 @@ _REGULAR, _OFF = 0.9, 0.02
 """Share of the stamps that must have the usual number of rows, to within one row or this part of it."""
 _WHOLE = 0.5
 """Least share of rows that hold both signals, and largest of rows that repeat a row of the same stamp."""
+_FINER = "Export stamps with fractions of a second if the recorder has them"
 
 
 def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) -> tuple[Integers, int]:
@@ -57,7 +58,53 @@ def evenly(stamps: Integers, sweep: Floats, speed: Floats, repeats: Integers) ->
 def shared_note(usual: int) -> tuple[str, str]:
     """A note that rows are spaced evenly, with its remedy."""
     what = f"{usual} rows share each stamp, and are spaced evenly up to the next one"
-    return what, "Export stamps with fractions of a second if the recorder has them"
+    return what, _FINER
+
+
+def first_values(stamps: Integers, channels: dict[str, Array]) -> tuple[Integers, dict[str, Array], dict[str, Indices]]:
+    """The distinct stamps, the first value of each channel at each, and the rows where a later value differs from it.
+
+    Rows that share a stamp may hold a channel each.
+
+    Parameters
+    ----------
+    stamps : ns, shape (row,)
+    channels : NaN for missing values, shape (row,); popped one by one, so that none is held twice
+
+    Returns
+    -------
+    Increasing stamps, shape (stamp,); channels, shape (stamp,); the rows, in order, of each channel that has any.
+    """
+    if np.all(np.diff(stamps) > 0):
+        return stamps, channels, {}
+    distinct, place = np.unique(stamps, return_inverse=True)
+    first, differing = dict[str, Array](), dict[str, Indices]()
+    for name in list(channels):
+        values = channels.pop(name)
+        known = np.flatnonzero(np.isfinite(values))[::-1]
+        first[name] = np.full(distinct.size, np.nan, values.dtype)
+        first[name][place[known]] = values[known]  # from the last row to the first, which stays
+        others = known[values[known] != first[name][place[known]]]
+        if others.size:
+            differing[name] = others[::-1]
+    return distinct, first, differing
+
+
+def differing_note(log: str, stamps: Integers, differing: dict[str, Indices]) -> tuple[str, str]:
+    """A note on the rows of `first_values` whose values are not used, with its remedy.
+
+    Parameters
+    ----------
+    log : name of the log
+    stamps : ns, shape (row,)
+    """
+    rows = np.unique(np.concatenate(list(differing.values())))
+    first = np.datetime_as_string(stamps[rows[0]].astype("datetime64[ns]"), unit="ms")
+    what = (
+        f"{rows.size} rows of {log} repeat the stamp of an earlier row with another {' or '.join(differing)}, the "
+        f"first at {first} UTC; only the first value of a channel at a stamp is used"
+    )
+    return what, _FINER
 
 
 def _draw_lines(

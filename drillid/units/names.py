@@ -23,14 +23,15 @@ _POUND_FORCE = _POUND * STANDARD_GRAVITY
 _BARREL = 42 * _GALLON
 TURN = 2 * math.pi
 
-_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "h": 1e2, "da": 10.0, "d": 0.1, "c": 1e-2, "m": 1e-3, "μ": 1e-6, "": 1.0}
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "h": 1e2, "da": 10.0, "d": 0.1, "c": 1e-2, "m": 1e-3, "n": 1e-9, "": 1.0}
+_PREFIXES |= dict.fromkeys(("μ", "u"), 1e-6)
 _WITH_PREFIX: tuple[tuple[str, str, float, Dimension], ...] = (
-    ("m", "k h da d c m μ", 1.0, _LENGTH),
-    ("s", "m μ", 1.0, _TIME),
+    ("m", "k h da d c m μ u", 1.0, _LENGTH),
+    ("s", "m μ u n", 1.0, _TIME),
     ("g", "m", 1e-3, _MASS),
-    ("N", "M k h da d m", 1.0, _FORCE),
+    ("N", "M k h da d c m", 1.0, _FORCE),
     ("Pa", "G M k h m", 1.0, _PRESSURE),
-    ("bar", "k m", 1e5, _PRESSURE),
+    ("bar", "k d m", 1e5, _PRESSURE),
     ("L", "k h d c m", 1e-3, _VOLUME),
     ("l", "k h d c m", 1e-3, _VOLUME),
     ("J", "k M", 1.0, _TORQUE),
@@ -48,12 +49,12 @@ _WITH_PREFIX: tuple[tuple[str, str, float, Dimension], ...] = (
     ("psi", "k", _POUND_FORCE / _INCH**2, _PRESSURE),
 )
 """Symbols with the prefixes that they take, their value in SI and their dimension."""
-_ONLY_AS_WRITTEN = {"mN", "mPa", "hN", "dN", "MN", "mg"}
+_ONLY_AS_WRITTEN = {"mN", "mPa", "hN", "dN", "cN", "MN", "mg", "um", "us", "ns"}
 """Symbols that no other case of their letters is taken for."""
 _NAMES: tuple[tuple[str, float, Dimension], ...] = (
     ("metre metres meter meters mtr mtrs mts м", 1.0, _LENGTH),
     ("foot feet F ' фут", _FOOT, _LENGTH),
-    ("ftUS", 1200 / 3937, _LENGTH),
+    ("ftUS usft", 1200 / 3937, _LENGTH),
     ('inch inches in "', _INCH, _LENGTH),
     ("yd yard yards", 3 * _FOOT, _LENGTH),
     ("mi mile miles", 5280 * _FOOT, _LENGTH),
@@ -81,6 +82,7 @@ _NAMES: tuple[tuple[str, float, Dimension], ...] = (
     ("barg bara bars бар", 1e5, _PRESSURE),
     ("psig psia", _POUND_FORCE / _INCH**2, _PRESSURE),
     ("atm атм", 101325.0, _PRESSURE),
+    ("mmHg", 133.322387415, _PRESSURE),
     ("at ata ksc", 1e4 * STANDARD_GRAVITY, _PRESSURE),
     ("litre litres liter liters ltr ltrs lit л", 1e-3, _VOLUME),
     ("gal gals gallon gallons galUS usg", _GALLON, _VOLUME),
@@ -110,10 +112,14 @@ _TURNING: tuple[tuple[str, float, Dimension], ...] = (
     ("h hr hrs hour hours ч", 3600.0, _TIME),
     ("d day days сут", 86400.0, _TIME),
     ("Hz hertz", 1.0, RATE),
+    ("mHz", 1e-3, RATE),
+    ("kHz", 1e3, RATE),
+    ("MHz", 1e6, RATE),
 )
 """Names in which nobody gives radians."""
 _ANGLES: tuple[tuple[str, float, Dimension], ...] = (
     ("rad rads radian radians рад", 1.0, NUMBER),
+    ("mrad", 1e-3, NUMBER),
     ("deg dega degree degrees ° град", math.pi / 180, NUMBER),
     ("rev revs revolution revolutions c cycle cycles rotation rotations turn turns r rot tr U omdr об", TURN, NUMBER),
     ("rpm", TURN / 60, RATE),
@@ -214,21 +220,30 @@ def _glued(exact: dict[str, Unit]) -> dict[str, Unit]:
 
 @functools.cache
 def _from_pint(name: str) -> tuple[Unit, ...]:
-    """What pint knows by that name; it is imported late because that costs most of a second."""
-    import pint
-
-    try:
-        quantity = _registry().Quantity(1.0, name).to_base_units()
-    except (pint.errors.PintError, AssertionError, ValueError, TypeError, AttributeError):
+    """What pint knows by that name, which has no prefix, or 'k', or one that is spelled out."""
+    spelled = _spelled_for_pint(name)
+    if spelled is None:
         return ()
+    quantity = _registry().Quantity(1.0, spelled).to_base_units()
     powers = dict(quantity.dimensionality)
     length, mass, time = (int(powers.pop(f"[{base}]", 0)) for base in ("length", "mass", "time"))
     angle = "radian" in str(quantity.units)
     return () if powers else (Unit(float(quantity.magnitude), (length, mass, time), angle),)
 
 
+def _spelled_for_pint(name: str) -> str | None:
+    """Pint's own spelling of a name; None where it knows none.
+
+    Pint puts prefixes of one letter before any unit, as in 'usft', which it takes for a millionth of the survey foot.
+    Of these letters, only the k of the thousand is believed before any unit.
+    """
+    found = _registry().parse_unit_name(name)
+    return next((prefix + unit for prefix, unit, _ in found if name.startswith((prefix, "k"))), None)
+
+
 @functools.cache
 def _registry() -> Any:
+    """Pint's units; it is imported late because that costs most of a second."""
     import pint
 
     return pint.UnitRegistry()

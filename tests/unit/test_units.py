@@ -52,6 +52,13 @@ def test_units_of_the_field_are_read_without_importing_pint(monkeypatch: pytest.
 
 def test_units_that_pint_alone_knows_are_read_too() -> None:
     assert to_si_factor("angstrom", "m") == pytest.approx(1e-10)
+    assert to_si_factor("kilofurlong", "m") == pytest.approx(1000 * 660 * 1200 / 3937)
+
+
+@pytest.mark.parametrize("unit", ["cft", "hft", "msft", "Tyard"])
+def test_a_first_letter_but_k_is_no_prefix_of_what_pint_knows_by_the_others(unit: str) -> None:
+    with pytest.raises(ValueError, match=f"the unit '{unit}' is unknown"):
+        to_si_factor(unit, "m")
 
 
 @pytest.mark.parametrize(

@@ -31,12 +31,15 @@ TORQUES = {
 SPEEDS = {
     math.pi / 30: "rpm,RPM,Rpm,[rpm],(RPM),r.p.m.,R/PM,rev/min,REV/MIN,rev./min.,rev per minute,r/min,c/min,C/MIN,"
     "cycles/min,turns/min,U/min,tr/min,об/мин,1/min,/min,min-1,min^-1,min⁻¹,1/MIN",
+    1e3 * math.pi / 30: "krpm",
     2 * math.pi: "rev/s,c/s,rps,Hz,HZ",
+    1e-3: "mrad/s",
     1.0: "rad/s,RAD/S,rad/sec,rad.s-1,rad s⁻¹",
     1 / 60: "rad/min",
     math.pi / 180: "deg/s,dega/s,°/s",
 }
 FORCES = {
+    1e-2: "cN",
     1.0: "N,newton",
     10.0: "daN,DAN,dan",
     1e3: "kN,KN,kn,kilonewtons,кН",
@@ -46,7 +49,7 @@ FORCES = {
     1e3 * KILOGRAM_FORCE: "kkgf,t,T,tonne,tonnes,TONNES,te,mt,MT,tf,metric ton,metric_tons,1000 kgf,тс,т",
     POUND_FORCE: "lbf,lb,lbs,LBS,pounds,pound-force,lbm",
     1e3 * POUND_FORCE: "klbf,klb,klbs,KLBF,KLB,KLBS,Klbs,k lbs,K-LBS,k-lbf,kip,kips,1000 lbf,1000lbs,1E3 lbf,x1000 lbs,"
-    "lbs x 1000,thousand lbs",
+    "lbs x 1000,thousand lbs,kpound",
     SHORT_TON_FORCE: "tonf,tonfUS,tonf[US],tonUS,ton[US],short ton",
     LONG_TON_FORCE: "tonfUK,tonf[UK],long_ton",
 }
@@ -54,16 +57,19 @@ LENGTHS = {
     1.0: "m,M,metre,meters,METERS,mtr",
     1e-2: "cm,CM",
     1e-3: "mm,MM,Mm",
+    1e-6: "um,μm",
     0.3048: "ft,FT,Ft,F,feet,foot,'",
     304.8: "kft",
     0.0254: 'in,IN,inch,inches,",″',
-    1200 / 3937: "ft[US]",
+    1200 / 3937: "ft[US],ftUS,usft,USFT,USft,sft",
 }
 PRESSURES = {
     1.0: "Pa,PA,N/m2,N/m²",
     1e3: "kPa,KPA,kpa,kN/m2,кПа",
     1e6: "MPa,MPA,N/mm2,МПа",
     100.0: "hPa,mbar",
+    1e4: "dbar",
+    133.322387415: "mmHg,mmhg",
     1e5: "bar,BAR,Bar,barg",
     PSI: "psi,PSI,psig,psia,lbf/in2,lb/in2,lbs/in²,lb/sq in",
     1e3 * PSI: "kpsi,ksi",
@@ -95,7 +101,12 @@ DATA_SHEETS = {
     ("kg/m^3", 119.826427316897): "ppg,lb/gal,lbm/gal[US],PPG",
     ("dimensionless", 0.01): "%,pct,percent",
     ("Hz", 1.0): "Hz,1/s,s-1,samples/s,sps",
+    ("Hz", 1e3): "kHz,khz,KHZ,kilohertz",
+    ("Hz", 1e-3): "mHz",
+    ("Hz", 1e6): "MHz",
     ("s", 1e-3): "ms,MS,msec",
+    ("s", 1e-6): "us,μs,µs,microseconds",
+    ("s", 1e-9): "ns",
     ("Pa", 1e9): "GPa,GPA,kN/mm2",
 }
 KINDS = {"N m": TORQUES, "rad/s": SPEEDS, "N": FORCES, "m": LENGTHS, "Pa": PRESSURES, "m^3/s": FLOWS}
@@ -115,7 +126,7 @@ def test_a_spelling_has_its_published_factor(spelling: str, si_unit: str, factor
 
 OTHERWISE_IN_PINT = {
     *("Nm", "kNm", "daNm", "MNm", "Nms", "kNms", "ftlb", "ftlbs", "mkgf", "F", "T", "mt", "mT", "MT", "mton", "kilos"),
-    *("bbl", "bbls", "barrel", "barrels", "cfm", "pct", "k", "K", "c", "U", "rads"),
+    *("bbl", "bbls", "barrel", "barrels", "cfm", "pct", "k", "K", "c", "U", "rads", "usft"),
 }
 
 

@@ -148,6 +148,26 @@ def test_fractions_of_a_day_and_its_seconds_beside_dates(tmp_path: Path) -> None
     check(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "start", "step", "clock"),
+    [
+        ("Time", 10_200.0, 0.05, "02:50:00"),
+        ("Time", 10_200.0, 1.0, "02:50:00"),
+        ("Time", 10_259.0, 1e-4, "01:02:59"),
+        ("Time (s)", 10_200.0, 0.05, "02:50:00"),
+        ("Time (s)", 0.2, 5e-4, "00:00:00.200"),
+    ],
+)
+def test_the_first_stamp_is_read_as_the_whole_log_where_its_first_rows_may_be_seconds_of_the_day_or_digits(
+    name: str, start: float, step: float, clock: str, tmp_path: Path
+) -> None:
+    rows = start + step * np.arange(3000)
+    path = tmp_path / "log.csv"
+    pd.DataFrame({"Date": "2025-03-03", name: rows.round(4), "RPM": 120.0}).to_csv(path, index=False)
+    assert read_log(path, None, ["RPM"]).stamps.min() == np.datetime64(f"2025-03-03T{clock}")
+    assert first_stamp(path, None) == np.datetime64(f"2025-03-03T{clock}")
+
+
 @pytest.mark.parametrize("name", ["", "recorded at", "When"])
 def test_the_only_column_of_stamps_holds_the_times_whatever_its_name(name: str, tmp_path: Path) -> None:
     check(saved(tmp_path / "log.csv", **{name: WHOLE}), f"the times are taken from column '{name or 'column 1'}'")

@@ -14,6 +14,7 @@ from drillid.config.listing import Well
 from drillid.config.rig import Clock, LogFile, Rig
 from drillid.config.settings import Settings
 from drillid.datasets.store import WellFolders
+from drillid.inspection.draft import file_patterns
 from drillid.inspection.inspect import Inspection, inspect
 from drillid.inspection.sweep import find_sweep
 from drillid.records.stage import process
@@ -142,6 +143,47 @@ def test_slow_logs_are_drafted_as_logs_of_another_shape(tmp_path: Path) -> None:
     renamed = slow_log(whole_log(START + pd.Timedelta(days=1))).rename(columns={"Hole": "DMEA (m)", "Speed": "RPMA"})
     save(renamed, slow[1])
     assert [other["files"] for other in yaml.safe_load(inspected(fast, *slow).draft)["other_logs"]] == ["*_depth.csv"]
+
+
+def test_the_draft_tells_slow_logs_from_fast_ones_of_the_same_ending(tmp_path: Path) -> None:
+    logs = [whole_log(START + pd.Timedelta(days=day)) for day in range(2)]
+    fast = [
+        save(log.rename(columns=NAMES)[["Time", *list(NAMES.values())[:4]]], tmp_path / f"fast_{day}.csv")
+        for day, log in enumerate(logs)
+    ]
+    slow = [
+        save(slow_log(log).rename(columns={"Hole": "DMEA (m)"}), tmp_path / f"depth_{day}.csv")
+        for day, log in enumerate(logs)
+    ]
+    found = inspected(*fast, *slow)
+    assert [other["files"] for other in yaml.safe_load(found.draft)["other_logs"]] == ["depth_*.csv"]
+    assert found.windows == 12
+
+
+@pytest.mark.parametrize(
+    ("slow", "others", "patterns"),
+    [
+        ("depth.csv", "fast.csv", "depth.csv"),
+        ("d[1].csv", "fast.csv", "d[[]1].csv"),
+        ("depth_1.csv depth_2.csv", "fast_1.csv fast_2.csv", "depth_*.csv"),
+        ("depth_1.csv depth_12.csv", "fast_1.csv", "depth_*.csv"),
+        ("depth_0600.csv depth_0630.csv", "fast_0600.csv", "depth_*.csv"),
+        ("depth_20250303T0600Z.csv depth_20250303T0630Z.csv", "fast.csv", "depth_*.csv"),
+        ("W1_slow_0600.csv W1_slow_0630.csv", "W1_0600.csv", "W1_slow_*.csv"),
+        ("2025-03-03_depth.csv 2025-03-04_depth.csv", "2025-03-03_fast.csv", "*_depth.csv"),
+        ("1.7z 2.7z", "fast.csv", "*.7z"),
+        ("depth_1 depth_2", "fast.csv", "depth_*"),
+        ("0601.csv 0602.csv", "0701.csv", "060*.csv"),
+        ("1.csv 3.csv", "2.csv", "1.csv 3.csv"),
+        ("Depth_1.csv Depth_2.csv", "DEPTH_FAST.CSV fast.csv", "Depth_1.csv Depth_2.csv"),
+        ("slow/1.csv slow/2.csv", "fast/1.csv fast/2.csv", "slow/*.csv"),
+        ("slow/1.csv", "fast/1.csv", "slow/1.csv"),
+        ("a/1.csv b/1.csv", "c/1.csv", "a/1.csv b/1.csv"),
+    ],
+)
+def test_patterns_of_slow_logs_match_them_and_no_other_file(slow: str, others: str, patterns: str) -> None:
+    group, rest = ([Path("/data") / name for name in text.split()] for text in (slow, others))
+    assert [pattern for pattern, _ in file_patterns(group, rest)] == patterns.split()
 
 
 def test_what_was_decided_about_times_is_stated_in_the_draft(tmp_path: Path) -> None:

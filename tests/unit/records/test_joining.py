@@ -109,6 +109,42 @@ def test_several_slow_logs_supply_what_each_fast_log_lacks(tmp_path: Path) -> No
         assert np.mean(held) > 0.98
 
 
+def one_channel_a_row(slow: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """The slow log with a row for each of these channels at each stamp, in this order."""
+    rows = [slow[["Time", name]].reindex(columns=slow.columns) for name in names]
+    return pd.concat(rows).sort_index(kind="stable").assign(Time=lambda log: log["Time"].dt.floor("s"))
+
+
+@pytest.mark.parametrize("first", [0, 1, 2])
+def test_rows_of_a_slow_log_that_share_a_stamp_may_hold_a_channel_each(first: int, tmp_path: Path) -> None:
+    log, names = whole_log(), ["Hole", "Bit", "Flow"]
+    slow = slow_log(log).drop(columns="Speed")
+    fast = save(log[FAST], tmp_path / "a_fast.csv")
+    rows = one_channel_a_row(slow, [*names[first:], *names[:first]])
+    whole = save(slow.assign(Time=slow["Time"].dt.floor("s")), tmp_path / "a_depth.csv")
+    expected, _ = run(tmp_path / "whole", fast, whole)
+    joined, problems = run(tmp_path / "rows", fast, save(rows, tmp_path / "a_depth.csv"))
+    xr.testing.assert_equal(joined, expected)
+    assert not any("of an earlier row" in problem.what for problem in problems)
+
+
+def test_of_values_that_share_a_stamp_the_first_is_used_and_the_others_are_told(tmp_path: Path) -> None:
+    log = whole_log()
+    slow = slow_log(log).drop(columns="Speed")
+    fast = save(log[FAST], tmp_path / "a_fast.csv")
+    expected, _ = run(tmp_path / "whole", fast, save(slow, tmp_path / "a_depth.csv"))
+    again = slow.iloc[50:90].assign(Hole=lambda rows: rows["Hole"] + 3, Flow=np.nan)
+    twice = pd.concat([slow, slow.iloc[:50], again]).sort_index(kind="stable")
+    joined, problems = run(tmp_path / "twice", fast, save(twice, tmp_path / "a_depth.csv"))
+    xr.testing.assert_equal(joined, expected)
+    (told,) = (problem.what for problem in problems if "of an earlier row" in problem.what)
+    when = slow["Time"].iloc[50].strftime("%Y-%m-%dT%H:%M:%S.%f")[:-3]
+    assert told == (
+        "40 rows of a_depth.csv repeat the stamp of an earlier row with another hole_depth, the first at "
+        f"{when} UTC; only the first value of a channel at a stamp is used"
+    )
+
+
 def test_what_cannot_be_joined_is_told(tmp_path: Path) -> None:
     log = whole_log()
     whole = save(log, tmp_path / "whole.csv")
