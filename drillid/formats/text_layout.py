@@ -237,7 +237,7 @@ def _in_comments(
     bare = [cells_of(line.lstrip("".join(comment)).strip(), delimiter) for line in above]
     whole = [row for row in bare if len(row) == len(rows[first]) and not is_data(row)]
     found = find_header([*whole, *rows[first:]]) if whole else None
-    return None if found is None else HeaderRows(found.names, found.units, first)
+    return None if found is None else HeaderRows(found.names, found.units, first, names_rows=found.names_rows)
 
 
 def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) -> HeaderRows:

@@ -14,6 +14,7 @@ from drillid.formats.arrow_tables import with_notes
 from drillid.formats.description import Dialect, Header
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
+from drillid.formats.repeated_headers import check_header, is_header
 from drillid.formats.rows_without_data import WithoutData, may_be_times, rows_without_data
 from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import TextLayout, cells_of, layout_of
@@ -59,7 +60,7 @@ def read_columns(
             return table if thousands is None else _with_numbers(table, header, numeric)
     places = [header.columns.index(name) for name in text]
     found, comments = _lines_without_data(path, layout, len(header.columns), places, rows)
-    left_out = frozenset([*found.rows, *comments] if found.credible else [])
+    left_out = frozenset([*comments, *(found.rows if found.credible else ())])
     notes = found.notes(lambda line: f"line {line + 1}") if found.credible else []
     if thousands is None:
         try:
@@ -91,24 +92,39 @@ def _lines_without_data(
     """Lines among the first rows that are left out, and those that are comments; counted from 0."""
     comments = list[int]()
     lines = itertools.islice(_rows(path, layout, width, comments), rows)
-    return rows_without_data(lines, layout.above, times), comments
+
+    def check(line: int, cells: Sequence[str]) -> None:
+        check_header(layout.header, cells, f"line {line + 1}")
+
+    return rows_without_data(lines, layout.above, times, check), comments
 
 
 def _rows(path: Path, layout: TextLayout, width: int, comments: list[int]) -> Iterator[tuple[int, list[str], bool]]:
     """Non-empty lines behind the header, their cells, and whether they are complete, not cut by the file's end.
 
     Comments are left out; their lines are added to `comments`.
+
+    Raises
+    ------
+    Unusable
+        If a comment is a header with other columns or units.
     """
-    begin = tuple(mark.encode() for mark in layout.comment)
     with opened(path) as content:
-        for at, line in enumerate(lines_of(in_utf_8(content, layout.encoding))):
-            if at < layout.first_line or not line.strip():
+        for at, raw in enumerate(lines_of(in_utf_8(content, layout.encoding))):
+            if at < layout.first_line or not raw.strip():
                 continue
-            if line.startswith(begin):
+            line = raw.decode(errors="replace").rstrip("\r\n")
+            if line.startswith(layout.comment):
+                check_header(layout.header, _in_comment(line, layout), f"line {at + 1}")
                 comments.append(at)
                 continue
-            cells = cells_of(line.decode(errors="replace").rstrip("\r\n"), layout.delimiter)
-            yield at, cells, len(cells) >= width or line.endswith((b"\n", b"\r"))
+            cells = cells_of(line, layout.delimiter)
+            yield at, cells, len(cells) >= width or raw.endswith((b"\n", b"\r"))
+
+
+def _in_comment(line: str, layout: TextLayout) -> list[str]:
+    """The cells of a comment, without the characters that begin it."""
+    return cells_of(line.lstrip("".join(layout.comment)).strip(), layout.delimiter)
 
 
 def _read(
@@ -133,7 +149,7 @@ def _read(
             read_options=arrow_csv.ReadOptions(column_names=list(names), skip_rows=layout.first_line),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=DELIMITER if spaced else layout.delimiter,
-                invalid_row_handler=lambda row: "skip" if row.text.startswith(layout.comment) else "error",
+                invalid_row_handler=lambda row: "skip" if _is_remark(row.text, layout) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(
                 include_columns=list(types),
@@ -143,6 +159,11 @@ def _read(
                 decimal_point="," if layout.decimal == "," else ".",
             ),
         )
+
+
+def _is_remark(line: str, layout: TextLayout) -> bool:
+    """Whether a line is a comment, and no header, whose columns must be those of the table."""
+    return line.startswith(layout.comment) and not is_header(layout.header, _in_comment(line, layout))
 
 
 def _first_lines(content: IO[bytes], count: int) -> bytes:
