@@ -10,6 +10,7 @@ import numpy as np
 
 from drillid.arrays import Integers
 from drillid.errors import LogError
+from drillid.formats.clock_changes import in_utc, in_utc_by_order
 from drillid.formats.column_times import formatted, of_numbers, of_text, parsed
 from drillid.formats.counted_times import from_numbers
 from drillid.formats.description import Note
@@ -169,9 +170,8 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
     naive = pd.Series(since.view("datetime64[ns]"))
     if str(zone) == "UTC":
         return since.view("datetime64[ns]")
-    rule: Any = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:
-        aware = naive.dt.tz_localize(zone, ambiguous=rule)
+        placed = in_utc_by_order(naive, zone) if ambiguous is None else in_utc(naive, zone, ambiguous)
     except KeyError as error:
         raise LogError(
             of.places.column(of.column),
@@ -180,7 +180,9 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
         ) from error
     except ValueError as error:
         raise _not_on_the_clock(of, naive, zone, first_line(error)) from error
-    return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
+    if placed is None:
+        raise _not_on_the_clock(of, naive, zone, "")
+    return placed.view("datetime64[ns]")
 
 
 def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> LogError:
