@@ -17,6 +17,7 @@ from drillid.formats.description import Note
 from drillid.formats.parts_of_times import of_parts
 from drillid.formats.places import first_line, shortened
 from drillid.formats.short_years import of_short_years, with_long_years
+from drillid.formats.stamped_dates import of_stamped_dates
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
 from drillid.formats.times_of_day import from_midnight, of_times, time_of_day, with_milliseconds
@@ -120,12 +121,14 @@ def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
     if stated is not None and stated not in ORDERS and both_text:
         return formatted(of, pc.binary_join_element_wise(dates, clock, " "), stated)
     days = _days(replace(of, column=of.date, date=None), dates)
+    if np.any(days.since % DAY_NS):
+        return of_stamped_dates(of, days, clock)
     since = time_of_day(of, clock)
-    return Naive(days.since // DAY_NS * DAY_NS + since.since, since.zoned, (*days.notes, *since.notes))
+    return Naive(days.since + since.since, since.zoned, (*days.notes, *since.notes))
 
 
 def _days(of: StatedTimes, dates: Any) -> Naive:
-    """Midnight of each date."""
+    """Each date, at midnight unless its cell holds a time of day as well."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -140,7 +143,7 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
         if np.all((numbers > 1.9e7) & (numbers < 2.1e7)):
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
         elif np.all((numbers > 30_000) & (numbers < 60_000)):
-            return Naive(from_numbers(np.floor(numbers), "excel", None, None).since, False)
+            return Naive(from_numbers(numbers, "excel", None, None).since, False)
         else:
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
     if pa.types.is_string(dates.type):
