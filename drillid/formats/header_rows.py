@@ -94,7 +94,7 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
         after = max(names_row, names_row if units_row is None else units_row) + 1
         first = next((at for at in range(after, len(rows)) if is_data(rows[at])), after)
         units = units_row if units_row is not None else _units_below(rows, names_row, first)
-        return _header(rows, names_row, units, max(width, len(rows[names_row])), first)
+        return _header(rows, names_row, units, width, first)
     if first is None:
         names = next((at for at, row in enumerate(rows) if len(row) == width and any(map(str.strip, row))), None)
         if names is None:
@@ -161,7 +161,8 @@ def _header(
     if upper_row is not None:
         parts = itertools.zip_longest(rows[upper_row], names, fillvalue="")
         names = [f"{upper.strip()} {lower.strip()}".strip() for upper, lower in parts]
-    padded = [*names, *[""] * (width - len(names))]
+    last = max((at for at, name in enumerate(names, 1) if name.strip()), default=0)
+    padded = [*names[: max(last, width)], *[""] * (width - len(names))]
     called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
     at_ends = units_at_ends(called)
     stated = at_ends | {name: unit for name in called if (unit := split_unit(name)[1])}
@@ -174,7 +175,9 @@ def _header(
 
 
 def _fits(row: Cells, width: int) -> bool:
-    """Whether a row has the table's number of cells; a separator at the end of some lines adds one."""
+    """Whether a row has the table's number of cells; separators at the ends of lines add empty ones."""
+    if len(row) > width and not any(cell.strip() for cell in row[width:]):
+        return True
     return abs(len(row) - width) <= (1 if width > 2 else 0)
 
 
