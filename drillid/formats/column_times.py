@@ -12,7 +12,7 @@ from drillid.formats.counted_times import NoStart, are_dates, from_numbers, unit
 from drillid.formats.places import shortened
 from drillid.formats.since import unit_since
 from drillid.formats.stated_times import EXAMPLE, Naive, StatedTimes
-from drillid.formats.time_columns import all_aware, is_aware, nanoseconds
+from drillid.formats.time_columns import have_offsets, nanoseconds
 from drillid.formats.times_of_day import from_midnight
 from drillid.formats.written_times import DAY_NS, ORDERS, UnclearDate, has_short_year, parse
 
@@ -134,14 +134,25 @@ def _iso(of: StatedTimes, column: Any) -> Naive | int:
     import pandas as pd
 
     cells = column.to_pandas()
-    aware = pd.to_datetime(cells, errors="coerce", format="ISO8601", utc=all_aware(cells))
-    wrong = np.flatnonzero(aware.isna())
+    times = pd.to_datetime(cells, errors="coerce", format="ISO8601", utc=True)
+    wrong = np.flatnonzero(times.isna())
     if wrong.size:
         return int(wrong[0])
-    if not pd.api.types.is_datetime64_any_dtype(aware.dtype):
-        return int(np.argmin(cells.map(is_aware)))
-    zoned = aware.dt.tz is not None
-    return Naive(nanoseconds(aware), zoned)
+    have = have_offsets(cells)
+    zoned = bool(np.mean(have) > 0.5)
+    if np.any(have != zoned):
+        raise _odd_offset(of, int(np.argmax(have != zoned)), cells, zoned)
+    return Naive(nanoseconds(times), zoned)
+
+
+def _odd_offset(of: StatedTimes, row: int, cells: Any, zoned: bool) -> LogError:
+    """The error for a stamp that lacks the offset that most others have, or has one that they lack."""
+    fault = "no offset" if zoned else "an offset"
+    return LogError(
+        of.places.cell(of.column, row),
+        f"'{shortened(cells.iloc[row])}' has {fault} from UTC, unlike most others",
+        f"Write every stamp with an offset such as Z or +01:00, or none; correct that{of.places.in_line(row)}",
+    )
 
 
 def _with_fractions(cells: Any, stated: str) -> tuple[Any, str]:

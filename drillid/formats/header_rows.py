@@ -32,6 +32,7 @@ class HeaderRows:
     names_row, units_row : indices of the rows that they are taken from
     upper_row : index of the row that holds the first part of the names, where two rows hold them
     units_at_ends : names whose units are their last words
+    names_rows : cells of the rows that hold names, from the upper one
     """
 
     names: tuple[str, ...]
@@ -41,6 +42,7 @@ class HeaderRows:
     units_row: int | None = None
     upper_row: int | None = None
     units_at_ends: tuple[str, ...] = ()
+    names_rows: tuple[tuple[str, ...], ...] = ()
 
 
 def is_number(cell: str) -> bool:
@@ -59,6 +61,17 @@ def is_data(cells: Cells) -> bool:
     held = [cell for cell in cells if cell.strip().lower() not in _MISSING]
     found = sum(is_datum(cell) for cell in held)
     return found > 0 and 2 * found >= len(held)
+
+
+def are_units(row: Cells, names: Cells) -> bool:
+    """Whether a row holds units, nearly all of them known, for the names above it."""
+    held = [cell.strip() for cell in row if cell.strip()]
+    bracketed = [cell for cell in held if re.fullmatch(r"\[.*\]|\(.*\)|\{.*\}", cell)]
+    known = sum(is_unit(cell.strip("[](){}")) for cell in held)
+    if _held(names) < len(held) or not held:
+        return False
+    names_are_units = sum(is_unit(name) for name in names if name.strip())
+    return len(bracketed) == len(held) or (5 * known >= 4 * len(held) and names_are_units < known)
 
 
 def usual_width(rows: Sequence[Cells]) -> int:
@@ -81,7 +94,7 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
         after = max(names_row, names_row if units_row is None else units_row) + 1
         first = next((at for at in range(after, len(rows)) if is_data(rows[at])), after)
         units = units_row if units_row is not None else _units_below(rows, names_row, first)
-        return _header(rows, names_row, units, max(width, len(rows[names_row])), first)
+        return _header(rows, names_row, units, width, first)
     if first is None:
         names = next((at for at, row in enumerate(rows) if len(row) == width and any(map(str.strip, row))), None)
         if names is None:
@@ -89,7 +102,7 @@ def find_header(rows: Sequence[Cells], names_row: int | None = None, units_row: 
         units = _units_below(rows, names, len(rows))
         return _header(rows, names, units, width, (names if units is None else units) + 1)
     above = [at for at in range(first) if _fits(rows[at], width) and _held(rows[at]) and not _is_rule(rows[at])]
-    if units_row is None and len(above) > 1 and _are_units(rows[above[-1]], rows[above[-2]]):
+    if units_row is None and len(above) > 1 and are_units(rows[above[-1]], rows[above[-2]]):
         units_row = above[-1]
     above = [at for at in above if at != units_row]
     if not above or 2 * _held(rows[above[-1]]) < min(width, 4) or _mostly_numbers(rows[above[-1]]):
@@ -148,7 +161,8 @@ def _header(
     if upper_row is not None:
         parts = itertools.zip_longest(rows[upper_row], names, fillvalue="")
         names = [f"{upper.strip()} {lower.strip()}".strip() for upper, lower in parts]
-    padded = [*names, *[""] * (width - len(names))]
+    last = max((at for at, name in enumerate(names, 1) if name.strip()), default=0)
+    padded = [*names[: max(last, width)], *[""] * (width - len(names))]
     called = unique([name.strip() or f"column {at}" for at, name in enumerate(padded, 1)])
     at_ends = units_at_ends(called)
     stated = at_ends | {name: unit for name in called if (unit := split_unit(name)[1])}
@@ -156,11 +170,14 @@ def _header(
         cells = zip(called, rows[units_row], strict=False)
         below = {name: unit.strip().strip("[](){}").strip() for name, unit in cells}
         stated |= {name: unit for name, unit in below.items() if unit and not is_no_unit(unit)}
-    return HeaderRows(called, stated, first, names_row, units_row, upper_row, tuple(at_ends))
+    names_rows = tuple(tuple(rows[at]) for at in (upper_row, names_row) if at is not None)
+    return HeaderRows(called, stated, first, names_row, units_row, upper_row, tuple(at_ends), names_rows)
 
 
 def _fits(row: Cells, width: int) -> bool:
-    """Whether a row has the table's number of cells; a separator at the end of some lines adds one."""
+    """Whether a row has the table's number of cells; separators at the ends of lines add empty ones."""
+    if len(row) > width and not any(cell.strip() for cell in row[width:]):
+        return True
     return abs(len(row) - width) <= (1 if width > 2 else 0)
 
 
@@ -188,17 +205,6 @@ def _mostly_numbers(row: Cells) -> bool:
     return 2 * sum(map(is_number, held)) > len(held)
 
 
-def _are_units(row: Cells, names: Cells) -> bool:
-    """Whether a row holds units, nearly all of them known, for the names above it."""
-    held = [cell.strip() for cell in row if cell.strip()]
-    bracketed = [cell for cell in held if re.fullmatch(r"\[.*\]|\(.*\)|\{.*\}", cell)]
-    known = sum(is_unit(cell.strip("[](){}")) for cell in held)
-    if _held(names) < len(held) or not held:
-        return False
-    names_are_units = sum(is_unit(name) for name in names if name.strip())
-    return len(bracketed) == len(held) or (5 * known >= 4 * len(held) and names_are_units < known)
-
-
 def _units_below(rows: Sequence[Cells], names_row: int, stop: int) -> int | None:
     below = [at for at in range(names_row + 1, min(stop, len(rows))) if not _is_rule(rows[at]) and _held(rows[at])]
-    return below[0] if below and _are_units(rows[below[0]], rows[names_row]) else None
+    return below[0] if below and are_units(rows[below[0]], rows[names_row]) else None

@@ -13,6 +13,7 @@ from drillid.formats.counted_times import COUNTED, unit_named
 from drillid.formats.description import Unusable
 from drillid.formats.header_rows import unique
 from drillid.formats.mnemonics import date_among, is_no_unit, key_of, time_among
+from drillid.formats.since import FAR_FROM_START_S, counts_from_day
 from drillid.formats.written_times import parse_one
 
 _DEPTHS = ("DEPT", "DEPTH", "MD", "TVD", "TDEP", "BDEP")
@@ -36,12 +37,7 @@ _COLON = "\x1f"
 _CLOCK = re.compile(r"(?<![\d:.])\d{1,2}:\d{2}:\d{2}(?!\d)|(?<=:)[^\S\r\n]*\d{1,2}:\d{2}(?=[^\S\r\n]*$)", re.MULTILINE)
 _CLOCK_UNIT = re.compile(r"H.*M.*S", re.IGNORECASE)
 """Units of times of day written as numbers, which are not counts."""
-_OF_DAY = re.compile(r"of (the )?day|midnight", re.IGNORECASE)
-_ELAPSED = re.compile(r"^ET\b|^ETIME?\b|elapsed|since|cumul|from start", re.IGNORECASE)
-"""Names and descriptions of a curve of times that counts from the log's start."""
 _DAY_S = 86_400.0
-_FAR_FROM_START_S = 600.0
-"""First value from which times cannot count from the log's start."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +115,7 @@ class LasHeader:
         last = begin if self.last is None else self.last
         at_first = self.first is not None and abs(begin - self.first) <= step
         in_seconds = unit_named(self.units.get(self.time or "", "")) == "s"
-        return in_seconds and at_first and begin >= _FAR_FROM_START_S and max(begin, last) < _DAY_S
+        return in_seconds and at_first and begin >= FAR_FROM_START_S and max(begin, last) < _DAY_S
 
 
 def read_header(text: str, data_title: str) -> LasHeader:
@@ -154,7 +150,7 @@ def read_header(text: str, data_title: str) -> LasHeader:
         _moment(stated),
         moment_in(stated.get("STRT", "")) is not None,
         _date(stated),
-        None if time is None else _counts_from_day(f"{time} {curves[names.index(time)].description}"),
+        None if time is None else counts_from_day(f"{time} {curves[names.index(time)].description}"),
         _number(_text(items, "STRT")),
         _number(_text(items, "STOP")),
         () if null is None else (null,),
@@ -212,13 +208,6 @@ def _stated(items: dict[str, _Item]) -> dict[str, str]:
         described = items["STRT"].description
         return stated if moment_in(described) is None else {"STRT": described}
     return stated
-
-
-def _counts_from_day(described: str) -> bool | None:
-    """Whether a curve with this description counts from midnight; None where it does not say."""
-    if _OF_DAY.search(described):
-        return True
-    return False if _ELAPSED.search(described) else None
 
 
 def _time(names: tuple[str, ...], units: dict[str, str]) -> str | None:

@@ -45,7 +45,10 @@ class WithoutData:
 
 
 def rows_without_data(
-    rows: Iterable[tuple[int, Cells, bool]], above: Collection[Cells], times: Sequence[int]
+    rows: Iterable[tuple[int, Cells, bool]],
+    above: Collection[Cells],
+    times: Sequence[int],
+    check: Callable[[int, Cells], None] = lambda at, cells: None,
 ) -> WithoutData:
     """The rows of a table that hold neither a number nor a time, repeat its header, or end it without a time.
 
@@ -54,12 +57,16 @@ def rows_without_data(
     rows : place and cells of each row behind the header, and whether it is complete; the last one may not be
     above : rows of the header and what stands above it
     times : columns of the times; without them, rows at the end of the table are treated like the others
+    check : refuses rows of text, given their place and cells, that must not be left out
     """
     found, behind, others = list[tuple[int, str]](), list[tuple[int, str]](), 0
     for at, cells, whole in rows:
         bare = tuple(cell.strip() for cell in cells)
         row = (at, ", ".join(filter(None, bare)))
-        if bare in above or not any(map(is_datum, bare)):
+        if bare in above:
+            found.append(row)
+        elif not any(map(is_datum, bare)):
+            check(at, bare)
             found.append(row)
         elif not whole or (times and not any(_has_digit(bare, column) for column in times)):
             behind.append(row)

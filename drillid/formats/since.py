@@ -1,4 +1,4 @@
-"""Starts of counted times in files: 'seconds since 2025-03-03 06:00:00', '2025-03-03T06:00:00Z'."""
+"""Starts of counted times in files: 'seconds since 2025-03-03 06:00:00', '2025-03-03T06:00:00Z', midnight."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ import numpy as np
 
 from drillid.formats.written_times import parse_one
 
+FAR_FROM_START_S = 600.0
+"""First value from which times cannot count from the log's start."""
+_OF_DAY = re.compile(r"of (the )?day|midnight", re.IGNORECASE)
+_ELAPSED = re.compile(r"^ET\b|^ETIME?\b|elapsed|since|cumul|from start", re.IGNORECASE)
+"""Names and descriptions of a column of times that counts from the log's start."""
 _SINCE = re.compile(r"^\s*\w+\s+since\s+(.+)$", re.IGNORECASE)
 
 
@@ -30,3 +35,10 @@ def stated_start(text: str) -> tuple[np.datetime64, bool] | None:
 def unit_since(text: str) -> str:
     """The unit in 'seconds since …', or the text itself."""
     return re.split(r"\s+since\s", text, maxsplit=1)[0].strip() if _SINCE.match(text) else text
+
+
+def counts_from_day(described: str) -> bool | None:
+    """Whether a column with this name or description counts from midnight; None where it does not say."""
+    if _OF_DAY.search(described):
+        return True
+    return False if _ELAPSED.search(described) else None

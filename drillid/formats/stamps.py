@@ -10,12 +10,14 @@ import numpy as np
 
 from drillid.arrays import Integers
 from drillid.errors import LogError
+from drillid.formats.clock_changes import in_utc, in_utc_by_order
 from drillid.formats.column_times import formatted, of_numbers, of_text, parsed
 from drillid.formats.counted_times import from_numbers
 from drillid.formats.description import Note
 from drillid.formats.parts_of_times import of_parts
 from drillid.formats.places import first_line, shortened
 from drillid.formats.short_years import of_short_years, with_long_years
+from drillid.formats.stamped_dates import of_stamped_dates
 from drillid.formats.stated_times import Naive, StatedTimes
 from drillid.formats.time_columns import Stamps, is_number, zoned_stamps
 from drillid.formats.times_of_day import from_midnight, of_times, time_of_day, with_milliseconds
@@ -119,12 +121,14 @@ def _joined(of: StatedTimes, dates: Any, clock: Any) -> Naive:
     if stated is not None and stated not in ORDERS and both_text:
         return formatted(of, pc.binary_join_element_wise(dates, clock, " "), stated)
     days = _days(replace(of, column=of.date, date=None), dates)
+    if np.any(days.since % DAY_NS):
+        return of_stamped_dates(of, days, clock)
     since = time_of_day(of, clock)
-    return Naive(days.since // DAY_NS * DAY_NS + since.since, since.zoned, (*days.notes, *since.notes))
+    return Naive(days.since + since.since, since.zoned, (*days.notes, *since.notes))
 
 
 def _days(of: StatedTimes, dates: Any) -> Naive:
-    """Midnight of each date."""
+    """Each date, at midnight unless its cell holds a time of day as well."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -139,7 +143,7 @@ def _days(of: StatedTimes, dates: Any) -> Naive:
         if np.all((numbers > 1.9e7) & (numbers < 2.1e7)):
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
         elif np.all((numbers > 30_000) & (numbers < 60_000)):
-            return Naive(from_numbers(np.floor(numbers), "excel", None, None).since, False)
+            return Naive(from_numbers(numbers, "excel", None, None).since, False)
         else:
             dates = pc.cast(dates.cast(pa.int64()), pa.string())
     if pa.types.is_string(dates.type):
@@ -169,9 +173,8 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
     naive = pd.Series(since.view("datetime64[ns]"))
     if str(zone) == "UTC":
         return since.view("datetime64[ns]")
-    rule: Any = "infer" if ambiguous is None else np.full(len(naive), ambiguous)
     try:
-        aware = naive.dt.tz_localize(zone, ambiguous=rule)
+        placed = in_utc_by_order(naive, zone) if ambiguous is None else in_utc(naive, zone, ambiguous)
     except KeyError as error:
         raise LogError(
             of.places.column(of.column),
@@ -180,7 +183,9 @@ def _localised(of: StatedTimes, since: Integers, ambiguous: bool | None) -> Stam
         ) from error
     except ValueError as error:
         raise _not_on_the_clock(of, naive, zone, first_line(error)) from error
-    return np.asarray(aware.dt.tz_convert("UTC").dt.tz_localize(None).to_numpy(), dtype="datetime64[ns]")
+    if placed is None:
+        raise _not_on_the_clock(of, naive, zone, "")
+    return placed.view("datetime64[ns]")
 
 
 def _not_on_the_clock(of: StatedTimes, naive: Any, zone: Any, reason: str) -> LogError:

@@ -6,7 +6,7 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -201,7 +201,10 @@ def _laid_out(
             "has no line with the names of its columns",
             "State them in the rig description as file.columns, or the number of their line as file.header_line",
         )
-    header = _with_date_apart(header, rows, delimiter)
+    given = header
+    header = _with_date_apart(given, rows, delimiter)
+    if header is given:
+        _check_names(header, rows, lambda row: used[row] + 1)
     first_line = used[header.first] if header.first < len(used) else len(lines)
     cells = {cell for row in rows[header.first :] for cell in row if is_number(cell)}
     decimal = dialect.decimal or ("." if delimiter == "," else decimal_of(cells))
@@ -237,7 +240,7 @@ def _in_comments(
     bare = [cells_of(line.lstrip("".join(comment)).strip(), delimiter) for line in above]
     whole = [row for row in bare if len(row) == len(rows[first]) and not is_data(row)]
     found = find_header([*whole, *rows[first:]]) if whole else None
-    return None if found is None else HeaderRows(found.names, found.units, first)
+    return None if found is None else HeaderRows(found.names, found.units, first, names_rows=found.names_rows)
 
 
 def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) -> HeaderRows:
@@ -254,6 +257,21 @@ def _with_date_apart(header: HeaderRows, rows: list[list[str]], delimiter: str) 
             units = {name: unit for name, unit in header.units.items() if name in names[: at + 2]}
             return replace(header, names=names, units=units)
     return header
+
+
+def _check_names(header: HeaderRows, rows: list[list[str]], line_of: Callable[[int], int]) -> None:
+    """Refuse a header with fewer names than columns that hold something: which of them it names is not known."""
+    if header.names_row is None:
+        return
+    named, width = max(map(len, header.names_rows)), len(header.names)
+    for at, row in enumerate(rows[header.first :], header.first):
+        if len(row) == width and any(row[named:]):
+            raise Unusable(
+                f"names {named} columns in line {line_of(header.names_row)}, and line {line_of(at)} has {width} cells: "
+                f"'{shortened(', '.join(row))}'",
+                "Name every column there, or state all names as file.columns in the rig description; if a delimiter "
+                "stands within cells, as before the decimals of a second, export the log with another",
+            )
 
 
 def _check_points(rows: list[list[str]], names: tuple[str, ...]) -> None:

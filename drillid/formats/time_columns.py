@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drillid.arrays import Integers
+from drillid.arrays import Booleans, Integers
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Stamps = NDArray[np.datetime64]
+_OFFSET = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
 
 
 def is_number(kind: Any) -> bool:
@@ -37,14 +37,9 @@ def zoned_stamps(column: Any) -> Stamps | None:
     return np.asarray(whole.to_numpy()).view("datetime64[ns]")
 
 
-def is_aware(cell: object) -> bool:
-    """Whether a stamp has a zone."""
-    return re.search(r"(?:Z|[+-]\d\d:?\d\d)$", str(cell)) is not None
-
-
-def all_aware(cells: pd.Series[Any]) -> bool:
-    """Whether all stamps have a zone: a Z, or an offset such as +01:00, at their end."""
-    return bool(cells.astype(str).str.contains(r"(?:Z|[+-]\d\d:?\d\d)$", regex=True).all())
+def have_offsets(cells: pd.Series[Any]) -> Booleans:
+    """Whether each stamp has a Z, or an offset such as +01:00 or +01, behind its time of day, shape (row,)."""
+    return np.asarray(cells.astype(str).str.contains(_OFFSET, regex=True), dtype=bool)
 
 
 def nanoseconds(times: pd.Series[Any]) -> Integers:

@@ -49,7 +49,7 @@ def time_of_day(of: StatedTimes, column: Any) -> Naive:
         width = pa.int32() if pa.types.is_time32(column.type) else pa.int64()
         counts = column.cast(width).cast(pa.int64()).to_numpy()
         return Naive(np.asarray(counts) * unit, False)
-    numbers = _numbers(column)
+    numbers = numbers_in(column)
     if numbers is not None:
         counted = _counted(of, numbers)
         if counted is not None:
@@ -69,7 +69,7 @@ def time_of_day(of: StatedTimes, column: Any) -> Naive:
     return Naive(found.since % DAY_NS if found.dated else found.since, found.zoned)
 
 
-def _numbers(column: Any) -> Floats | None:
+def numbers_in(column: Any) -> Floats | None:
     """Times of day that are numbers, such as 60001.5, 0.25 or '0,25', shape (row,); None for any others."""
     import pyarrow as pa
     import pyarrow.compute as pc

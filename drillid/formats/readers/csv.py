@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import IO, Any
 
 from drillid.formats.arrow_tables import with_notes
-from drillid.formats.description import Dialect, Header
+from drillid.formats.description import Dialect, Header, Unusable
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import opened
+from drillid.formats.places import shortened
+from drillid.formats.repeated_headers import check_header, is_header
 from drillid.formats.rows_without_data import WithoutData, may_be_times, rows_without_data
 from drillid.formats.streams import DELIMITER, Squeezed, WithoutLines, in_utf_8, lines_of
 from drillid.formats.text_layout import TextLayout, cells_of, layout_of
@@ -58,16 +60,17 @@ def read_columns(
         if all(may_be_times(table.column(name)) for name in text):
             return table if thousands is None else _with_numbers(table, header, numeric)
     places = [header.columns.index(name) for name in text]
-    found, comments = _lines_without_data(path, layout, len(header.columns), places, rows)
-    left_out = frozenset([*found.rows, *comments] if found.credible else [])
+    found, skipped = _lines_without_data(path, layout, len(header.columns), places, rows)
+    left_out = frozenset([*skipped, *(found.rows if found.credible else ())])
     notes = found.notes(lambda line: f"line {line + 1}") if found.credible else []
-    if thousands is None:
-        try:
-            return with_notes(_read(path, layout, header.columns, types, rows, left_out), notes)
-        except pa.ArrowInvalid:
-            if not numeric:
-                raise
-    table = _read(path, layout, header.columns, as_text, rows, left_out)
+    try:
+        if thousands is None:
+            with contextlib.suppress(pa.ArrowInvalid):
+                return with_notes(_read(path, layout, header.columns, types, rows, left_out), notes)
+        table = _read(path, layout, header.columns, as_text, rows, left_out)
+    except pa.ArrowInvalid:
+        _check_widths(path, layout, len(header.columns), left_out)
+        raise
     return with_notes(_with_numbers(table, header, numeric), notes)
 
 
@@ -88,27 +91,45 @@ def _with_numbers(table: Any, header: Header, numeric: Collection[str]) -> Any:
 def _lines_without_data(
     path: Path, layout: TextLayout, width: int, times: Sequence[int], rows: int | None
 ) -> tuple[WithoutData, list[int]]:
-    """Lines among the first rows that are left out, and those that are comments; counted from 0."""
-    comments = list[int]()
-    lines = itertools.islice(_rows(path, layout, width, comments), rows)
-    return rows_without_data(lines, layout.above, times), comments
+    """Lines among the first rows that hold no data, and those that are comments or spaces; counted from 0."""
+    skipped = list[int]()
+    lines = itertools.islice(_rows(path, layout, width, skipped), rows)
+
+    def check(line: int, cells: Sequence[str]) -> None:
+        check_header(layout.header, cells, f"line {line + 1}")
+
+    return rows_without_data(lines, layout.above, times, check), skipped
 
 
-def _rows(path: Path, layout: TextLayout, width: int, comments: list[int]) -> Iterator[tuple[int, list[str], bool]]:
-    """Non-empty lines behind the header, their cells, and whether they are complete, not cut by the file's end.
+def _rows(path: Path, layout: TextLayout, width: int, skipped: list[int]) -> Iterator[tuple[int, list[str], bool]]:
+    """Lines behind the header, their cells, and whether they are complete, not cut by the file's end.
 
-    Comments are left out; their lines are added to `comments`.
+    Comments and lines of spaces are left out; their numbers are added to `skipped`.
+
+    Raises
+    ------
+    Unusable
+        If a comment is a header with other columns or units.
     """
-    begin = tuple(mark.encode() for mark in layout.comment)
     with opened(path) as content:
-        for at, line in enumerate(lines_of(in_utf_8(content, layout.encoding))):
-            if at < layout.first_line or not line.strip():
+        for at, raw in enumerate(lines_of(in_utf_8(content, layout.encoding))):
+            if at < layout.first_line or not raw.strip(b"\r\n"):
                 continue
-            if line.startswith(begin):
-                comments.append(at)
+            if not raw.strip():
+                skipped.append(at)
                 continue
-            cells = cells_of(line.decode(errors="replace").rstrip("\r\n"), layout.delimiter)
-            yield at, cells, len(cells) >= width or line.endswith((b"\n", b"\r"))
+            line = raw.decode(errors="replace").rstrip("\r\n")
+            if line.startswith(layout.comment):
+                check_header(layout.header, _in_comment(line, layout), f"line {at + 1}")
+                skipped.append(at)
+                continue
+            cells = cells_of(line, layout.delimiter)
+            yield at, cells, len(cells) >= width or raw.endswith((b"\n", b"\r"))
+
+
+def _in_comment(line: str, layout: TextLayout) -> list[str]:
+    """The cells of a comment, without the characters that begin it."""
+    return cells_of(line.lstrip("".join(layout.comment)).strip(), layout.delimiter)
 
 
 def _read(
@@ -133,7 +154,7 @@ def _read(
             read_options=arrow_csv.ReadOptions(column_names=list(names), skip_rows=layout.first_line),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=DELIMITER if spaced else layout.delimiter,
-                invalid_row_handler=lambda row: "skip" if row.text.startswith(layout.comment) else "error",
+                invalid_row_handler=lambda row: "skip" if _is_no_row(row.text, layout) else "error",
             ),
             convert_options=arrow_csv.ConvertOptions(
                 include_columns=list(types),
@@ -143,6 +164,24 @@ def _read(
                 decimal_point="," if layout.decimal == "," else ".",
             ),
         )
+
+
+def _check_widths(path: Path, layout: TextLayout, width: int, left_out: Collection[int]) -> None:
+    """Refuse the first line with another number of cells than there are columns."""
+    for line, cells, _ in _rows(path, layout, width, []):
+        if len(cells) != width and line not in left_out:
+            raise Unusable(
+                f"line {line + 1} has {len(cells)} cell{'s' if len(cells) != 1 else ''} and the header names {width} "
+                f"columns: '{shortened(', '.join(cells))}'",
+                "Correct the line or delete it; a cell that holds the delimiter needs quotes",
+            )
+
+
+def _is_no_row(line: str, layout: TextLayout) -> bool:
+    """Whether a line is blank, or a comment; but not one that names columns, which must be those of the table."""
+    if not line.strip():
+        return True
+    return line.startswith(layout.comment) and not is_header(layout.header, _in_comment(line, layout))
 
 
 def _first_lines(content: IO[bytes], count: int) -> bytes:

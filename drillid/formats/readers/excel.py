@@ -14,9 +14,10 @@ import numpy as np
 
 from drillid.formats.arrow_tables import with_notes
 from drillid.formats.description import Dialect, Header, Note, Unusable
-from drillid.formats.header_rows import find_header, where_names_are
+from drillid.formats.header_rows import HeaderRows, find_header, where_names_are
 from drillid.formats.numbers_in_text import with_numbers
 from drillid.formats.packing import check_archive, first_bytes
+from drillid.formats.repeated_headers import check_header
 from drillid.formats.rows_without_data import WithoutData, rows_without_data
 
 SUFFIXES = (".xlsx", ".xls", ".xlsm", ".xlsb", ".ods")
@@ -38,14 +39,14 @@ class _Layout:
 
     sheet : its name
     top : first row with content, counted from 0
-    first : first row of data, counted from `top`
+    header : names, units and the first row of data, counted from `top`
     above : cells of the rows above the data
     since_1904 : whether days count from 1904 and not from 1900
     """
 
     sheet: str
     top: int
-    first: int
+    header: HeaderRows
     above: frozenset[tuple[str, ...]]
     since_1904: bool
 
@@ -101,7 +102,7 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             nameless.append(sheet)
             continue
         notes = tuple(where_names_are(header, lambda row, top=top: top + row + 1, dialect))  # type: ignore[misc]
-        layout = _Layout(sheet, top, header.first, frozenset(map(tuple, cells[: header.first])), since_1904)
+        layout = _Layout(sheet, top, header, frozenset(map(tuple, cells[: header.first])), since_1904)
         found.append(Header(header.names, header.units, table=sheet, layout=layout, notes=notes))
     if not found and nameless:
         raise Unusable(
@@ -140,7 +141,7 @@ def read_columns(
     import pyarrow as pa
 
     layout: _Layout = header.layout
-    limit = None if rows is None else layout.first + rows
+    limit = None if rows is None else layout.header.first + rows
     rows_of = _held(_rows(_workbook(path), layout.sheet, limit)[0], layout)
     found = _without_data(rows_of, layout, [header.columns.index(name) for name in text])
     left_out = set(found.rows if found.credible else [])
@@ -171,14 +172,20 @@ def line_of(path: Path, header: Header, row: int) -> int:
 
 def _held(rows: list[list[Any]], layout: _Layout) -> list[tuple[int, list[Any]]]:
     """Non-empty rows behind the header, and their places."""
-    return [(at, cells) for at, cells in enumerate(rows) if at >= layout.first and any(cell != "" for cell in cells)]
+    return [
+        (at, cells) for at, cells in enumerate(rows) if at >= layout.header.first and any(cell != "" for cell in cells)
+    ]
 
 
 def _without_data(rows: list[tuple[int, list[Any]]], layout: _Layout, times: Sequence[int]) -> WithoutData:
     if times and all(at < len(cells) and not isinstance(cells[at], str) for _, cells in rows for at in times):
         return WithoutData((), (), len(rows))
     as_text = ((at, [_as_text(cell) for cell in cells], True) for at, cells in rows)
-    return rows_without_data(as_text, layout.above, times)
+
+    def check(row: int, cells: Sequence[str]) -> None:
+        check_header(layout.header, cells, f"row {layout.top + row + 1} of sheet '{layout.sheet}'")
+
+    return rows_without_data(as_text, layout.above, times, check)
 
 
 def _rows(workbook: Any, sheet: str, limit: int | None) -> tuple[list[list[Any]], int]:

@@ -241,3 +241,31 @@ def test_words_of_historians_among_numbers_are_missing_values(tmp_path: Path) ->
 def test_the_null_values_of_recorders_are_missing(tmp_path: Path) -> None:
     path = saved(tmp_path / "log.csv", Time=WHOLE, TQ=[-9999.25, -999.25, -9999, *range(47)])
     assert np.isnan(read_log(path, None, ["TQ"]).pop("TQ")).sum() == 3
+
+
+@pytest.mark.parametrize("between", [" ", "T"])
+def test_offsets_may_be_whole_hours_and_change(between: str, tmp_path: Path) -> None:
+    stamps = pd.date_range("2025-10-26T00:59:59", periods=50, freq="50ms").as_unit("ns")
+    local = stamps.tz_localize("UTC").tz_convert("Europe/Oslo")
+    offsets = local.strftime("%z").str[:3]
+    path = saved(tmp_path / "log.csv", Time=local.strftime(f"%Y-%m-%d{between}%H:%M:%S.%f") + offsets)
+    check(path, zone="America/Chicago", stamps=stamps)
+    assert set(offsets) == {"+01", "+02"}
+    check(saved(tmp_path / "log.csv", Time=STAMPS.strftime("%Y-%m-%d %H:%M:%S.%f")), zone="UTC")
+
+
+@pytest.mark.parametrize("offset", ["Z", "+00:00", "+00", "+0000"])
+def test_the_row_that_alone_lacks_or_has_an_offset_is_named(offset: str, tmp_path: Path) -> None:
+    plain = list(STAMPS.strftime("%Y-%m-%d %H:%M:%S.%f"))
+    whole = [cell + offset for cell in plain]
+    for cells, what in (
+        ([*whole[:30], plain[30], *whole[31:]], "has no offset from UTC, unlike"),
+        ([*plain[:30], whole[30], *plain[31:]], "has an offset from UTC, unlike"),
+    ):
+        path = saved(tmp_path / "log.csv", Time=cells)
+        with pytest.raises(LogError, match=rf"column 'Time', row 31: '{plain[30]}.* {what} most others") as raised:
+            read_log(path, None, ["RPM"])
+        assert "in line 32 of the file" in raised.value.remedy
+    damaged = [*whole[:20], "yesterday", *whole[21:30], plain[30], *whole[31:]]
+    with pytest.raises(LogError, match="row 21: 'yesterday' is not a time"):
+        read_log(saved(tmp_path / "log.csv", Time=damaged), None, ["RPM"])
