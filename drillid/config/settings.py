@@ -103,8 +103,8 @@ class DiscrepancySettings(Strict):
     """Tests of what the fitted models leave unexplained."""
 
     error_rate: float = Field(default=0.05, gt=0, lt=1)
-    """Share of faultless wells that may get a verdict, a fifth of it for interval changes; and share of those in which a
-    window's residuals may fail a test."""
+    """Share of faultless wells that may get a verdict, a fifth of it for interval changes; and share of those in which
+    the residuals of a window may fail a test."""
     base_rate: float = Field(default=0.5, gt=0, lt=1)
     """Share of sets of windows in which something is wrong, before their data are examined. No count over rigs is
     published: even odds favour neither answer; enter the share of your own rigs."""

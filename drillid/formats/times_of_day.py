@@ -108,7 +108,7 @@ def may_count_otherwise(of: StatedTimes, column: Any) -> bool:
 
     if of.date is None or not (is_number(column.type) or pa.types.is_string(column.type)):
         return False
-    numbers = _numbers(column)
+    numbers = numbers_in(column)
     if numbers is None or not _all_below(_DAY_S, numbers):
         return False
     return _all_below(1, numbers) or not (_in_seconds(of) or _not_digits(numbers))

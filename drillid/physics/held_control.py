@@ -59,7 +59,10 @@ class Filters(NamedTuple):
     """Its order."""
 
 
-def read_and_kept(interval: Any, delay: Any, offset: Any, filters: Filters = Filters()) -> tuple[Cumulants, Cumulants]:
+NO_FILTERS = Filters()
+
+
+def read_and_kept(interval: Any, delay: Any, offset: Any, filters: Filters = NO_FILTERS) -> tuple[Cumulants, Cumulants]:
     """Cumulants that holding a command and reading its effect add to its delay, and those that the recorded readings
     have in addition; any argument may be a Dual.
 

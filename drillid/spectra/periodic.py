@@ -154,7 +154,7 @@ def _without_drift(lines: _Lines, channel: Complex, level: Floats) -> Complex:
 
 
 def _weights(lines: _Lines, speed: Complex, band: tuple[int, int], fall: Floats) -> tuple[Weights | None, Floats]:
-    """Weights against bursts in a band, None without bursts or where they do not help, and the spectrum of the noise."""
+    """Weights against bursts in a band, None where there are none or they do not help, and the noise's spectrum."""
     deviation = np.where(lines.unexcited, speed, 0.0)
     level = fall * autoregressive_level(np.abs(deviation) ** 2 / fall)
     weights = None

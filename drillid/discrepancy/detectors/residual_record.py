@@ -289,8 +289,9 @@ class ResidualRecord:
         return np.where(inside, np.sqrt(self.samples / noise), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s, less its part periodic with the sweep, whitened by this record's noise, which
-        then has about unit density; (..., whitened samples).
+        """A series (..., samples) in rad/s, less its part periodic with the sweep and whitened, (..., whitened samples).
+
+        This record's noise then has a density of about one.
         """
         return self.weighted(self.without_sweep(series))
 

@@ -27,7 +27,7 @@ class Candidate:
 
     cause: str
     columns: Floats
-    """(settings, samples), rad/s per unit of amplitude; (settings, whitened samples) once `whitened` has been called."""
+    """(settings, samples), rad/s per unit of amplitude; (settings, whitened samples) after `whitened`."""
     settings: Floats | None = None
     """(settings,) sizes searched over with a free amplitude; None where the amplitude is the size."""
     one_sided: bool = False

@@ -7,13 +7,13 @@ import pytest
 
 from drillid.physics.dual_numbers import Dual
 from drillid.physics.equipment import Controller, TopDrive
-from drillid.physics.held_control import Cumulants, Filters, read_and_kept
+from drillid.physics.held_control import NO_FILTERS, Cumulants, Filters, read_and_kept
 from drillid.physics.responses import laplace
 from drillid.physics.sensor import Recording
 from drillid.physics.top_drive import drive
 
 
-def cumulants(interval: Any, delay: Any, filters: Filters = Filters()) -> Cumulants:
+def cumulants(interval: Any, delay: Any, filters: Filters = NO_FILTERS) -> Cumulants:
     """What a command adds to its delay that is held and then read."""
     return read_and_kept(interval, delay, 0.0, filters)[0]
 
