@@ -289,7 +289,7 @@ class ResidualRecord:
         return np.where(inside, np.sqrt(self.samples / noise), 0.0)
 
     def whitened(self, series: Floats) -> Floats:
-        """A series (..., samples) in rad/s, less its part periodic with the sweep and whitened, (..., whitened samples).
+        """A series (..., samples) in rad/s, less its part periodic with the sweep, whitened: (..., whitened samples).
 
         This record's noise then has a density of about one.
         """
