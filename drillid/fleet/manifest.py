@@ -16,6 +16,9 @@ KEY = "key.json"
 PROBLEMS = "problems.csv"
 """File in a well's folder with whatever the stage rejected."""
 
+AGAIN = "again"
+"""Mark in a key of results that are to be done again, as something could not be read for a fault of the machine."""
+
 
 def stored(folder: Path) -> dict[str, Any]:
     """What one stage of one well was made from; empty if it was never finished, or a file is damaged or missing."""
@@ -49,7 +52,7 @@ def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") 
 
 def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> bool:
     """Whether a manifest still holds: same batch, same code, settings and rigs, folders complete with the keys that it
-    lists, and nothing changed that may have made a well fail.
+    lists, nothing changed that may have made a well fail, and nothing is to be tried again.
 
     Parameters
     ----------
@@ -86,7 +89,7 @@ def _keys(manifest: dict[str, Any]) -> dict[str, str]:
 
 def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:
     content = stored(stage / well)
-    if not key or content.get("key") != key:
+    if not key or content.get("key") != key or AGAIN in content:
         return False
     return "failed_on" not in content or bool(content["failed_on"] == failed_on(well))
 
