@@ -183,12 +183,12 @@ class Plan:
     def logs(self, wells: Sequence[str]) -> list[str]:
         """Log files that exist or are simulated; a missing one is its well's problem, not the workflow's."""
         simulated = self.settings.simulate is not None
-        return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
+        return [str(log) for well in wells for log in self.wells[well].logs if simulated or _may_be_input(log)]
 
     def start_up_files(self, name: str) -> list[str]:
         """Existing files of a start of rotation; a missing one becomes a row of problems.csv."""
         listing = self.start_ups[name]
-        return [str(path) for path in (listing.rig_file, *listing.logs) if path.exists()]
+        return [str(path) for path in (listing.rig_file, *listing.logs) if _may_be_input(path)]
 
     def memory_mb(self, wells: Sequence[str]) -> int:
         """Memory of a job that holds raw logs or their records, one log per process at a time, in MB."""
@@ -262,6 +262,14 @@ class Plan:
         """What the simulated logs of the demo depend on."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
         return {"source": source_hash("drillid.demo.wells"), "settings": section}
+
+
+def _may_be_input(path: Path) -> bool:
+    """Whether a file exists, and its name is none that Snakemake would take for a pattern.
+
+    Those that are no inputs count all the same: the state of all of them is in the stage's `params`.
+    """
+    return os.path.exists(path) and not set("{}<>").intersection(str(path))
 
 
 def _failed_on(listings: Mapping[str, Listing], name: str) -> str:

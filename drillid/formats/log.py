@@ -202,6 +202,8 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
             raise
         if any(words in str(error) for words in _SHORT_OF_MEMORY):
             raise MemoryError(str(error)) from error
+        if getattr(error, "errno", None) == errno.ENAMETOOLONG:
+            raise LogError(where, "is longer than the name of a file may be", "Correct its path") from error
         remedy = "Export the log again; the file may be cut short or damaged"
         if is_of_machine(error):
             remedy = "Check the disk or share that it lies on; the next run tries again"

@@ -41,6 +41,20 @@ def test_memory_goes_with_the_largest_log_and_its_format(tmp_path: Path, sizes: 
     assert several.memory_mb(tuple(several.wells)) == memory * several.threads(tuple(several.wells))
 
 
+def test_files_that_snakemake_would_take_for_patterns_or_cannot_be_looked_at_are_no_inputs(tmp_path: Path) -> None:
+    names = ["a.csv", "{word}.csv", "<word>.csv", "b[1].csv"]
+    for name in names:
+        (tmp_path / name).touch()
+    files = *(tmp_path / name for name in names), tmp_path / ("a" * 300), tmp_path / "missing.csv"
+    wells = {"W1": Listing("W1", tmp_path / "toy.yaml", files)}
+    starts = {"S1": Listing("S1", tmp_path / ("y" * 300), files)}
+    found = Plan(Settings(results=str(tmp_path / "results")), wells, starts)
+    expected = [str(tmp_path / name) for name in ("a.csv", "b[1].csv")]
+    assert found.logs(["W1"]) == expected
+    assert found.start_up_files("S1") == expected
+    assert found.outcome()["missing_logs"] == [str(path) for path in files[-2:]]
+
+
 def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: Path) -> None:
     wells = {name: Listing(name, tmp_path / "toy.yaml", ()) for name in ("W1", "W2", "W3")}
     found = Plan(Settings(results=str(tmp_path)), wells)
