@@ -20,7 +20,7 @@ from typing import Any
 
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, write_whole
-from drillid.fleet.mirror_lock import LOCK, hold
+from drillid.fleet.mirror_lock import LOCK, hold, refuse_while_held
 
 LISTING = "mirror.json"
 """What the copy holds: its place, its version, and size and time in ns of each file by its path; while it is brought up
@@ -94,7 +94,7 @@ def restore(results: Path, mirror: str) -> bool:
     Raises
     ------
     SettingsError
-        If the place does not answer.
+        If the place does not answer, or another machine works on the copy.
     """
     if results.exists():
         return False
@@ -103,6 +103,7 @@ def restore(results: Path, mirror: str) -> bool:
         system, root = _place(mirror)
         if not system.exists(f"{root}/{LISTING}"):
             return False
+        refuse_while_held(system, root, results)
         listing = _listing_there(system, root)
         files = listing["files"]
         try:

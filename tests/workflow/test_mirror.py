@@ -17,7 +17,7 @@ from drillid.fleet.manifest import KEY
 from drillid.fleet.mirror import Changes, hold_mirror, restore, update_mirror
 from tests.s3 import BUCKET, store
 from tests.workflow.killed import digests
-from tests.workflow.toys import Checkout
+from tests.workflow.toys import Checkout, jobs_in
 
 PLACE = f"{BUCKET}/fleets/main"
 MIRROR = f"s3://{PLACE}"
@@ -136,6 +136,24 @@ def test_another_machine_waits_until_the_first_is_done_or_gone(
     now = time.time()
     monkeypatch.setattr(mirror_lock.time, "time", lambda: now + 1000.0)
     hold_mirror(other, mirror)()
+
+
+def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finished: Checkout) -> None:
+    share, results = finished.root / "share", finished.root / "results/main"
+    words = ("--config", f"mirror={share}")
+    finished.run(*words)
+    results.rename(finished.root / "elsewhere")
+    output = finished.run("--dry-run", *words)
+    assert f"results/main is not there; a run begins with its copy in {share}" in output
+    assert "records W1" in jobs_in(output)
+    assert not results.exists()
+    release = hold_mirror(finished.root / "elsewhere", str(share))
+    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    assert not results.exists()
+    release()
+    finished.journal()
+    assert "was fetched from" in finished.run(*words)
+    assert finished.journal() == []
 
 
 def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Path, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError, SettingsError
 from drillid.fleet import run as fleet
-from drillid.fleet.manifest import holds, stored, write_manifest
+from drillid.fleet.manifest import out_of_date, stored, write_manifest
 from drillid.fleet.outcome import failed_wells
 from drillid.fleet.run import Outcome, Task, collect_problems, process_well
 from drillid.fleet.stages import failed_on
@@ -163,7 +163,7 @@ def test_a_well_without_a_log_that_could_not_be_read_is_done_and_done_again_by_t
         first = process_well(task).status
         write_manifest(manifest, ["W1"])
         stage(lambda well, folders, settings: [])
-        return first, process_well(windows).status, holds(manifest, ["W1"], lambda _: "")
+        return first, process_well(windows).status, not out_of_date(manifest, ["W1"], lambda _: "")
 
     assert nights(without_a_log) == ("done", "done", False)
     assert stored(folder)["status"] == "done"
@@ -183,7 +183,7 @@ def test_a_failure_that_may_be_the_machines_is_tried_again(task: Task, stage: Ca
     stage(unreadable)
     assert [process_well(task).status for _ in range(2)] == ["failed", "failed"]
     write_manifest(task.results / "records/W1.json", ["W1"])
-    assert not holds(task.results / "records/W1.json", ["W1"], lambda _: failed_on(task.listing))
+    assert out_of_date(task.results / "records/W1.json", ["W1"], lambda _: failed_on(task.listing))
     assert failed_wells(task.results, ["W1"]) == {"W1": "records: toy.yaml: cannot be read"}
     stage(good)
     assert process_well(task).status == "done"
