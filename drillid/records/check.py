@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-from drillid.config.files import read_yaml
 from drillid.config.listing import Listing
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
@@ -16,9 +14,6 @@ from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import distinct_names
-
-DEFAULT_CONFIGURATION = Path("config/config.yaml")
-"""What every run reads first; another configuration contains only the differences."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +62,7 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     checked : counts what has been looked at
     """
     try:
-        settings = _settings(configuration)
+        settings = Settings.of_run(configuration)
     except SettingsError as error:
         yield Finding.of(error)
         return
@@ -83,26 +78,6 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
         yield from map(Finding.of, listing.faults)
         yield from _well(listing, settings, rigs, checked, logs)
         checked.rigs = len(rigs) - 1
-
-
-def _settings(configuration: Path) -> Settings:
-    """Settings as a run merges them."""
-    files = [file for file in (DEFAULT_CONFIGURATION, configuration) if file != DEFAULT_CONFIGURATION or file.is_file()]
-    content: dict[str, Any] = {}
-    for file in dict.fromkeys(files or [configuration]):
-        own = read_yaml(file)
-        if not isinstance(own, Mapping | None):
-            raise SettingsError(str(file), "holds no keys with values", "Write it as keys with values")
-        content = _merged(content, own or {})
-    return Settings.checked(content, configuration)
-
-
-def _merged(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(content)
-    for key, value in changes.items():
-        before = merged.get(key)
-        merged[key] = _merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
-    return merged
 
 
 def _well(
