@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
-from drillid.config.listing import Listing
+from drillid.config.listing import Listing, StartUp
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import read_sheets
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import distinct_names
+
+Content = TypeVar("Content")
 
 
 @dataclass(frozen=True)
@@ -48,13 +51,16 @@ class Checked:
     wells: int = 0
     rigs: int = 0
     logs: int = 0
+    start_ups: int = 0
 
     def __str__(self) -> str:
-        return f"{self.wells} wells, {self.rigs} rigs and {self.logs} logs checked"
+        starts = [f"{self.start_ups} starts of rotation"] if self.start_ups else []
+        *first, last = f"{self.wells} wells", f"{self.rigs} rigs", f"{self.logs} logs", *starts
+        return f"{', '.join(first)} and {last} checked"
 
 
 def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:
-    """Findings in the configuration, sheets, rig descriptions and, unless `logs` is false, in every log.
+    """Findings in the configuration, sheets, descriptions and, unless `logs` is false, in every log.
 
     Parameters
     ----------
@@ -66,6 +72,11 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     except SettingsError as error:
         yield Finding.of(error)
         return
+    yield from _wells(settings, checked, logs)
+    yield from _start_ups(settings, checked, logs)
+
+
+def _wells(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
     try:
         listings = read_sheets(settings)
     except SettingsError as error:
@@ -78,6 +89,45 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
         yield from map(Finding.of, listing.faults)
         yield from _well(listing, settings, rigs, checked, logs)
         checked.rigs = len(rigs) - 1
+
+
+def _start_ups(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
+    """Findings in the sheet of measured starts of rotation, if there is one, and in the files that it lists."""
+    try:
+        listings = read_start_ups(settings)
+    except SettingsError as error:
+        yield Finding.of(error)
+        return
+    for listing in listings.values():
+        checked.start_ups += 1
+        yield from map(Finding.of, listing.faults)
+        if not listing.faults:
+            yield from _start_up(listing.load(), f"{settings.start_up_sheet}, '{listing.name}'", logs)
+
+
+def _start_up(start: StartUp, where: str, logs: bool) -> Iterator[Finding]:
+    """Findings in the files of a start of rotation and in what its row asks of them."""
+    from drillid.config.described_well import DescribedWell
+    from drillid.simulation.start_up_files import read_start_up, read_survey
+
+    described = yield from _read(DescribedWell.from_yaml, start.description)
+    survey = yield from _read(read_survey, start.survey)
+    if logs:
+        yield from _read(read_start_up, start.log)
+    if described is not None and survey is not None:
+        try:
+            described.model(survey, start.depth, start.fitted).rig()
+        except DrillidError as error:
+            yield Finding(where, f"{error.where}: {error.what}", error.remedy)
+
+
+def _read(read: Callable[[Path], Content], path: Path) -> Generator[Finding, None, Content | None]:
+    """Finding in a file that cannot be used; returns what is read of a sound one."""
+    try:
+        return read(path)
+    except DrillidError as error:
+        yield Finding.of(error)
+        return None
 
 
 def _well(
