@@ -1,9 +1,17 @@
 """The error classes: every message names the place, the fault and the remedy."""
 
+import errno
 import traceback
 from pathlib import Path
 
 _LIBRARY = Path(__file__).resolve().parent
+_OF_THE_MACHINE = {
+    *(errno.EACCES, errno.EPERM, errno.EKEYEXPIRED, errno.EKEYREVOKED, errno.EKEYREJECTED),
+    *(errno.EIO, errno.EREMOTEIO, errno.ESTALE, errno.ENODEV, errno.ENXIO, errno.EBUSY),
+    *(errno.ETIMEDOUT, errno.ENOTCONN, errno.ENETDOWN, errno.ENETUNREACH, errno.EHOSTDOWN, errno.EHOSTUNREACH),
+    *(errno.EMFILE, errno.ENFILE, errno.ENOSPC, errno.EDQUOT, errno.EROFS),
+}
+"""Numbers of errors of permissions, disks, shares and networks, which say nothing about the content of a file."""
 
 
 def place_in_library(error: BaseException) -> traceback.FrameSummary:
@@ -11,6 +19,20 @@ def place_in_library(error: BaseException) -> traceback.FrameSummary:
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if Path(frame.filename).is_relative_to(_LIBRARY)]
     return (own or frames)[-1]
+
+
+def is_of_machine(error: BaseException | None) -> bool:
+    """Whether permissions, a disk, a share or a network failed, so that the same file may be read another time.
+
+    An error that was raised from another one is what that one is.
+    """
+    while error is not None:
+        if isinstance(error, PermissionError | ConnectionError | TimeoutError):
+            return True
+        if isinstance(error, OSError) and error.errno in _OF_THE_MACHINE:
+            return True
+        error = error.__cause__
+    return False
 
 
 class DrillidError(Exception):

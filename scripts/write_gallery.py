@@ -35,7 +35,7 @@ def page() -> str:
 
 def main(folder: Annotated[Path, typer.Argument(help="Folder of the page.")] = DOCS) -> None:
     """Draw every figure and write the page; the results of `make demo` must be there."""
-    results = stored_results(Settings.from_yaml(_CONFIGURATION), WELL)
+    results = stored_results(Settings.of_run(_CONFIGURATION), WELL)
     pictures = folder / "gallery"
     pictures.mkdir(parents=True, exist_ok=True)
     for path in pictures.glob("*.png"):

@@ -1,6 +1,7 @@
 """A reader of logs that does what damaged bytes may have a C library do: the log's text says which."""
 
 import ctypes
+import errno
 import os
 import signal
 import time
@@ -36,6 +37,8 @@ def headers(path: Path, dialect: Dialect) -> list[Header]:
             np.ones((10_000, 1_000_000))
         case "unusable":
             raise Unusable("is a picture", "Export the log")
+        case "share":
+            raise OSError(errno.ESTALE, os.strerror(errno.ESTALE), str(path))
         case "bug":
             raise RuntimeError("a fault of the reader")
     return [Header(("a",))]

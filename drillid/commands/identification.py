@@ -28,7 +28,9 @@ Family = Literal["proportional integral", "inertia compensation", "impedance mat
 """As `drillid.control.tuning` has them, whose import would slow down every command."""
 Logs = Annotated[list[Path], typer.Argument(help="Raw log files of one well.")]
 RigFile = Annotated[Path, typer.Option(help="Rig description, as explained in config/README.md.")]
-Configuration = Annotated[Path | None, typer.Option("--configfile", help="Settings other than the defaults.")]
+Configuration = Annotated[
+    Path | None, typer.Option("--configfile", help="Configuration of a run, for settings other than the defaults.")
+]
 
 
 def fit_logs(
@@ -105,7 +107,7 @@ def _identified(logs: Sequence[Path], rig: Path, configuration: Path | None) -> 
     from drillid.identification import identify
 
     tell_of_compilation()
-    return identify(logs, rig, Settings.from_yaml(configuration) if configuration else Settings())
+    return identify(logs, rig, Settings.of_run(configuration) if configuration else Settings())
 
 
 def check_format(figure: Path) -> None:

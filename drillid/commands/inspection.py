@@ -30,7 +30,8 @@ def inspect_logs(
     unit: Annotated[str | None, typer.Option(help="Unit of times that are numbers, such as ms or excel.")] = None,
     start: Annotated[str | None, typer.Option(help="ISO time from which numeric times count.")] = None,
     configuration: Annotated[
-        Path | None, typer.Option("--configfile", help="Settings other than the defaults, such as windows.length_s.")
+        Path | None,
+        typer.Option("--configfile", help="Configuration of a run, for settings other than the defaults."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -48,7 +49,7 @@ def inspect_logs(
     with faults_told():
         stated = {"zone": zone, "format": time_format, "unit": unit, "start": start}
         clock = Clock.checked(stated, "options of inspect")
-        settings = Settings.from_yaml(configuration) if configuration else Settings()
+        settings = Settings.of_run(configuration) if configuration else Settings()
         found = inspect(logs, name, clock, LogFile(), settings)
     if output is not None:
         output.parent.mkdir(parents=True, exist_ok=True)

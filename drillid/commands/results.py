@@ -17,6 +17,7 @@ Configfile = Annotated[
     Path, typer.Option("--configfile", help="Configuration of the run that made the results, or the results folder.")
 ]
 DEFAULT_CONFIGURATION = Path("config/config.yaml")
+"""As `drillid.config.settings` has it, whose import would slow down every command."""
 
 
 def add_result_commands(app: typer.Typer) -> None:
@@ -32,7 +33,7 @@ def _settings(run: Path) -> Settings:
     from drillid.config.settings import Settings
     from drillid.fleet.crate import settings_of
 
-    return settings_of(run) if run.is_dir() else Settings.from_yaml(run)
+    return settings_of(run) if run.is_dir() else Settings.of_run(run)
 
 
 def draw_figure(

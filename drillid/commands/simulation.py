@@ -83,13 +83,11 @@ def fit_start_up(
     """
     from drillid.config.described_well import DescribedWell, write_fitted
     from drillid.simulation.start_up_files import read_start_up, read_survey
-    from drillid.simulation.start_up_fit import USUAL, StartUpModel
 
     with faults_told():
         described, measured = DescribedWell.from_yaml(well), read_start_up(log)
-        names = tuple(name.strip() for name in fitted.split(",")) if fitted else USUAL
-        equipment, friction = described.described_equipment, described.described_friction
-        before = StartUpModel(equipment, read_survey(survey), depth, friction, names, "assembly_rest" not in names)
+        names = tuple(name.strip() for name in fitted.split(",")) if fitted else ()
+        before = described.model(read_survey(survey), depth, names)
         last = seen * measured.duration
         after = before.fit(measured, last, evaluations)
         spans = [(0.0, last), *([(last, measured.duration)] if seen < 1 else [])]

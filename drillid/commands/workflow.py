@@ -89,7 +89,7 @@ def check_configuration(
     logs: Annotated[bool, typer.Option(help="Read every log as well.")] = True,
     as_json: Json = False,
 ) -> None:
-    """List everything that a run would reject in the configuration, sheets, rig descriptions and logs.
+    """List everything that a run would reject in the configuration, sheets, descriptions and logs.
 
     One row per finding: where, what, remedy. Exit code 1 if a log, a well or the run would fail.
 

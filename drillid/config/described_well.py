@@ -13,7 +13,9 @@ from drillid.config.rig import DriveInertia, IntegralGain, PartLength, Proportio
 from drillid.config.validation import Strict
 from drillid.errors import SettingsError
 from drillid.physics.equipment import Controller, TopDrive
+from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import WellEquipment, WellFriction
+from drillid.simulation.start_up_fit import USUAL, StartUpModel
 from drillid.units import Density, Pressure
 
 ShearModulus = Annotated[Pressure, Between(1e9, 3e11, "Pa", ("GPa",))]
@@ -99,6 +101,23 @@ class DescribedWell(Strict):
     def described_friction(self) -> WellFriction:
         """Friction of the simulation."""
         return WellFriction(**{field.name: getattr(self.friction, field.name) for field in fields(WellFriction)})
+
+    def model(self, survey: Survey, depth: float, fitted: tuple[str, ...] = ()) -> StartUpModel:
+        """Model of a start of rotation.
+
+        Parameters
+        ----------
+        survey : of the hole
+        depth : of the bit along the hole, m
+        fitted : what is to be fitted; by default what holds at other depths of the hole as well
+
+        Raises
+        ------
+        SettingsError
+            If something is to be fitted that has no bounds.
+        """
+        names, equipment = fitted or USUAL, self.described_equipment
+        return StartUpModel(equipment, survey, depth, self.described_friction, names, "assembly_rest" not in names)
 
 
 def write_fitted(described: Path, friction: WellFriction, modulus: float, path: Path) -> None:

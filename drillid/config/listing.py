@@ -1,6 +1,7 @@
 """Wells and starts of rotation as the sheets list them, and as stages receive them."""
 
 import difflib
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -69,7 +70,7 @@ class Listing:
         SettingsError
             If it is missing, cannot be read or does not validate.
         """
-        if not self.rig_file.is_file():
+        if not os.path.isfile(self.rig_file):
             raise self._without_rig()
         return Rig.from_yaml(self.rig_file)
 

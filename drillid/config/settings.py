@@ -1,10 +1,17 @@
 """Settings of the workflow: only choices that change results, one model per stage."""
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from drillid.config.files import read_yaml
 from drillid.config.validation import KeyFault, Strict
+from drillid.errors import SettingsError
+
+DEFAULT_CONFIGURATION = Path("config/config.yaml")
+"""What every run reads first, from the folder that it is started in; another configuration has only what differs."""
 
 
 class RecordsSettings(Strict):
@@ -301,3 +308,30 @@ class Settings(Strict):
     report: ReportSettings = ReportSettings()
     simulate: SimulateSettings | None = None
     """Only in the demo: the fleet to simulate."""
+
+    @classmethod
+    def of_run(cls, configuration: str | Path) -> Self:
+        """The settings of a run with a configuration, merged as Snakemake does it: key by key over
+        DEFAULT_CONFIGURATION, where that exists.
+
+        Raises
+        ------
+        SettingsError
+            If a file cannot be read or holds no keys with values, or a setting cannot be used.
+        """
+        first = [DEFAULT_CONFIGURATION] if DEFAULT_CONFIGURATION.is_file() else []
+        files, content = list(dict.fromkeys([*first, Path(configuration)])), dict[str, Any]()
+        for file in files:
+            own = read_yaml(file)
+            if not isinstance(own, Mapping | None):
+                raise SettingsError(str(file), "holds no keys with values", "Write it as keys with values")
+            content = _merged(content, own or {})
+        return cls.checked(content, ", ".join(map(str, files)))
+
+
+def _merged(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(content)
+    for key, value in changes.items():
+        before = merged.get(key)
+        merged[key] = _merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
+    return merged

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ import xarray as xr
 from drillid.datasets.checksums import SUFFIX, checksum, stamps, write_checksums, write_listing
 from drillid.datasets.registry import DATASETS, PROBLEM_COLUMNS
 from drillid.datasets.tables import read_table, write_table
+from drillid.errors import DrillidError, is_of_machine
 
 _MEMO = "memo.txt"
 _SERIES_CHUNK = 60_000
@@ -29,6 +30,13 @@ class Problem:
     where: str
     what: str
     remedy: str
+    again: bool = False
+    """Whether the machine may be at fault, so that the next run tries again; no part of the row."""
+
+    @classmethod
+    def of(cls, error: DrillidError) -> Self:
+        """The problem that an error stands for."""
+        return cls(error.where, error.what, error.remedy, is_of_machine(error))
 
 
 def window_place(windows: xr.Dataset, row: int) -> str:

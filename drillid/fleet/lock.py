@@ -36,6 +36,18 @@ def hold_results(results: Path) -> None:
         If another run works on them; the message names its process.
     """
     results.mkdir(parents=True, exist_ok=True)
+    _held.append(_taken(results))
+
+
+@contextlib.contextmanager
+def results_held(results: Path) -> Iterator[None]:
+    """Keep every other run away from existing results for a moment; errors as of `hold_results`."""
+    with _taken(results):
+        yield
+
+
+def _taken(results: Path) -> TextIO:
+    """The lock of the results, which is released as it is closed."""
     file = (results / ".lock").open("a+")
     until = time.monotonic() + _PATIENCE_S
     while not _locked(file):
@@ -49,7 +61,7 @@ def hold_results(results: Path) -> None:
     file.truncate(0)
     file.write(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}\n")
     file.flush()
-    _held.append(file)
+    return file
 
 
 def _locked(file: TextIO) -> bool:

@@ -6,7 +6,7 @@ whether a well's folder is kept or redone depends on its key.
 
 import json
 import os
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,9 @@ KEY = "key.json"
 
 PROBLEMS = "problems.csv"
 """File in a well's folder with whatever the stage rejected."""
+
+AGAIN = "again"
+"""Mark in a key of results that are to be done again, as something could not be read for a fault of the machine."""
 
 
 def stored(folder: Path) -> dict[str, Any]:
@@ -47,9 +50,11 @@ def write_manifest(path: str | Path, wells: Iterable[str], made_from: str = "") 
     write_whole(path, json.dumps({"made_from": made_from, "wells": keys}, indent=1) + "\n")
 
 
-def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> bool:
-    """Whether a manifest still holds: same batch, same code, settings and rigs, folders complete with the keys that it
-    lists, and nothing changed that may have made a well fail.
+def out_of_date(path: Path, wells: Collection[str], failed_on: Callable[[str], str], made_from: str = "") -> str:
+    """Why a manifest no longer holds, in a few words; empty if it does.
+
+    It holds while the batch, code, settings and rigs are the same, folders are complete with the keys that it lists,
+    nothing has changed that may have made a well fail, and nothing is to be tried again.
 
     Parameters
     ----------
@@ -60,9 +65,27 @@ def holds(path: Path, wells: Collection[str], failed_on: Callable[[str], str], m
     """
     found = _read(path)
     keys = _keys(found)
-    if found.get("made_from") != made_from or keys.keys() != set(wells):
-        return False
-    return all(_finished(path.parent, well, key, failed_on) for well, key in keys.items())
+    if keys.keys() != set(wells):
+        return "other wells"
+    if found.get("made_from") != made_from:
+        return "other code, settings or rig descriptions"
+    return next(filter(None, (_unfinished(path.parent, well, key, failed_on) for well, key in keys.items())), "")
+
+
+def marks(out_of_date: Mapping[Path, str], folder: Path) -> dict[str, str]:
+    """New files whose names say what is out of date and why; as an input, one has Snakemake make the output again.
+
+    Parameters
+    ----------
+    out_of_date : reasons by the paths of outputs
+    folder : for the new files
+    """
+    found = {}
+    for path, reason in out_of_date.items():
+        mark = folder / f"{path.parent.name if path.suffix == '.json' else path.stem}: {reason}"
+        mark.touch()
+        found[str(path)] = str(mark)
+    return found
 
 
 def failed_in(path: Path) -> int:
@@ -84,11 +107,16 @@ def _keys(manifest: dict[str, Any]) -> dict[str, str]:
     return keys if isinstance(keys, dict) else {}
 
 
-def _finished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> bool:
+def _unfinished(stage: Path, well: str, key: str, failed_on: Callable[[str], str]) -> str:
+    """Why a well is to be done again; empty if it is not."""
     content = stored(stage / well)
     if not key or content.get("key") != key:
-        return False
-    return "failed_on" not in content or bool(content["failed_on"] == failed_on(well))
+        return f"{well} not finished"
+    if AGAIN in content:
+        return f"{well} lacks what could not be read"
+    if "failed_on" in content and content["failed_on"] != failed_on(well):
+        return f"{well} failed, and its inputs have changed"
+    return ""
 
 
 def _names(content: dict[str, Any]) -> list[str]:
@@ -97,8 +125,11 @@ def _names(content: dict[str, Any]) -> list[str]:
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file under another name first, so that a partial file is never seen."""
     temporary = path.with_suffix(".part")
-    temporary.write_text(text)
+    if isinstance(content, str):
+        temporary.write_text(content)
+    else:
+        temporary.write_bytes(content)
     os.replace(temporary, path)

@@ -2,7 +2,8 @@
 
 Stages rename whole folders and lock files, which object stores cannot do, so they work in a folder of this machine or
 of a mounted share. The copy keeps the same guarantee: a well's folder has no key.json there while it is being brought
-up to date, and files that refer to others (manifests, tables and the report) come last.
+up to date, and files that refer to others (manifests, tables and the report) come last. Of the files in its place, only
+those that its listing names are ever deleted.
 """
 
 from __future__ import annotations
@@ -19,14 +20,17 @@ from typing import Any
 
 from drillid.errors import SettingsError
 from drillid.fleet.manifest import KEY, write_whole
-from drillid.fleet.mirror_lock import LOCK, hold
+from drillid.fleet.mirror_lock import LOCK, hold, refuse_while_held
 
 LISTING = "mirror.json"
-"""What the copy holds: its place, its version, and size and time in ns of each file by its path."""
+"""What the copy holds: its place, its version, and size and time in ns of each file by its path; while it is brought up
+to date, only what stays as it is, beside the names of all other files that may be there (`begun`)."""
 _VERSION = ".mirror"
 """The versions of the copy that this machine's results continue from: JSON with its place and their names."""
-_NOT_COPIED = {"raw", "logs", "benchmarks", ".previous", LISTING, _VERSION}
-"""Inputs, records of this machine's runs alone, and what stages keep for themselves."""
+_NOT_COPIED = {"raw", "logs", "benchmarks", LISTING, _VERSION}
+"""At the top of the results: inputs, and records of this machine's runs alone. A well's folder may have such a name."""
+_ASIDE = ".previous"
+"""Folder of what a stage keeps for itself."""
 _AT_ONCE = 500
 """Number of files copied in one request."""
 
@@ -51,26 +55,35 @@ def update_mirror(results: Path, mirror: str, listing: Path) -> Changes:
     Raises
     ------
     SettingsError
-        If the place does not answer or cannot be written, or another machine has brought it up to date meanwhile.
+        If the place does not answer or cannot be written, holds something else, or another machine has brought it up to
+        date meanwhile.
     """
     local = _files(results)
     with _answering(mirror):
         system, root = _place(mirror)
-        before, version = _listing_there(system, root), uuid.uuid4().hex
+        before = _listing_there(system, root)
+        _refuse_other(system, root, before, results, mirror)
         _refuse_newer(before, results, mirror)
         known, there = before.get("files", {}), _sizes_there(system, root)
-        changed = [name for name, state in local.items() if known.get(name) != state or there.get(name) != state[0]]
-        gone = sorted(there.keys() - local.keys() - {LISTING, LOCK})
+        written = {*known, *before.get("begun", ())}
+        changed = {name for name, state in local.items() if known.get(name) != state or there.get(name) != state[0]}
+        gone = (written & there.keys()) - local.keys()
         # a well's folder that changes has no key until it is complete
-        folders = {"/".join(Path(name).parts[:2]) for name in (*changed, *gone)}
+        folders = set(map(_folder, changed | gone))
         keys = {f"{folder}/{KEY}" for folder in folders} & there.keys()
-        _delete(system, root, keys | set(gone))
-        for names in _in_order({*changed, *(keys & local.keys())}):
-            _put(system, results, root, names)
-        write_whole(listing, json.dumps({"mirror": mirror, "version": version, "files": local}, indent=0))
-        # whether the run is killed before or after the listing is written, one of the two versions is right
+        stay = {name: state for name, state in known.items() if _folder(name) not in folders and _has_key(name, known)}
+        begun = {"files": stay, "begun": sorted((written | changed) - stay.keys())}
+        version = uuid.uuid4().hex
+        # whether the run is killed before or after a listing is written, one of the two versions is right
         _remember(results, mirror, before.get("version"), version)
-        _put(system, listing.parent, root, [listing.name])
+        if changed or gone:
+            _write_listing(system, root, {"mirror": mirror, "version": version, **begun})
+        _delete(system, root, keys | gone)
+        for names in _in_order(changed | (keys & local.keys())):
+            _put(system, results, root, names)
+        content = {"mirror": mirror, "version": version, "files": local}
+        write_whole(listing, _text(content))
+        _write_listing(system, root, content)
         _remember(results, mirror, version)
     return Changes(len(changed), len(gone))
 
@@ -81,7 +94,7 @@ def restore(results: Path, mirror: str) -> bool:
     Raises
     ------
     SettingsError
-        If the place does not answer.
+        If the place does not answer, or another machine works on the copy.
     """
     if results.exists():
         return False
@@ -90,6 +103,7 @@ def restore(results: Path, mirror: str) -> bool:
         system, root = _place(mirror)
         if not system.exists(f"{root}/{LISTING}"):
             return False
+        refuse_while_held(system, root, results)
         listing = _listing_there(system, root)
         files = listing["files"]
         try:
@@ -111,13 +125,32 @@ def _files(results: Path) -> dict[str, list[int]]:
     """Size and time of each file to be copied, by its path within the results."""
     found = {}
     for folder, folders, names in os.walk(results):
-        folders[:] = sorted(name for name in folders if name not in _NOT_COPIED and not name.endswith(".part"))
+        inside = Path(folder).relative_to(results)
+        folders[:] = sorted(name for name in folders if _is_copied(inside / name))
         for name in sorted(names):
-            path = Path(folder, name)
-            if name not in _NOT_COPIED and not name.endswith((".part", ".lock")):
-                state = path.stat()
-                found[path.relative_to(results).as_posix()] = [state.st_size, state.st_mtime_ns]
+            path = inside / name
+            if _is_copied(path) and path.suffix not in (".part", ".lock") and name != LOCK:
+                state = (results / path).stat()
+                found[path.as_posix()] = [state.st_size, state.st_mtime_ns]
     return found
+
+
+def _is_copied(path: Path) -> bool:
+    """Whether a folder or file of the results, by its path within them, belongs into the copy."""
+    if len(path.parts) == 1 and path.name in _NOT_COPIED:
+        return False
+    is_of_well = len(path.parts) == 2
+    return path.name != _ASIDE and (is_of_well or path.suffix != ".part")
+
+
+def _folder(name: str) -> str:
+    """The folder of a stage and well that a file is in; of other files, the path or its beginning."""
+    return "/".join(Path(name).parts[:2])
+
+
+def _has_key(name: str, files: Mapping[str, Any]) -> bool:
+    """Whether a file is in the folder of a well that a stage has finished."""
+    return f"{_folder(name)}/{KEY}" in files
 
 
 def hold_mirror(results: Path, mirror: str) -> Callable[[], None]:
@@ -126,11 +159,13 @@ def hold_mirror(results: Path, mirror: str) -> Callable[[], None]:
     Raises
     ------
     SettingsError
-        If another machine works on it, or has brought it up to date since this one did; or the place does not answer.
+        If another machine works on it, or has brought it up to date since this one did; or the place holds something
+        else, or does not answer.
     """
     with _answering(mirror):
         system, root = _place(mirror)
-        if "file" in system.protocol:
+        _refuse_other(system, root, _listing_there(system, root), results, mirror)
+        if _is_local(system):
             Path(root).mkdir(parents=True, exist_ok=True)
         release = hold(system, root, results)
         try:
@@ -139,6 +174,27 @@ def hold_mirror(results: Path, mirror: str) -> Callable[[], None]:
             release()
             raise
     return release
+
+
+def _refuse_other(system: Any, root: str, listing: Mapping[str, Any], results: Path, mirror: str) -> None:
+    """Refuse a place that is not for a copy alone: around or within the results, or with files of others."""
+    if _is_local(system):
+        place, own = Path(root).resolve(), results.resolve()
+        if place.is_relative_to(own) or own.is_relative_to(place):
+            what = f"{mirror} and the results in {results} lie in one another"
+            raise SettingsError("mirror", what, "Name a place of its own for the copy")
+    if listing or _remembered(results, mirror) or not _is_in_use(system, root):
+        return
+    remedy = "Name an empty folder, or one that does not exist yet"
+    raise SettingsError("mirror", f"{mirror} holds files, but no copy of results", remedy)
+
+
+def _is_in_use(system: Any, root: str) -> bool:
+    """Whether anything lies in a place but the lock of a run."""
+    if not system.exists(root):
+        return False
+    names = [str(name).rstrip("/") for name in system.ls(root, detail=False)]
+    return any(name not in (root, f"{root}/{LOCK}") for name in names)
 
 
 def _refuse_newer(listing: Mapping[str, Any], results: Path, mirror: str) -> None:
@@ -164,13 +220,26 @@ def _remembered(results: Path, mirror: str) -> Sequence[str]:
 
 
 def _listing_there(system: Any, root: str) -> dict[str, Any]:
-    """What the copy holds according to its own listing; empty if there is no readable one."""
+    """What the copy holds according to its own listing, see `LISTING`; empty if there is no readable one."""
     system.invalidate_cache()
     try:
         content = json.loads(system.cat_file(f"{root}/{LISTING}"))
     except (FileNotFoundError, ValueError):
         return {}
-    return content if isinstance(content, dict) else {}
+    return content if isinstance(content, dict) and isinstance(content.get("files"), dict) else {}
+
+
+def _write_listing(system: Any, root: str, content: Mapping[str, Any]) -> None:
+    """Write the copy's own listing, whole even if the machine dies meanwhile; object stores write whole objects."""
+    if _is_local(system):
+        Path(root).mkdir(parents=True, exist_ok=True)
+        write_whole(Path(root, LISTING), _text(content))
+    else:
+        system.pipe_file(f"{root}/{LISTING}", _text(content).encode())
+
+
+def _text(listing: Mapping[str, Any]) -> str:
+    return json.dumps(listing, indent=0)
 
 
 def _sizes_there(system: Any, root: str) -> dict[str, int]:
@@ -192,7 +261,7 @@ def _in_order(names: Iterable[str]) -> list[list[str]]:
 def _put(system: Any, folder: Path, root: str, names: list[str]) -> None:
     for piece in _pieces(names):
         places = [f"{root}/{name}" for name in piece]
-        if "file" in system.protocol:
+        if _is_local(system):
             for place in places:
                 Path(place).parent.mkdir(parents=True, exist_ok=True)
         system.put([str(folder / name) for name in piece], places)
@@ -214,6 +283,10 @@ def _place(mirror: str) -> tuple[Any, str]:
 
     system, root = url_to_fs(mirror)
     return system, str(root).rstrip("/")
+
+
+def _is_local(system: Any) -> bool:
+    return "file" in system.protocol
 
 
 @contextlib.contextmanager

@@ -38,8 +38,8 @@ def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
     SettingsError
         If another machine works on the copy; the message names it.
     """
-    place, holder, token = f"{root}/{LOCK}", f"{socket.gethostname()}:{results.absolute()}", uuid.uuid4().hex
-    _refuse_another(_read(system, place), lambda lock: lock.get("holder") == holder)
+    refuse_while_held(system, root, results)
+    place, holder, token = f"{root}/{LOCK}", _holder(results), uuid.uuid4().hex
     _write(system, place, holder, token)
     # if two begin at once, the last to write holds the lock
     _refuse_another(_read(system, place), lambda lock: lock.get("token") == token)
@@ -60,6 +60,15 @@ def hold(system: Any, root: str, results: Path) -> Callable[[], None]:
 
     threading.Thread(target=renew, daemon=True).start()
     return release
+
+
+def refuse_while_held(system: Any, root: str, results: Path) -> None:
+    """Refuse a copy that another machine works on; parameters and errors as of `hold`."""
+    _refuse_another(_read(system, f"{root}/{LOCK}"), lambda lock: lock.get("holder") == _holder(results))
+
+
+def _holder(results: Path) -> str:
+    return f"{socket.gethostname()}:{results.absolute()}"
 
 
 def _refuse_another(lock: dict[str, Any], is_own: Callable[[dict[str, Any]], bool]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -45,7 +46,11 @@ def missing_logs(logs: Sequence[Path]) -> list[str]:
     elsewhere = dict.fromkeys(filter(url_of, logs), "unknown")
     with contextlib.suppress(SettingsError):
         elsewhere = states(logs)
-    return [url_of(log) or str(log) for log in logs if not (elsewhere[log] if log in elsewhere else log.exists())]
+    return [url_of(log) or str(log) for log in logs if not _is_there(log, elsewhere)]
+
+
+def _is_there(log: Path, elsewhere: Mapping[Path, str]) -> bool:
+    return bool(elsewhere[log]) if log in elsewhere else os.path.exists(log)
 
 
 def missing_logs_line(missing: Sequence[str]) -> str:

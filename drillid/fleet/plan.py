@@ -3,7 +3,7 @@
 import functools
 import itertools
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -15,7 +15,8 @@ from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.datasets.store import WellFolders
 from drillid.errors import SettingsError
 from drillid.fleet.aside import forget_aside
-from drillid.fleet.manifest import KEY, PROBLEMS, holds
+from drillid.fleet.lock import results_held
+from drillid.fleet.manifest import KEY, PROBLEMS, out_of_date
 from drillid.fleet.mirror import hold_mirror, restore
 from drillid.fleet.outcome import (
     closing_line,
@@ -31,6 +32,8 @@ from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, failed_on, finge
 from drillid.fleet.workers import THREAD_VARIABLES
 from drillid.formats.remote import size_of, states, url_of
 
+REPORT = "report.html"
+"""The fleet's page in the results; those of the wells are in the folder `report` beside it."""
 _BASE_MB = 1000
 _MB_PER_MB_OF_TEXT, _MB_PER_MB_COMPRESSED = 12, 60
 """Memory per size of the largest log; measured: 6 for CSV, LAS and WITSML and 37 for gzipped CSV and Parquet, on top of
@@ -90,13 +93,18 @@ class Plan:
             return {name: (name,) for name in names}
         return {f"{start // size:04d}": names[start : start + size] for start in range(0, len(names), size)}
 
+    @property
+    def starts_from_copy(self) -> bool:
+        """Whether this machine has no results, and a run begins with their copy, if there is one."""
+        return self.settings.mirror is not None and not Path(self.settings.results).exists()
+
     def restore_results(self) -> bool:
         """Start from the copy of the results if this machine has none; returns whether it did.
 
         Raises
         ------
         SettingsError
-            If the copy's place does not answer.
+            If the copy's place does not answer, or another machine works on the copy.
         """
         mirror = self.settings.mirror
         return mirror is not None and restore(Path(self.settings.results), mirror)
@@ -112,31 +120,46 @@ class Plan:
         mirror = self.settings.mirror
         return hold_mirror(Path(self.settings.results), mirror) if mirror is not None else lambda: None
 
-    def drop_untrue_manifests(self) -> None:
-        """Delete manifests that are out of date: the batch has other wells, a folder is gone or has another key, inputs
-        of a failed well have changed, or code, settings or rigs have, of which Snakemake has no record where the
-        results come from another folder or machine.
+    def out_of_date(self) -> dict[Path, str]:
+        """Manifests that no longer hold, and the fleet's page if a well's is missing, with reasons.
 
-        Snakemake then sees that the batch is to be done; the keys of its other wells keep these from being redone. A
-        manifest exists only while no job works on its batch, so a running workflow is not disturbed.
+        Snakemake does not see these: a folder that is gone or has another key, changed inputs of a failed well; changed
+        code, settings or rigs where it has no record, as the results come from another folder or machine.
         """
+        return {path: reason for path, reason in self._reasons() if reason}
+
+    def _reasons(self) -> Iterator[tuple[Path, str]]:
+        """The same, with empty reasons for what holds."""
         results, batches = Path(self.settings.results), self.batches
         found = {results / stage / f"{batch}.json": wells for stage in STAGES for batch, wells in batches.items()}
         own = {results / START_UPS.name / f"{name}.json": (name,) for name in self.start_ups}
         for manifests, listings in ((found, self.wells), (own, self.start_ups)):
             failed = functools.partial(_failed_on, listings)
             for path, names in manifests.items():
-                if not path.exists():
-                    continue
-                if not holds(path, names, failed, self.dependencies(path.parent.name, names)["made_from"]):
-                    path.unlink(missing_ok=True)
+                if path.exists():
+                    made_from = self.dependencies(path.parent.name, names)["made_from"]
+                    yield path, out_of_date(path, names, failed, made_from)
+        report = results / REPORT
+        if report.exists():
+            pages = {well: report.with_suffix("") / f"{well}.html" for well in self.wells}
+            yield report, next((f"page of {well} missing" for well, page in pages.items() if not page.exists()), "")
 
-    def age_incomplete_report(self) -> None:
-        """If a well's page is missing, make the fleet's page older than all else, so that Snakemake rewrites it."""
-        report = Path(self.settings.results, "report.html")
-        pages = [report.with_suffix("") / f"{well}.html" for well in self.wells]
-        if report.exists() and not all(page.exists() for page in pages):
-            os.utime(report, (0, 0))
+    def drop_out_of_date(self) -> None:
+        """Delete the manifests that no longer hold, and make an incomplete report older than all else.
+
+        Snakemake then sees what is to be done; the keys of a batch's other wells keep these from being redone.
+
+        Raises
+        ------
+        SettingsError
+            If another run works on the results.
+        """
+        with results_held(Path(self.settings.results)):
+            for path in self.out_of_date():
+                if path.name == REPORT:
+                    os.utime(path, (0, 0))
+                else:
+                    path.unlink(missing_ok=True)
 
     def outcome(self) -> dict[str, Any]:
         """How many wells there are, why some failed, which were not finished, which logs are missing, and the run's
@@ -153,7 +176,7 @@ class Plan:
         logs = [log for listing in self.wells.values() for log in listing.logs]
         missing = missing_logs(logs) if self.settings.simulate is None else []
         lines += [missing_logs_line(missing)] if missing else []
-        report = results.absolute() / "report.html"
+        report = results.absolute() / REPORT
         told = {"report": str(report)} if report.exists() else {}
         return {
             "wells": len(wells),
@@ -183,12 +206,12 @@ class Plan:
     def logs(self, wells: Sequence[str]) -> list[str]:
         """Log files that exist or are simulated; a missing one is its well's problem, not the workflow's."""
         simulated = self.settings.simulate is not None
-        return [str(log) for well in wells for log in self.wells[well].logs if simulated or log.exists()]
+        return [str(log) for well in wells for log in self.wells[well].logs if simulated or _may_be_input(log)]
 
     def start_up_files(self, name: str) -> list[str]:
         """Existing files of a start of rotation; a missing one becomes a row of problems.csv."""
         listing = self.start_ups[name]
-        return [str(path) for path in (listing.rig_file, *listing.logs) if path.exists()]
+        return [str(path) for path in (listing.rig_file, *listing.logs) if _may_be_input(path)]
 
     def memory_mb(self, wells: Sequence[str]) -> int:
         """Memory of a job that holds raw logs or their records, one log per process at a time, in MB."""
@@ -262,6 +285,14 @@ class Plan:
         """What the simulated logs of the demo depend on."""
         section = self.settings.model_dump(mode="json", include={"simulate"})
         return {"source": source_hash("drillid.demo.wells"), "settings": section}
+
+
+def _may_be_input(path: Path) -> bool:
+    """Whether a file exists, and its name is none that Snakemake would take for a pattern.
+
+    Those that are no inputs count all the same: the state of all of them is in the stage's `params`.
+    """
+    return os.path.exists(path) and not set("{}<>").intersection(str(path))
 
 
 def _failed_on(listings: Mapping[str, Listing], name: str) -> str:

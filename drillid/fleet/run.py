@@ -32,7 +32,7 @@ from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.children import mapped_apart
 from drillid.fleet.explain import attributes_of, inputs_behind, inputs_of, known_inputs, remember_inputs
 from drillid.fleet.lock import end_with_run, held
-from drillid.fleet.manifest import KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
+from drillid.fleet.manifest import AGAIN, KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
 from drillid.fleet.progress import SHOWN
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, Stage, failed_on, fingerprint
@@ -175,7 +175,7 @@ def _processed(task: Task) -> Outcome:
         clear(folders, stage.name)
     write_table(problems_table(task.listing.name, stage.name, end.problems), folder / PROBLEMS)
     if not end.trace:
-        content = failed if end.status == "failed" else key
+        content = _tried_again(failed if end.status == "failed" else key, end.problems)
         # stored with the key but not part of its hash: how the numbers came to be, for `drillid explain`
         if read:
             remember_inputs(folder, read)
@@ -198,8 +198,7 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
         except DamageError as error:
             name = str(stored(folders.stage(stage)).get("name", well))
             clear(folders, stage)
-            problem = Problem(error.where, error.what, error.remedy)
-            write_table(problems_table(name, stage, [problem]), folders.stage(stage) / PROBLEMS)
+            write_table(problems_table(name, stage, [Problem.of(error)]), folders.stage(stage) / PROBLEMS)
 
 
 def collect_problems(results: Path, wells: Sequence[str], start_ups: Sequence[str] = ()) -> pd.DataFrame:
@@ -224,7 +223,7 @@ class _End:
 
 def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
     if task.listing.faults:
-        return _End("failed", tuple(Problem(fault.where, fault.what, fault.remedy) for fault in task.listing.faults))
+        return _End("failed", tuple(map(Problem.of, task.listing.faults)))
     process = importlib.import_module(stage.module).process
     try:
         problems = tuple(process(task.listing.load(), folders, task.settings))
@@ -232,9 +231,9 @@ def _attempt(stage: Stage, task: Task, folders: WellFolders) -> _End:
         # the damaged dataset counts as never made, so that the next run makes it anew, not from what was set aside
         (folders.stage(error.stage) / KEY).unlink(missing_ok=True)
         forget_aside(folders, error.stage)
-        return _End("failed", (Problem(error.where, error.what, error.remedy),), traceback.format_exc())
+        return _End("failed", (Problem.of(error),), traceback.format_exc())
     except DrillidError as error:
-        return _End("failed", (Problem(error.where, error.what, error.remedy),))
+        return _End("failed", (Problem.of(error),))
     except (OSError, MemoryError) as error:
         return _End("failed", (_machine_fault(error),), traceback.format_exc(), fatal=True)
     except Exception as error:  # the other wells go on; problem row, log and the missing key record it
@@ -269,6 +268,12 @@ def _failed_key(key: dict[str, Any], listing: Listing) -> dict[str, Any]:
     """The key of a failure, valid until the rig description or the logs change in any way."""
     state = failed_on(listing)
     return {**key, "key": digest([key["key"], "failed", state]), "failed_on": state}
+
+
+def _tried_again(key: dict[str, Any], problems: Sequence[Problem]) -> dict[str, Any]:
+    """The key or, where something could not be read, another one that no next run takes for its own."""
+    again = [problem.where for problem in problems if problem.again]
+    return {**key, "key": digest([key["key"], again]), AGAIN: True} if again else key
 
 
 def _read_problems(path: Path) -> pd.DataFrame:

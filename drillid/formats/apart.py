@@ -24,6 +24,7 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import IO, Any, cast
 
+from drillid.errors import is_of_machine
 from drillid.formats.description import Dialect, Header, LogFormat, Unusable
 
 _CPU_S, _CPU_S_PER_MB = 5.0, 2.0
@@ -205,6 +206,8 @@ def _told(error: Exception, limits: _Limits) -> Exception:
         return Unusable(error.what, error.remedy)
     if isinstance(error, FileNotFoundError | IsADirectoryError | PermissionError):
         return type(error)(*error.args)
+    if isinstance(error, OSError) and error.errno is not None and is_of_machine(error):
+        return OSError(error.errno, error.strerror)
     inside = Path(traceback.extract_tb(error.__traceback__)[-1].filename).is_relative_to(_PACKAGE)
     if inside and not isinstance(error, OSError | ValueError | EOFError):
         return RuntimeError("".join(traceback.format_exception(error)))

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from drillid.errors import LogError
+from drillid.errors import LogError, is_of_machine
 from drillid.formats import readers
 from drillid.formats.apart import apart
 from drillid.formats.description import LogFormat, Note, Unusable
@@ -116,7 +116,9 @@ def _by_content(path: Path) -> tuple[str, ...]:
         content = lines_at_start(path, _LOOKED_AT)
     except Unusable:
         raise
-    except (ValueError, OSError):
+    except (ValueError, OSError) as error:
+        if is_of_machine(error):
+            raise
         return ()
     check_no_tar(content)
     return _of_bytes(content) or _of_text(content)

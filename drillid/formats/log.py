@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.errors import DrillidError, LogError
+from drillid.errors import DrillidError, LogError, is_of_machine
 from drillid.formats.arrow_tables import notes_of
 from drillid.formats.cells import numbers
 from drillid.formats.choice_of_times import choose_times
@@ -200,17 +200,18 @@ def _reading(path: Path) -> Iterator[tuple[Continuing, Path, tuple[Note, ...]]]:
     except IsADirectoryError as error:
         raise LogError(where, "is a folder, not a log file", "Name the files in it") from error
     except PermissionError as error:
-        raise LogError(where, "is not readable", "Ask for permission to read it") from error
+        raise LogError(where, "is not readable", "Ask for permission to read it; the next run tries again") from error
     except Exception as error:
         if not isinstance(error, OSError | ValueError | EOFError) and not _of_a_library(error):
             raise
         if any(words in str(error) for words in _SHORT_OF_MEMORY):
             raise MemoryError(str(error)) from error
-        raise LogError(
-            where,
-            f"cannot be read ({first_line(error)})",
-            "Export the log again; the file may be cut short or damaged",
-        ) from error
+        if getattr(error, "errno", None) == errno.ENAMETOOLONG:
+            raise LogError(where, "is longer than the name of a file may be", "Correct its path") from error
+        remedy = "Export the log again; the file may be cut short or damaged"
+        if is_of_machine(error):
+            remedy = "Check the disk or share that it lies on; the next run tries again"
+        raise LogError(where, f"cannot be read ({first_line(error)})", remedy) from error
 
 
 _KNOWN: OrderedDict[tuple[Any, ...], list[Header]] = OrderedDict()

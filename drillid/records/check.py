@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
-from drillid.config.files import read_yaml
-from drillid.config.listing import Listing
+from drillid.config.listing import Listing, StartUp
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
-from drillid.config.sheets import read_sheets
+from drillid.config.sheets import read_sheets, read_start_ups
 from drillid.errors import DrillidError, SettingsError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import distinct_names
 
-DEFAULT_CONFIGURATION = Path("config/config.yaml")
-"""What every run reads first; another configuration contains only the differences."""
+Content = TypeVar("Content")
 
 
 @dataclass(frozen=True)
@@ -53,29 +51,32 @@ class Checked:
     wells: int = 0
     rigs: int = 0
     logs: int = 0
+    start_ups: int = 0
 
     def __str__(self) -> str:
-        wells, rigs, logs = (_counted(self.wells, "well"), _counted(self.rigs, "rig"), _counted(self.logs, "log"))
-        return f"{wells}, {rigs} and {logs} checked"
+        starts = [(self.start_ups, "start of rotation", "starts of rotation")] if self.start_ups else []
+        of_each = (self.wells, "well", "wells"), (self.rigs, "rig", "rigs"), (self.logs, "log", "logs"), *starts
+        *first, last = (_counted(*each) for each in of_each)
+        return f"{', '.join(first)} and {last} checked"
 
     def summary(self, findings: Sequence[Finding]) -> str:
         """What was checked, what would fail and what to do about it, in a sentence or two."""
         fails = sum(finding.fails for finding in findings)
         if fails:
             return (
-                f"{self}: {_counted(fails, 'problem')} would make a log, a well or the whole run fail. "
+                f"{self}: {_counted(fails, 'problem', 'problems')} would make a log, a well or the whole run fail. "
                 "Correct each row marked 'fails' as its remedy says, and check again"
             )
-        notes = f"; {_counted(len(findings), 'note')} on what it would assume or leave out" if findings else ""
+        notes = f"; {_counted(len(findings), 'note', 'notes')} on what it would assume or leave out" if findings else ""
         return f"{self}: a run would accept everything{notes}"
 
 
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def _counted(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
 
 
 def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterator[Finding]:
-    """Findings in the configuration, sheets, rig descriptions and, unless `logs` is false, in every log.
+    """Findings in the configuration, sheets, descriptions and, unless `logs` is false, in every log.
 
     Parameters
     ----------
@@ -83,10 +84,15 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     checked : counts what has been looked at
     """
     try:
-        settings = _settings(configuration)
+        settings = Settings.of_run(configuration)
     except SettingsError as error:
         yield Finding.of(error)
         return
+    yield from _wells(settings, checked, logs)
+    yield from _start_ups(settings, checked, logs)
+
+
+def _wells(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
     try:
         listings = read_sheets(settings)
     except SettingsError as error:
@@ -101,24 +107,43 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
         checked.rigs = len(rigs) - 1
 
 
-def _settings(configuration: Path) -> Settings:
-    """Settings as a run merges them."""
-    files = [file for file in (DEFAULT_CONFIGURATION, configuration) if file != DEFAULT_CONFIGURATION or file.is_file()]
-    content: dict[str, Any] = {}
-    for file in dict.fromkeys(files or [configuration]):
-        own = read_yaml(file)
-        if not isinstance(own, Mapping | None):
-            raise SettingsError(str(file), "holds no keys with values", "Write it as keys with values")
-        content = _merged(content, own or {})
-    return Settings.checked(content, configuration)
+def _start_ups(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
+    """Findings in the sheet of measured starts of rotation, if there is one, and in the files that it lists."""
+    try:
+        listings = read_start_ups(settings)
+    except SettingsError as error:
+        yield Finding.of(error)
+        return
+    for listing in listings.values():
+        checked.start_ups += 1
+        yield from map(Finding.of, listing.faults)
+        if not listing.faults:
+            yield from _start_up(listing.load(), f"{settings.start_up_sheet}, '{listing.name}'", logs)
 
 
-def _merged(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(content)
-    for key, value in changes.items():
-        before = merged.get(key)
-        merged[key] = _merged(before, value) if isinstance(before, Mapping) and isinstance(value, Mapping) else value
-    return merged
+def _start_up(start: StartUp, where: str, logs: bool) -> Iterator[Finding]:
+    """Findings in the files of a start of rotation and in what its row asks of them."""
+    from drillid.config.described_well import DescribedWell
+    from drillid.simulation.start_up_files import read_start_up, read_survey
+
+    described = yield from _read(DescribedWell.from_yaml, start.description)
+    survey = yield from _read(read_survey, start.survey)
+    if logs:
+        yield from _read(read_start_up, start.log)
+    if described is not None and survey is not None:
+        try:
+            described.model(survey, start.depth, start.fitted).rig()
+        except DrillidError as error:
+            yield Finding(where, f"{error.where}: {error.what}", error.remedy)
+
+
+def _read(read: Callable[[Path], Content], path: Path) -> Generator[Finding, None, Content | None]:
+    """Finding in a file that cannot be used; returns what is read of a sound one."""
+    try:
+        return read(path)
+    except DrillidError as error:
+        yield Finding.of(error)
+        return None
 
 
 def _well(

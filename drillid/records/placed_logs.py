@@ -39,8 +39,8 @@ class PlacedLog:
     samples: int
     end: End | None
     problems: tuple[Problem, ...]
-    unforeseen: bool = False
-    """Whether the program is at fault, so that the log is tried again."""
+    again: bool = False
+    """Whether program or machine are at fault, so that the log is tried again."""
 
     @classmethod
     def of(cls, content: dict[str, Any]) -> Self:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _PIECE = 1_200_000
 """Number of samples written at once, a whole number of the store's chunks."""
 _FAILS_THE_JOB = (OSError, MemoryError)
-"""Faults of the machine rather than of a log; readers turn those of reading a file into `LogError`."""
+"""Faults of the machine that concern more than a log; readers turn those of reading a file into `LogError`."""
 _NO_SLOW_LOGS = SlowLogs()
 _RATE_TOLERANCE = 0.01
 """Largest relative deviation of the rate of a log's stamps from the nominal rate."""
@@ -79,7 +79,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
                 for begin in range(0, log.samples, _PIECE):
                     piece = samples.isel(time=slice(begin, begin + _PIECE)).load().drop_encoding()
                     append(piece.assign(log=("time", np.full(piece.sizes["time"], number))))
-            if not log.unforeseen:
+            if not log.again:
                 memo.found[earlier.key(path, end)] = asdict(log)
             end = log.end
             placed.append(log)
@@ -96,7 +96,7 @@ def process(well: Well, folders: WellFolders, settings: Settings) -> list[Proble
         for path, log in zip(logs, placed, strict=True)
         for problem in log.problems
     ]
-    problems += [Problem(error.where, error.what, error.remedy) for error in slow.problems(times)]
+    problems += map(Problem.of, slow.problems(times))
     memo.save()
     return problems
 
@@ -127,8 +127,9 @@ def _placed_log(
     except _FAILS_THE_JOB:
         raise
     except Exception as error:  # one log must not take the well's other logs along
-        unforeseen = not isinstance(error, DrillidError)
-        return PlacedLog(state, "", 0, 0, end, (_refusal(path, error),), unforeseen), None
+        problem = _refusal(path, error)
+        again = problem.again or not isinstance(error, DrillidError)
+        return PlacedLog(state, "", 0, 0, end, (problem,), again), None
     notes = tuple(Problem(path.name, what, remedy) for what, remedy in (*record.notes, *late))
     return PlacedLog(state, samples_key(samples), 0, samples.sizes["time"], record.end, notes), samples
 
@@ -164,7 +165,7 @@ def _start(log: Source) -> int:
 def _refusal(path: Path, error: Exception) -> Problem:
     """The problem of a log that is not used; for an unforeseen error, with the place in the library."""
     if isinstance(error, DrillidError):
-        return Problem(error.where, error.what, error.remedy)
+        return Problem.of(error)
     place = place_in_library(error)
     message = (str(error) or "no message").splitlines()[0]
     return Problem(

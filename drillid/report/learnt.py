@@ -13,12 +13,12 @@ def learnt_rows(results: Path) -> list[dict[str, Any]]:
     path = Path(results) / LEARNT
     if not path.exists():
         return []
-    table = read_table(path, keep_default_na=False)
+    table = read_table(path, dtype={"well": str, "sentence": str}, keep_default_na=False)
     return [
         {
-            "well": str(row["well"]),
+            "well": row["well"],
             "depths": str(QUANTITIES["depth"].text(float(row["from_m"]), float(row["to_m"]))),
-            "sentence": str(row["sentence"]),
+            "sentence": row["sentence"],
         }
         for row in table.to_dict("records")
     ]

@@ -55,9 +55,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
     results, listings = Path(results), read_sheets(settings)
     pages = results / PAGES
     pages.mkdir(parents=True, exist_ok=True)
-    name, content = bokeh_script()
-    if not (pages / name).exists():
-        (pages / name).write_bytes(content)
+    name = _write_script(pages)
     problems = read_table(results / "problems.csv", dtype=str, keep_default_na=False)
     basis = [source_hash("drillid.report.page", "drillid.config.rig"), template_hash(), name, drillid.__version__]
     neighbours = dict(zip(wells, zip(["", *wells], [*wells[1:], ""], strict=False), strict=False))
@@ -66,7 +64,7 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
         began, folders = time.process_time(), WellReadOnce(results, well)
         summaries.append(_summary(settings, folders, listings[well], problems, neighbours[well], basis))
         spent[well] = time.process_time() - began
-    groups = write_rig_pages(results, pages)
+    groups = write_rig_pages(results, pages, {listings[well].name: well for well in wells})
     kept = {
         name,
         *(f"{well}.{end}" for well in wells for end in ("html", "json")),
@@ -78,6 +76,15 @@ def write_report(settings: Settings, results: Path, wells: Sequence[str]) -> dic
     starts = start_up_rows(results, read_start_ups(settings), problems)
     write_whole(results / "report.html", fleet_page(settings, results, summaries, groups, starts))
     return spent
+
+
+def _write_script(pages: Path) -> str:
+    """Write the script that all pages share, unless it is there as a whole; its name."""
+    name, content = bokeh_script()
+    script = pages / name
+    if not script.exists() or script.stat().st_size != len(content):
+        write_whole(script, content)
+    return name
 
 
 def _summary(

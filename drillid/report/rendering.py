@@ -10,7 +10,6 @@ from urllib.parse import quote
 
 import numpy as np
 
-from drillid.config.folders import folder_of
 from drillid.discrepancy.catalogue import words_of
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES
 from drillid.report.attention import URGENCY, interval_explanation, interval_gain, interval_lead, interval_text
@@ -65,7 +64,6 @@ def _environment() -> Environment:
         "interval_explanation": interval_explanation,
         "words_of": words_of,
         "address": quote,
-        "folder_of": folder_of,
         "bar_length": bar_length,
     }
     environment.globals |= {"parameters": DISPLAYED_PARAMETERS, "figures": FIGURES, "urgency": URGENCY}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from markupsafe import Markup
 
 import drillid
@@ -19,24 +20,27 @@ from drillid.report.rendering import render
 from drillid.report.verdicts import capitalised, headline, percent, signed_size
 
 COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
+_TEXTS = ("shared", "name", "verdict", "family", "cause", "unit", "well", "standing", "reason")
+"""Columns of both tables that are texts, even where they look like numbers."""
 
 
-def write_rig_pages(results: Path, pages: Path) -> list[dict[str, Any]]:
+def write_rig_pages(results: Path, pages: Path, folders: Mapping[str, str]) -> list[dict[str, Any]]:
     """Write a page for each group of wells; what the fleet's page tells of each: heading, file and text.
 
     Without the tables of common causes there is none.
+
+    Parameters
+    ----------
+    folders : of the wells that have pages, by their names
     """
     if not (results / COMMON_CAUSES).exists():
         return []
-    groups = read_table(results / COMMON_CAUSES, keep_default_na=False, na_values=["", "nan"])
-    standings = read_table(results / STANDINGS, keep_default_na=False, na_values=["", "nan"])
+    groups, standings = _read(results / COMMON_CAUSES), _read(results / STANDINGS)
     links = []
     for group in groups.to_dict("records"):
         named = {str(name): value for name, value in group.items()}
-        file = f"{named['shared']}-{folder_of(str(named['name']))}.html"
-        own = standings[
-            (standings["shared"] == named["shared"]) & (standings["name"].astype(str) == str(named["name"]))
-        ]
+        file = f"{named['shared']}-{folder_of(named['name'])}.html"
+        own = standings[(standings["shared"] == named["shared"]) & (standings["name"] == named["name"])]
         page = render(
             "rig.html.j2",
             group=named,
@@ -44,11 +48,16 @@ def write_rig_pages(results: Path, pages: Path) -> list[dict[str, Any]]:
             heading=heading(named),
             p_values={name: digits(float(named[name]), 2) for name in ("p_value", "heterogeneity_p_value")},
             standings=own.to_dict("records"),
+            folders=folders,
             version=drillid.__version__,
         )
         write_whole(pages / file, page)
         links.append({"heading": heading(named), "file": file, "text": common_text(named)})
     return links
+
+
+def _read(path: Path) -> pd.DataFrame:
+    return read_table(path, dtype=dict.fromkeys(_TEXTS, str), keep_default_na=False, na_values=[""])
 
 
 def heading(group: Mapping[str, Any]) -> str:

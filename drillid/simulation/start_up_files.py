@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.errors import LogError
+from drillid.errors import LogError, SettingsError
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import RATE, STATISTICS_DELAY, StartUp
 from drillid.simulation.start_up_fit import MeasuredStartUp
@@ -53,15 +53,16 @@ def read_survey(path: Path) -> Survey:
     Raises
     ------
     LogError
-        If the file cannot be read or lacks a column.
-    SettingsError
-        If the stations do not form a survey.
+        If the file cannot be read, lacks a column, or its stations do not form a survey.
     """
     table = read_table(path, ("depth_m", "inclination_deg"))
     if "azimuth_deg" in table:
         table = read_table(path, ("depth_m", "inclination_deg", "azimuth_deg"))
     azimuth = table["azimuth_deg"].to_numpy(float) if "azimuth_deg" in table else 0.0
-    return Survey.from_degrees(table["depth_m"].to_numpy(float), table["inclination_deg"].to_numpy(float), azimuth)
+    try:
+        return Survey.from_degrees(table["depth_m"].to_numpy(float), table["inclination_deg"].to_numpy(float), azimuth)
+    except SettingsError as error:
+        raise LogError(str(path), error.what, error.remedy) from error
 
 
 def read_top_speed(path: Path) -> tuple[float, Floats]:

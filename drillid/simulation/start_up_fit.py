@@ -11,6 +11,7 @@ import numpy as np
 
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
+from drillid.physics.nonlinear import NonlinearRig
 from drillid.physics.soft_string import Survey
 from drillid.simulation.start_up import RATE, StartUp, WellEquipment, WellFriction, rig_at, start_up
 from drillid.units import RPM
@@ -140,10 +141,20 @@ class StartUpModel:
         equipment = replace(self.equipment, pipe_shear_modulus=1e9 * modulus)
         return replace(self, equipment=equipment, friction=replace(self.friction, **found))
 
+    def rig(self, factor: float = 1.0) -> NonlinearRig:
+        """The rig with all friction times a factor.
+
+        Raises
+        ------
+        SettingsError
+            If the bit cannot be at the depth; see `rig_at`.
+        """
+        friction = replace(self.friction, sliding=self.friction.sliding * factor)
+        return rig_at(self.depth, self.survey, self.equipment, friction)
+
     def simulated(self, log: MeasuredStartUp, factor: float = 1.0) -> StartUp:
         """The start of rotation under the log's top-drive speed, with all friction times a factor."""
-        friction = replace(self.friction, sliding=self.friction.sliding * factor)
-        return start_up(rig_at(self.depth, self.survey, self.equipment, friction), log.top_speed, FITTING_STEP)
+        return start_up(self.rig(factor), log.top_speed, FITTING_STEP)
 
     def squared_errors(self, log: MeasuredStartUp) -> Floats:
         """Squared errors of torque and bit speed in the units that count alike, averaged over JITTER, (samples,)."""

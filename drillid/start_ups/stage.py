@@ -12,7 +12,7 @@ from drillid.config.described_well import DescribedWell, write_fitted
 from drillid.datasets.store import Problem, WellFolders
 from drillid.simulation.start_up import RATE
 from drillid.simulation.start_up_files import read_start_up, read_survey
-from drillid.simulation.start_up_fit import BOUNDS, USUAL, MeasuredStartUp, StartUpModel
+from drillid.simulation.start_up_fit import BOUNDS, MeasuredStartUp
 from drillid.start_ups.judging import DESCRIBED, FITTED, Judged, judged
 from drillid.units import RPM
 
@@ -37,15 +37,7 @@ def process(start_up: StartUp, folders: WellFolders, settings: Settings) -> list
     from drillid.figures.start_up import draw
 
     described, log = DescribedWell.from_yaml(start_up.description), read_start_up(start_up.log)
-    fitted = start_up.fitted or USUAL
-    before = StartUpModel(
-        described.described_equipment,
-        read_survey(start_up.survey),
-        start_up.depth,
-        described.described_friction,
-        fitted,
-        "assembly_rest" not in fitted,
-    )
+    before = described.model(read_survey(start_up.survey), start_up.depth, start_up.fitted)
     seen = settings.start_ups.seen_share * log.duration
     after = before.fit(log, seen, settings.start_ups.evaluations)
     found = judged({DESCRIBED: before, FITTED: after}, log, seen)

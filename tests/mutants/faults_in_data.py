@@ -259,6 +259,14 @@ IN_DATA = (
     Fault(
         "fleet",
         "drillid/fleet/mirror.py",
+        "gone = (written & there.keys()) - local.keys()",
+        "gone = there.keys() - local.keys()",
+        ("tests/workflow/test_mirror.py::test_what_others_keep_in_a_place_is_never_deleted",),
+        "files of others in the place of a copy are deleted",
+    ),
+    Fault(
+        "fleet",
+        "drillid/fleet/mirror.py",
         'if "version" in listing and listing["version"] not in _remembered(results, mirror):',
         'if "version" in listing and not results.exists():',
         ("tests/workflow/test_mirror.py::test_results_that_do_not_go_on_from_the_copy_never_overwrite_it",),

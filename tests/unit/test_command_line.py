@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 import drillid
 from drillid.commands import app
+from drillid.config.settings import Settings
+from drillid.errors import SettingsError
 from drillid.fleet.command import RunOutcome
 from drillid.simulation.start_up_files import COLUMNS, ramped_speed
 from drillid.units import RPM
@@ -135,6 +137,47 @@ def test_a_first_use_says_why_it_takes_long(tmp_path: Path, monkeypatch: pytest.
     result = CliRunner().invoke(app, ["fit", str(log), "--rig", str(rig)])
     assert "compiling its kernels, once after installation" in result.stderr
     assert "rig.yaml" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "reader"),
+    [
+        (["draw", "W1", "evidence", "--output", "a.pdf", "--configfile"], "drillid.figures.data.stored_results"),
+        (["report", "--configfile"], "drillid.config.sheets.read_sheets"),
+        (["view", "--no-browser"], "drillid.report.explorer.wells"),
+        (["fit", "a.csv", "--rig", "rig.yaml", "--configfile"], "drillid.identification.identify"),
+        (["tune", "a.csv", "--rig", "rig.yaml", "--configfile"], "drillid.identification.identify"),
+        (["inspect", "a.csv", "--configfile"], "drillid.inspection.inspect.inspect"),
+        (["check"], "drillid.records.check.read_sheets"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_every_command_reads_the_configuration_that_a_run_would(
+    words: list[str], reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("results: here\nwindows: {length_s: 300, overlap: 0.5}\n")
+    (tmp_path / "config/other.yaml").write_text("windows: {length_s: 200}\n")
+    (tmp_path / "here").mkdir()
+    for name in ("a.csv", "here/problems.csv"):
+        (tmp_path / name).touch()
+    found: list[Settings] = []
+
+    def noted(*given: object) -> None:
+        for each in given:
+            found.extend(part for part in (each.values() if isinstance(each, dict) else [each]) if is_settings(part))
+        raise SettingsError("a test", "needs no more", "Go on")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(reader, noted)
+    monkeypatch.setattr("drillid.compiled.is_compiled", lambda *_: True)
+    result = CliRunner().invoke(app, [*words, "config/other.yaml"])
+    assert "a test" in result.output, result.output
+    assert [(each.results, each.windows.length_s, each.windows.overlap) for each in found] == [("here", 200, 0.5)]
+
+
+def is_settings(value: object) -> bool:
+    return isinstance(value, Settings)
 
 
 def test_a_run_tells_programs_how_it_ended(monkeypatch: pytest.MonkeyPatch) -> None:

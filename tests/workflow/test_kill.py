@@ -42,15 +42,24 @@ def wells(finished_wells: tuple[Checkout, float], tmp_path: Path) -> Checkout:
     return Checkout(shutil.copytree(finished_wells[0].root, tmp_path / "checkout"))
 
 
+def manifests(checkout: Checkout) -> dict[str, int]:
+    """When each manifest was written."""
+    results = checkout.root / "results/main"
+    return {str(path.relative_to(results)): path.stat().st_mtime_ns for path in results.glob("*/*.json")}
+
+
 def test_a_second_run_at_once_is_refused_and_a_signal_ends_all_processes_of_the_first(wells: Checkout) -> None:
     (wells.root / "raw/d.csv").write_text("slow")
     first = started(wells, *FIRST)
     until = time.monotonic() + 60
     while not (wells.root / "journal.txt").exists() and time.monotonic() < until:
         time.sleep(0.1)
-    second = run(wells, *FIRST)
-    assert second.returncode == 1
-    assert "another run works on these results (process" in second.stderr
+    before = manifests(wells)
+    for words in (FIRST, ("--config", "fits={starts: 3}")):
+        second = run(wells, *words)
+        assert second.returncode == 1
+        assert "another run works on these results (process" in second.stderr
+        assert manifests(wells) == before
     assert first.poll() is None
     processes = family(first)
     assert len(processes) > 3

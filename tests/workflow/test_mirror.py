@@ -1,5 +1,6 @@
 """Results on a store that speaks S3: a copy that each run brings up to date, and from which another machine goes on."""
 
+import json
 import shutil
 import time
 from collections.abc import Iterator
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import fsspec
 import pytest
+from fsspec.implementations.local import LocalFileSystem
 
 from drillid.errors import SettingsError
 from drillid.fleet import mirror_lock
@@ -15,7 +17,7 @@ from drillid.fleet.manifest import KEY
 from drillid.fleet.mirror import Changes, hold_mirror, restore, update_mirror
 from tests.s3 import BUCKET, store
 from tests.workflow.killed import digests
-from tests.workflow.toys import Checkout
+from tests.workflow.toys import Checkout, jobs_in
 
 PLACE = f"{BUCKET}/fleets/main"
 MIRROR = f"s3://{PLACE}"
@@ -136,6 +138,24 @@ def test_another_machine_waits_until_the_first_is_done_or_gone(
     hold_mirror(other, mirror)()
 
 
+def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finished: Checkout) -> None:
+    share, results = finished.root / "share", finished.root / "results/main"
+    words = ("--config", f"mirror={share}")
+    finished.run(*words)
+    results.rename(finished.root / "elsewhere")
+    output = finished.run("--dry-run", *words)
+    assert f"results/main is not there; a run begins with its copy in {share}" in output
+    assert "records W1" in jobs_in(output)
+    assert not results.exists()
+    release = hold_mirror(finished.root / "elsewhere", str(share))
+    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    assert not results.exists()
+    release()
+    finished.journal()
+    assert "was fetched from" in finished.run(*words)
+    assert finished.journal() == []
+
+
 def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Path, tmp_path: Path) -> None:
     mirror, other = str(tmp_path / "share/main"), tmp_path / "other/main"
     update_mirror(results, mirror, results / "mirror.json")
@@ -155,3 +175,108 @@ def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Pat
 def test_a_bucket_that_is_not_there_is_named(results: Path, bucket: fsspec.AbstractFileSystem) -> None:
     with pytest.raises(SettingsError, match="s3://nowhere/main cannot be reached or written"):
         update_mirror(results, "s3://nowhere/main", results / "mirror.json")
+
+
+def test_what_others_keep_in_a_place_is_never_deleted(results: Path, tmp_path: Path) -> None:
+    share = tmp_path / "share"
+    (share / "other project").mkdir(parents=True)
+    (share / "other project/thesis.docx").write_text("precious")
+    (share / mirror_lock.LOCK).write_text("a lock of something else")
+    before = digests(share)
+    for refused in (
+        lambda: update_mirror(results, str(share), results / "mirror.json"),
+        lambda: hold_mirror(results, str(share)),
+    ):
+        with pytest.raises(SettingsError, match=r"share holds files, but no copy of results\. Name an empty folder"):
+            refused()
+    assert digests(share) == before
+    assert (share / mirror_lock.LOCK).read_text() == "a lock of something else"
+    shutil.rmtree(share)
+    share.mkdir()
+    update_mirror(results, str(share), results / "mirror.json")
+    (share / "fits/W1/notes.txt").write_text("of a colleague")
+    shutil.rmtree(results / "fits/W1")
+    assert update_mirror(results, str(share), results / "mirror.json") == Changes(0, 2)
+    assert [path.name for path in (share / "fits/W1").rglob("*") if path.is_file()] == ["notes.txt"]
+
+
+def test_a_bucket_with_other_objects_is_left_alone(results: Path, bucket: fsspec.AbstractFileSystem) -> None:
+    bucket.pipe_file(f"{BUCKET}/thesis.docx", b"precious")
+    with pytest.raises(SettingsError, match=f"s3://{BUCKET} holds files, but no copy of results"):
+        update_mirror(results, f"s3://{BUCKET}", results / "mirror.json")
+    # beside them there may be a copy
+    assert update_mirror(results, MIRROR, results / "mirror.json") == Changes(7, 0)
+    assert bucket.cat_file(f"{BUCKET}/thesis.docx") == b"precious"
+
+
+@pytest.mark.parametrize("place", ["main", "main/copy", ".", "link"])
+def test_a_copy_is_apart_from_the_results(results: Path, tmp_path: Path, place: str) -> None:
+    (tmp_path / "link").symlink_to(results)
+    before = digests(tmp_path)
+    for refused in (
+        lambda: update_mirror(results, str(tmp_path / place), results / "mirror.json"),
+        lambda: hold_mirror(results, str(tmp_path / place)),
+    ):
+        with pytest.raises(SettingsError, match=f"and the results in {results} lie in one another"):
+            refused()
+    assert digests(tmp_path) == before
+
+
+def test_a_copy_of_an_earlier_version_is_recognised(results: Path, tmp_path: Path) -> None:
+    share = tmp_path / "share"
+    update_mirror(results, str(share), results / "mirror.json")
+    listing = json.loads((share / "mirror.json").read_text())
+    (share / "mirror.json").write_text(json.dumps({name: listing[name] for name in ("mirror", "files")}))
+    (results / ".mirror").unlink()
+    hold_mirror(results, str(share))()
+    (results / "fits/W2.json").unlink()
+    assert update_mirror(results, str(share), results / "mirror.json") == Changes(0, 1)
+
+
+def test_a_copy_whose_listing_was_cut_off_is_written_anew(results: Path, tmp_path: Path) -> None:
+    share = tmp_path / "share"
+    update_mirror(results, str(share), results / "mirror.json")
+    (share / "mirror.json").write_text('{"mirror": "')
+    assert update_mirror(results, str(share), results / "mirror.json") == Changes(7, 0)
+    assert restore(tmp_path / "other/main", str(share))
+
+
+@pytest.mark.parametrize("well", ["raw", "logs", "benchmarks", "W.part"])
+def test_wells_of_any_name_are_copied(results: Path, tmp_path: Path, well: str) -> None:
+    for name in ("raw", "logs", "benchmarks", "fleet.part"):
+        (results / name).mkdir()
+        (results / name / "a.log").write_text("of this machine alone")
+    (results / "fits/W1/fits.part").mkdir()
+    (results / "fits/W1/fits.part/zarr.json").write_text("half written")
+    (results / "fits/W1").rename(results / "fits" / well)
+    share = tmp_path / "share"
+    assert update_mirror(results, str(share), results / "mirror.json") == Changes(7, 0)
+    assert (share / "fits" / well / KEY).exists()
+
+
+def test_an_update_that_was_killed_leaves_a_copy_of_what_is_whole(
+    results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    share, other, data = tmp_path / "share", tmp_path / "other/main", results / "fits/W1/fits.zarr/zarr.json"
+    update_mirror(results, str(share), results / "mirror.json")
+    data.write_text('{"a": 1}')
+    data.with_name("later").write_text("gone before the next run")
+    put = LocalFileSystem.put
+
+    def killed_before_keys(system: LocalFileSystem, files: list[str], *words: object) -> None:
+        if any(Path(name).name == KEY for name in files):
+            raise OSError("the machine died")
+        put(system, files, *words)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LocalFileSystem, "put", killed_before_keys)
+        with pytest.raises(SettingsError, match="the machine died"):
+            update_mirror(results, str(share), results / "mirror.json")
+    assert restore(other, str(share))
+    assert [path.parent.name for path in other.rglob(KEY)] == ["W2"]
+    # without manifests, tables and report the next run makes sure of everything
+    assert {path.relative_to(other).parts[0] for path in other.rglob("*")} == {"fits", "mirror.json", ".mirror"}
+    data.with_name("later").unlink()
+    update_mirror(results, str(share), results / "mirror.json")
+    shutil.rmtree(results / "fits/.previous")
+    assert digests(share) == digests(results)

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import zipfile
+from pathlib import Path
 
 from tests.workflow import killed
 from tests.workflow.toys import Checkout, jobs_in
@@ -69,6 +70,33 @@ def test_a_deleted_folder_of_a_well_is_made_again_and_the_other_wells_are_kept(f
     assert finished.journal() == ["spectra W1"], "mobility is kept, as it would be the same"
     assert (finished.root / "results/main/figures/W1/figure_6.png").is_file()
     assert finished.would_run("--until", "mobility") == []
+
+
+def state(results: Path) -> dict[str, tuple[int, bytes]]:
+    """Time and content of everything in the results."""
+    files = [path for path in sorted(results.rglob("*")) if path.is_file()]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in files}
+
+
+def test_a_dry_run_says_what_is_out_of_date_and_why_and_changes_nothing(finished: Checkout) -> None:
+    results = finished.root / "results/main"
+    before = state(results)
+    other = finished.run("--dry-run", "--config", "fits={starts: 3}")
+    assert "fits W1" in jobs_in(other)
+    assert "fits: other code, settings or rig descriptions" in other
+    assert state(results) == before
+    assert finished.would_run() == []
+    shutil.rmtree(results / "spectra/W1")
+    (results / "report/W-2.html").unlink()
+    before = state(results)
+    jobs = finished.run("--dry-run")
+    assert {"spectra W1", "report"} < set(jobs_in(jobs))
+    assert "spectra W-2" not in jobs_in(jobs)
+    assert "spectra: W1 not finished" in jobs
+    assert "report: page of W-2 missing" in jobs
+    assert state(results) == before
+    assert jobs_in(finished.run("--dry-run", "--until", "mobility")) == ["spectra W1", "mobility W1"]
+    assert jobs_in(finished.run("--dry-run", "--omit-from", "spectra")) == []
 
 
 def test_other_settings_are_seen_without_the_notes_of_snakemake(finished: Checkout) -> None:

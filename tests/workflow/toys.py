@@ -43,12 +43,12 @@ from drillid.datasets.store import Problem
 def process(well, folders, settings):
     with Path("journal.txt").open("a") as journal:
         journal.write("{stage} " + well.name + " " + str(os.getpid()) + "\\n")
-    if "{stage}" == "start_ups" and not well.log.exists():
+    if "{stage}" == "start_ups" and not os.path.exists(well.log):
         raise LogError(str(well.log), "does not exist", "Check the path in its sheet")
     if "{stage}" == "records":
         # a missing log is a fault of the input, as the real readers say; any other OSError is one of the machine
         for log in well.logs:
-            if not log.exists():
+            if not os.path.exists(log):
                 raise LogError(str(log), "does not exist", "Check the path in the logs sheet")
         text = "".join(log.read_text() for log in well.logs)
         if "die" in text:

@@ -20,7 +20,8 @@ from drillid.fleet.command import OUTCOME
 from drillid.fleet.fork_server import served
 from drillid.fleet.installation import workflow_of_library
 from drillid.fleet.lock import hold_results, name_run
-from drillid.fleet.plan import Plan, prepare_environment
+from drillid.fleet.manifest import marks
+from drillid.fleet.plan import REPORT, Plan, prepare_environment
 from drillid.errors import DrillidError
 from drillid.fleet.stages import START_UPS, STAGES
 
@@ -32,12 +33,17 @@ def hand_over(outcome):
     return OUTCOME in os.environ
 
 
+DRY_RUN = workflow.output_settings.dryrun
+
 prepare_environment(CHECKOUT if CHECKOUT.is_dir() else workflow_of_library())
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()
-    if workflow.is_main_process and PLAN.restore_results():
-        logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
+    if workflow.is_main_process and PLAN.starts_from_copy:
+        if DRY_RUN:
+            logger.info(f"{PLAN.settings.results} is not there; a run begins with its copy in {PLAN.settings.mirror}")
+        elif PLAN.restore_results():
+            logger.info(f"{PLAN.settings.results} was fetched from {PLAN.settings.mirror}")
 except DrillidError as error:
     hand_over({"line": f"Nothing was done: {error}"})
     raise WorkflowError(str(error)) from None
@@ -46,10 +52,19 @@ BATCHES = PLAN.batches
 RELEASES = contextlib.ExitStack()
 BATCH_OF = {well: batch for batch, wells in BATCHES.items() for well in wells}
 
+# what is out of date is deleted before Snakemake looks; where nothing may be deleted, it gets an input that is new
+REFUSALS, MARKS = [], {}
 if workflow.is_main_process:
     name_run()
-    PLAN.drop_untrue_manifests()
-    PLAN.age_incomplete_report()
+    if OUT_OF_DATE := PLAN.out_of_date():
+        try:
+            if not DRY_RUN:
+                PLAN.drop_out_of_date()
+        except DrillidError as error:
+            # Snakemake may be asked for no more than a summary
+            REFUSALS.append(str(error))
+        if DRY_RUN or REFUSALS:
+            MARKS = marks(OUT_OF_DATE, workflow.snakemake_tmp_dir)
     atexit.register(lambda: tell_where_nothing_is_done())
 
 
@@ -91,6 +106,11 @@ def dependencies(stage, names=wells):
     return {name: parameter(name) for name in ("wells", "source", "settings", "rigs", "logs", "made_from")}
 
 
+def again(output):
+    """Input of a rule whose output is out of date where that may not be deleted, and so says why; else nothing."""
+    return lambda wildcards: MARKS.get(str(Path(PLAN.settings.results, output.format(**wildcards))), [])
+
+
 def manifests(stage):
     """Manifests of all batches: what waits for them has all wells."""
     return expand(f"<results>/{stage}/{{batch}}.json", batch=BATCHES)
@@ -128,6 +148,8 @@ def mirrored():
 
 def begin():
     """Keep other runs away from the results, and other machines from their copy."""
+    for refusal in REFUSALS:
+        raise WorkflowError(refusal)
     try:
         hold_results(Path(PLAN.settings.results))
         RELEASES.callback(PLAN.hold_mirror())

@@ -9,6 +9,7 @@ rule depth:
         mobility="<results>/mobility/{batch}.json",
         fits="<results>/fits/{batch}.json",
         discrepancy="<results>/discrepancy/{batch}.json",
+        again=again("depth/{batch}.json"),
     output:
         manifest="<results>/depth/{batch}.json",
     log:

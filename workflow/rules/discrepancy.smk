@@ -8,6 +8,7 @@ rule discrepancy:
         spectra="<results>/spectra/{batch}.json",
         mobility="<results>/mobility/{batch}.json",
         fits="<results>/fits/{batch}.json",
+        again=again("discrepancy/{batch}.json"),
     output:
         manifest="<results>/discrepancy/{batch}.json",
     log:

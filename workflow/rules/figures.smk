@@ -10,6 +10,7 @@ rule figures:
         fits="<results>/fits/{batch}.json",
         discrepancy="<results>/discrepancy/{batch}.json",
         depth="<results>/depth/{batch}.json",
+        again=again("figures/{batch}.json"),
     output:
         manifest="<results>/figures/{batch}.json",
     log:

@@ -6,6 +6,7 @@ rule fits:
         windows="<results>/windows/{batch}.json",
         spectra="<results>/spectra/{batch}.json",
         mobility="<results>/mobility/{batch}.json",
+        again=again("fits/{batch}.json"),
     output:
         manifest="<results>/fits/{batch}.json",
     log:

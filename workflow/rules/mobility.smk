@@ -4,6 +4,7 @@
 rule mobility:
     input:
         spectra="<results>/spectra/{batch}.json",
+        again=again("mobility/{batch}.json"),
     output:
         manifest="<results>/mobility/{batch}.json",
     log:

@@ -4,6 +4,7 @@
 rule records:
     input:
         logs=raw_logs,
+        again=again("records/{batch}.json"),
     output:
         manifest="<results>/records/{batch}.json",
     log:

@@ -13,6 +13,7 @@ rule report:
         depth=manifests("depth"),
         figures=manifests("figures"),
         start_ups=start_up_manifests(),
+        again=again(REPORT),
     output:
         html=report(
             "<results>/report.html",

@@ -5,6 +5,7 @@ rule spectra:
     input:
         records="<results>/records/{batch}.json",
         windows="<results>/windows/{batch}.json",
+        again=again("spectra/{batch}.json"),
     output:
         manifest="<results>/spectra/{batch}.json",
     log:

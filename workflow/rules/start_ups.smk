@@ -4,6 +4,7 @@
 rule start_ups:
     input:
         files=lambda wildcards: PLAN.start_up_files(wildcards.start_up),
+        again=again("start_ups/{start_up}.json"),
     output:
         manifest="<results>/start_ups/{start_up}.json",
     log:

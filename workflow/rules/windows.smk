@@ -4,6 +4,7 @@
 rule windows:
     input:
         records="<results>/records/{batch}.json",
+        again=again("windows/{batch}.json"),
     output:
         manifest="<results>/windows/{batch}.json",
     log:

@@ -1,6 +1,6 @@
 """What is read of a well, who shares what, and the tables."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from drillid.common_causes.stage import (
     standing_table,
     write_common_causes,
 )
-from drillid.common_causes.verdicts import SHARES
+from drillid.common_causes.verdicts import SHARES, CommonVerdict, Standing
 from drillid.config.settings import CommonCausesSettings, Settings
 from drillid.datasets.store import WellFolders
 from drillid.datasets.tables import write_table
@@ -91,17 +91,37 @@ def test_tables_and_pages_of_a_fleet(for_sisters: Processed, tmp_path: Path) -> 
     assert table.empty or table["verdict"].tolist() == ["none"]
     pages = tmp_path / "pages"
     pages.mkdir()
-    assert len(write_rig_pages(results, pages)) == len(table) == len(list(pages.iterdir()))
+    assert len(write_rig_pages(results, pages, {})) == len(table) == len(list(pages.iterdir()))
 
 
 def test_a_refused_size_is_told_for_all_wells(tmp_path: Path) -> None:
     (judged,) = judge_fleet(wells(0.05), CommonCausesSettings())
     write_table(common_table([judged.verdict]), tmp_path / COMMON_CAUSES)
     write_table(standing_table(judged.standings), tmp_path / STANDINGS)
-    (link,) = write_rig_pages(tmp_path, tmp_path)
+    (link,) = write_rig_pages(tmp_path, tmp_path, {})
     page = (tmp_path / link["file"]).read_text()
     assert "nothing that they all have in common" in link["text"]
     assert "<td>All wells</td><td>drive lag</td><td>at bound</td>" in page
+
+
+@pytest.mark.parametrize("names", [("101", "102"), ("007", "1e3"), ("nan", "34/10-A-12 H")])
+def test_wells_and_groups_of_any_name_are_named_and_linked_as_the_sheet_does(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
+    verdict = dict.fromkeys((each.name for each in fields(CommonVerdict)), float("nan"))
+    standing = dict.fromkeys((each.name for each in fields(Standing)), float("nan"))
+    group = {"shared": "section", "name": "8.50", "cause": "drive_lag"}
+    sized = {"verdict": "drive_lag", "unit": "s", "wells": 2, "probability": 0.9, "size": 0.05}
+    common = pd.DataFrame([verdict | group | sized | {"size_low": 0.048, "size_high": 0.052}])
+    rows = [standing | group | {"well": name, "standing": "shares it", "reason": ""} for name in names]
+    write_table(common, tmp_path / COMMON_CAUSES)
+    write_table(pd.DataFrame(rows), tmp_path / STANDINGS)
+    # the second well has no page of its own any more
+    (link,) = write_rig_pages(tmp_path, tmp_path, {names[0]: "its-own-folder"})
+    assert (link["heading"], link["file"]) == ("Section 8.50", "section-8.50.html")
+    page = (tmp_path / link["file"]).read_text()
+    assert f'<td><a href="its-own-folder.html">{names[0]}</a></td>' in page
+    assert f"<td>{names[1]}</td>" in page
 
 
 def test_what_wells_share_is_told_as_a_driller_would() -> None:

@@ -1,6 +1,7 @@
 """Every number of settings and descriptions has bounds, and what lies beyond them is refused with its unit."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, get_args
 
 import annotated_types
@@ -100,3 +101,23 @@ def test_a_setting_beyond_its_bounds_is_named_with_its_meaning(content: Any, wha
         Settings.checked(content, "config.yaml")
     assert what in error.value.what
     assert remedy in error.value.remedy
+
+
+def test_a_run_merges_its_configuration_over_that_of_the_folder_key_by_key(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    other = tmp_path / "other.yaml"
+    other.write_text("fits: {starts: 3}\n")
+    assert Settings.of_run(other) == Settings(fits={"starts": 3}), "a folder needs no configuration of its own"
+    (tmp_path / "config").mkdir()
+    own = tmp_path / "config/config.yaml"
+    own.write_text("fits: {starts: 5, error_rate: 0.01}\nlogs: there.tsv\n")
+    merged = Settings(fits={"starts": 3, "error_rate": 0.01}, logs="there.tsv")
+    assert Settings.of_run(other) == merged
+    assert Settings.of_run("config/config.yaml").fits.starts == 5
+    own.write_text("fit: {starts: 5}\n")
+    with pytest.raises(SettingsError, match=r"config/config\.yaml, .*other\.yaml: unknown key 'fit'"):
+        Settings.of_run(other)
+    with pytest.raises(SettingsError, match=r"none\.yaml: cannot be read"):
+        Settings.of_run(tmp_path / "none.yaml")

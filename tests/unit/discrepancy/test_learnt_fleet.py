@@ -8,6 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from drillid.datasets.store import WellFolders, write_store
+from drillid.datasets.tables import write_table
 from drillid.discrepancy.learning.fingerprint import Described, Fingerprint
 from drillid.discrepancy.learning.fleet import COLUMNS, LearntInWell, learnt_table, write_learnt
 from drillid.report.learnt import learnt_rows
@@ -40,6 +41,11 @@ def test_the_same_is_told_with_the_wells_of_the_rig_and_of_others() -> None:
     assert table.loc["E", "same_as"] == ""
     assert np.isnan(table.loc["E", "least_p_value"])
     assert table.loc["A", "least_p_value"] > 0.5
+
+
+def test_a_well_with_a_number_for_a_name_keeps_it(tmp_path: Path) -> None:
+    write_table(learnt_table([in_well("007", "R1", joint(3e-5, 0.7))]), tmp_path / "learnt.csv")
+    assert [row["well"] for row in learnt_rows(tmp_path)] == ["007"]
 
 
 def test_a_well_is_not_compared_with_itself() -> None:

@@ -41,6 +41,20 @@ def test_memory_goes_with_the_largest_log_and_its_format(tmp_path: Path, sizes: 
     assert several.memory_mb(tuple(several.wells)) == memory * several.threads(tuple(several.wells))
 
 
+def test_files_that_snakemake_would_take_for_patterns_or_cannot_be_looked_at_are_no_inputs(tmp_path: Path) -> None:
+    names = ["a.csv", "{word}.csv", "<word>.csv", "b[1].csv"]
+    for name in names:
+        (tmp_path / name).touch()
+    files = *(tmp_path / name for name in names), tmp_path / ("a" * 300), tmp_path / "missing.csv"
+    wells = {"W1": Listing("W1", tmp_path / "toy.yaml", files)}
+    starts = {"S1": Listing("S1", tmp_path / ("y" * 300), files)}
+    found = Plan(Settings(results=str(tmp_path / "results")), wells, starts)
+    expected = [str(tmp_path / name) for name in ("a.csv", "b[1].csv")]
+    assert found.logs(["W1"]) == expected
+    assert found.start_up_files("S1") == expected
+    assert found.outcome()["missing_logs"] == [str(path) for path in files[-2:]]
+
+
 def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: Path) -> None:
     wells = {name: Listing(name, tmp_path / "toy.yaml", ()) for name in ("W1", "W2", "W3")}
     found = Plan(Settings(results=str(tmp_path)), wells)
@@ -48,11 +62,14 @@ def test_a_manifest_goes_when_a_folder_is_gone_or_other_than_it_says(tmp_path: P
         (tmp_path / "fits" / well).mkdir(parents=True)
         (tmp_path / "fits" / well / KEY).write_text('{"key": "1"}')
         write_manifest(tmp_path / f"fits/{well}.json", [well], found.dependencies("fits", [well])["made_from"])
-    found.drop_untrue_manifests()
+    found.drop_out_of_date()
     assert len(list(tmp_path.glob("fits/*.json"))) == 3
     found.forget("fits", ["W2"])
     shutil.rmtree(tmp_path / "fits/W3")
-    found.drop_untrue_manifests()
+    expected = {f"fits/{well}.json": f"{well} not finished" for well in ("W2", "W3")}
+    assert {str(path.relative_to(tmp_path)): reason for path, reason in found.out_of_date().items()} == expected
+    assert len(list(tmp_path.glob("fits/*.json"))) == 3, "only what was asked for is deleted"
+    found.drop_out_of_date()
     assert list(tmp_path.glob("fits/*.json")) == [tmp_path / "fits/W1.json"]
 
 
@@ -67,7 +84,7 @@ def test_results_from_another_machine_are_done_again_by_other_settings(tmp_path:
         write_manifest(folder / stage / "W1.json", ["W1"], made_from)
     for starts, kept in ((16, ["fits", "windows"]), (3, ["windows"])):
         here = Settings(results=str(folder), fits=FitsSettings(starts=starts))
-        Plan(here, wells).drop_untrue_manifests()
+        Plan(here, wells).drop_out_of_date()
         assert sorted(path.parent.name for path in folder.glob("*/W1.json")) == kept
 
 
@@ -78,7 +95,7 @@ def test_a_failed_well_that_leaves_its_batch_takes_the_manifest_along(tmp_path: 
         (tmp_path / "fits" / well).mkdir(parents=True)
         (tmp_path / "fits" / well / KEY).write_text(json.dumps(content))
     write_manifest(tmp_path / "fits/0000.json", wells)
-    Plan(settings, {"W1": wells["W1"]}).drop_untrue_manifests()
+    Plan(settings, {"W1": wells["W1"]}).drop_out_of_date()
     assert not (tmp_path / "fits/0000.json").exists()
 
 
@@ -87,7 +104,7 @@ def test_a_well_that_never_finished_is_a_reason_to_run_again(tmp_path: Path) -> 
     found = Plan(Settings(results=str(tmp_path)), wells)
     (tmp_path / "fits/W1").mkdir(parents=True)
     write_manifest(tmp_path / "fits/W1.json", wells)
-    found.drop_untrue_manifests()
+    found.drop_out_of_date()
     assert not (tmp_path / "fits/W1.json").exists()
 
 

@@ -1,6 +1,7 @@
 """One well through one stage: what is left alone, what is done again, and how failures end."""
 
 import dataclasses
+import errno
 import hashlib
 import json
 from collections.abc import Callable
@@ -19,7 +20,10 @@ from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import Problem, WellFolders
 from drillid.errors import LogError, SettingsError
 from drillid.fleet import run as fleet
+from drillid.fleet.manifest import out_of_date, stored, write_manifest
+from drillid.fleet.outcome import failed_wells
 from drillid.fleet.run import Outcome, Task, collect_problems, process_well
+from drillid.fleet.stages import failed_on
 from tests.workflow.toys import RIG
 
 Process = Callable[[Well, WellFolders, Settings], list[Problem]]
@@ -141,6 +145,46 @@ def test_what_nobody_foresaw_is_a_row_with_its_place_and_is_tried_again(
     assert what == "ZeroDivisionError: a fault"
     assert "report it" in remedy
     assert process_well(task).status == "failed"
+    stage(good)
+    assert process_well(task).status == "done"
+
+
+def test_a_well_without_a_log_that_could_not_be_read_is_done_and_done_again_by_the_next_run(
+    task: Task, stage: Callable[[Process], None]
+) -> None:
+    def without_a_log(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+        return [*good(well, folders, settings), Problem("b.csv", "is not readable", "Ask for permission", again=True)]
+
+    folder, manifest = task.results / "records/W1", task.results / "records/W1.json"
+    windows = dataclasses.replace(task, stage="windows")
+
+    def nights(process: Process) -> tuple[str, str, bool]:
+        stage(process)
+        first = process_well(task).status
+        write_manifest(manifest, ["W1"])
+        stage(lambda well, folders, settings: [])
+        return first, process_well(windows).status, not out_of_date(manifest, ["W1"], lambda _: "")
+
+    assert nights(without_a_log) == ("done", "done", False)
+    assert stored(folder)["status"] == "done"
+    # what reads these results is done again once they have changed
+    assert nights(without_a_log) == ("done", "kept", False)
+    assert nights(good) == ("done", "done", True)
+    assert nights(good) == ("kept", "kept", True)
+
+
+def test_a_failure_that_may_be_the_machines_is_tried_again(task: Task, stage: Callable[[Process], None]) -> None:
+    def unreadable(well: Well, folders: WellFolders, settings: Settings) -> list[Problem]:
+        try:
+            raise OSError(errno.ESTALE, "Stale file handle")
+        except OSError as error:
+            raise SettingsError("toy.yaml", "cannot be read", "Write the file") from error
+
+    stage(unreadable)
+    assert [process_well(task).status for _ in range(2)] == ["failed", "failed"]
+    write_manifest(task.results / "records/W1.json", ["W1"])
+    assert out_of_date(task.results / "records/W1.json", ["W1"], lambda _: failed_on(task.listing))
+    assert failed_wells(task.results, ["W1"]) == {"W1": "records: toy.yaml: cannot be read"}
     stage(good)
     assert process_well(task).status == "done"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drillid.errors import LogError
+from drillid.errors import LogError, is_of_machine
 from drillid.formats import Dialect, formats, read_log
 from drillid.formats import apart as module
 from drillid.formats.apart import Apart, apart
@@ -42,6 +42,7 @@ def process_of(path: Path) -> int:
         ("memory", ValueError, "takes more than 2000 MB of memory"),
         ("killed", MemoryError, "was killed, probably out of memory"),
         ("unusable", Unusable, "is a picture"),
+        ("share", OSError, "Stale file handle"),
         ("bug", ValueError, "a fault of the reader"),
     ],
 )
@@ -96,6 +97,16 @@ def test_files_of_c_libraries_without_checks_of_their_own_are_read_there() -> No
             ".netcdf",
         )
     }
+
+
+def test_a_fault_of_the_share_is_told_from_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(formats(), ".fragile", READER)
+    with pytest.raises(LogError, match=r"Stale file handle\)\. Check the disk or share .* tries again") as told:
+        read_log(file(tmp_path, "share"), None, ["a"])
+    assert is_of_machine(told.value)
+    with pytest.raises(LogError) as told:
+        read_log(file(tmp_path, "segfault"), None, ["a"])
+    assert not is_of_machine(told.value)
 
 
 def test_a_crash_fails_the_log_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

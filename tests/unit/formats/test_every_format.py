@@ -149,6 +149,8 @@ def test_no_rows(suffix: str, log: pd.DataFrame, tmp_path: Path) -> None:
 
 @every_format
 def test_missing_file(suffix: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=rf"{suffix}: is longer than the name of a file may be\. Correct its path"):
+        read_log(tmp_path / f"{'a' * 300}{suffix}", "Time", ["RPM"])
     with pytest.raises(LogError, match=f"nowhere{suffix}: does not exist"):
         read_log(tmp_path / f"nowhere{suffix}", "Time", ["RPM"])
 

@@ -127,6 +127,65 @@ def test_logs_that_others_leave_nothing_of_or_not_all_are_told(folder: Path) -> 
     assert (Path(part.where).name, part.fails) == ("later.csv", False)
 
 
+WELL = """
+top_drive: {inertia: 2000 kg m^2, proportional: 30e3 N m s/rad}
+pipe: {outer_diameter: 5 in, inner_diameter: 4.276 in}
+assembly: [{length: 100 m, outer_diameter: 6.5 in, inner_diameter: 2.8125 in}]
+friction: {sliding: 0.2}
+"""
+
+
+def start_ups(folder: Path, *rows: str) -> None:
+    """A sheet of starts of rotation beside the wells, with one's files."""
+    (folder / "well.yaml").write_text(WELL)
+    (folder / "survey.csv").write_text("depth_m,inclination_deg\n0,0\n900,40\n")
+    samples = "".join(f"{time / 100},{time / 10},1\n" for time in range(100))
+    (folder / "start.csv").write_text(f"t_s,td_rpm_measured,torque_knm_measured\n{samples}")
+    head = "start_up\tdescription\tsurvey\tlog\tdepth_m\tfitted\n"
+    (folder / "starts.tsv").write_text(head + "".join(f"{row.replace('@', str(folder))}\n" for row in rows))
+    with (folder / "config.yaml").open("a") as configuration:
+        configuration.write(f"start_up_sheet: {folder}/starts.tsv\n")
+
+
+def test_sound_starts_of_rotation_have_no_findings(folder: Path) -> None:
+    start_ups(folder, "A\t@/well.yaml\t@/survey.csv\t@/start.csv\t700\tsliding")
+    checked = Checked()
+    assert [each for each in check(folder / "config.yaml", checked) if each.fails] == []
+    assert str(checked) == "1 well, 1 rig, 1 log and 1 start of rotation checked"
+
+
+def test_faults_of_starts_of_rotation_are_named_as_their_stage_does(folder: Path) -> None:
+    start_ups(
+        folder,
+        "A\t@/well.yaml\t@/survey.csv\t@/start.csv\t-5",
+        "B\t@/no.yaml\t@/no-survey.csv\t@/no.csv\t700",
+        "C\t@/well.yaml\t@/survey.csv\t@/start.csv\t700\tslide",
+        "D\t@/well.yaml\t@/survey.csv\t@/start.csv\t2700",
+        "E\t@/well.yaml\t@/survey.csv\t/etc/hostname\t700",
+        "F\t@/well.yaml\t@/one.csv\t@/start.csv\t700",
+    )
+    (folder / "one.csv").write_text("depth_m,inclination_deg\n0,0\n")
+    found = [f"{each.where}: {each.what}" for each in findings(folder) if each.fails]
+    expected = ["starts.tsv, row 2: 'depth_m'", "no.yaml", "no-survey.csv", "no.csv"]
+    expected += ["'C': fit of a start of rotation: ['slide']"]
+    expected += ["starts.tsv, 'D': survey: it covers 0", "/etc/hostname", "one.csv: it needs two or more stations"]
+    assert len(found) == len(expected), found
+    for what, finding in zip(expected, found, strict=True):
+        assert what in finding
+    without_logs = [each.where for each in check(folder / "config.yaml", Checked(), logs=False)]
+    assert not any(where.endswith("no.csv") for where in without_logs)
+    assert any(where.endswith("no-survey.csv") for where in without_logs)
+
+
+def test_a_sheet_of_starts_that_cannot_be_used_is_told_beside_the_wells(folder: Path) -> None:
+    start_ups(folder)
+    (folder / "starts.tsv").unlink()
+    (folder / "good.csv").unlink()
+    assert [each.what.split(" (")[0] for each in findings(folder)] == ["does not exist", "cannot be read"]
+    (folder / "wells.tsv").unlink()
+    assert [Path(each.where).name for each in findings(folder)] == ["wells.tsv", "starts.tsv"]
+
+
 def test_the_command_prints_a_row_a_finding_and_its_exit_code_says_whether_a_run_would_fail(folder: Path) -> None:
     sound = CliRunner().invoke(app, ["check", str(folder / "config.yaml")])
     assert sound.exit_code == 0, sound.output

@@ -1,6 +1,8 @@
 """Logs that are added, come late, are corrected or taken away: only they are read, and the result is that of all."""
 
+import errno
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +17,7 @@ from drillid.config.settings import Settings
 from drillid.datasets.store import Problem, WellFolders
 from drillid.fleet.aside import forget_aside, set_aside
 from drillid.fleet.manifest import KEY
+from drillid.formats import log as reader_of_log
 from drillid.records import stage
 from tests.raw_logs import RIG, START, drilling, save
 
@@ -146,6 +149,33 @@ def test_a_log_at_which_the_program_failed_is_tried_again(
     read.clear()
     problems = run(tmp_path / "results", logs)
     assert read[0] == "1"
+    compare(tmp_path / "results", logs, problems, tmp_path / "fresh")
+
+
+@pytest.mark.parametrize("failing", ["tables", "start", "channels"])
+@pytest.mark.parametrize("fault", [errno.EACCES, errno.EIO, errno.ESTALE, errno.ETIMEDOUT], ids=errno.errorcode.get)
+def test_a_log_that_could_not_be_read_is_tried_again(
+    failing: str, fault: int, tmp_path: Path, read: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logs = [log(tmp_path, number, HOURLY) for number in range(3)]
+    reading, seen = reader_of_log.reader_of, list[Path]()
+
+    def unreadable(path: Path) -> Any:
+        """Fails from the first, second or third time on that the log is opened."""
+        seen.extend([path] if path == logs[1] else [])
+        if path == logs[1] and len(seen) > ["tables", "start", "channels"].index(failing):
+            raise OSError(fault, os.strerror(fault), str(path))
+        return reading(path)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(reader_of_log, "reader_of", unreadable)
+        [problem] = run(tmp_path / "results", logs)
+    assert problem.again
+    assert "damaged" not in problem.remedy
+    read.clear()
+    problems = run(tmp_path / "results", logs)
+    assert read[0] == "1"
+    assert problems == []
     compare(tmp_path / "results", logs, problems, tmp_path / "fresh")
 
 

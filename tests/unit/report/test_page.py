@@ -1,5 +1,6 @@
 """The pages of a small synthetic fleet: complete, escaped, the same for the same results, with the right numbers."""
 
+import errno
 import html
 import json
 import re
@@ -15,6 +16,7 @@ from drillid.datasets.registry import CHANGE_COLUMNS, PROBLEM_COLUMNS
 from drillid.datasets.tables import write_table
 from drillid.fleet.stages import STAGES
 from drillid.report import page as report
+from drillid.report.charts.embedding import bokeh_script
 from drillid.report.content import EXPLANATIONS
 from tests.unit.report.conftest import ATTACK, PROBLEMS, WELLS, Fleet
 
@@ -193,6 +195,29 @@ def test_pages_of_wells_that_have_not_changed_are_not_written_again(tmp_path: Pa
     fleet.write()
     assert fleet.page("A") == marks["A"]
     assert fleet.page("B") != marks["B"]
+
+
+def test_a_script_that_was_cut_off_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = small_fleet(tmp_path, ["A"])
+    name, content = bokeh_script()
+    script = fleet.results / "report" / name
+
+    def full(path: Path, data: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(data[:1000])
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", full)
+        with pytest.raises(OSError, match="No space left"):
+            fleet.write()
+    assert not script.exists()
+    fleet.write()
+    assert script.read_bytes() == content
+    # as an earlier version may have left it
+    script.write_bytes(content[:1000])
+    fleet.write()
+    assert script.read_bytes() == content
 
 
 def test_the_page_of_a_well_that_is_listed_no_more_goes(tmp_path: Path) -> None:
