@@ -17,6 +17,7 @@ from drillid.datasets.codes import Gate
 from drillid.datasets.registry import DATASETS
 from drillid.datasets.store import WellFolders
 from drillid.discrepancy import EVIDENCE
+from drillid.discrepancy.rules import CHANGES_SHARE
 from drillid.discrepancy.sets import read_verdicts
 from drillid.errors import SettingsError
 
@@ -118,7 +119,7 @@ class WellResults:
         from scipy.special import ndtri
 
         tested = sum(int(np.isfinite(self.discrepancy[name].values).sum()) for name in EVIDENCE)
-        return float(-ndtri(self.error_rate / tested)) if tested else float("nan")
+        return float(-ndtri(CHANGES_SHARE * self.error_rate / tested)) if tested else float("nan")
 
 
 def stored_results(settings: Settings, name: str) -> WellResults:
