@@ -11,11 +11,12 @@ from drillid.config.listing import Listing, StartUp
 from drillid.config.rig import Rig
 from drillid.config.settings import Settings
 from drillid.config.sheets import read_sheets, read_start_ups
-from drillid.errors import DrillidError, SettingsError
+from drillid.errors import DrillidError
 from drillid.records.channels import read_channels
 from drillid.records.joining import LIST_APART, LIST_ONCE, SlowLogs, Source, joined, sources
 from drillid.records.placed_logs import distinct_names
 
+Place = TypeVar("Place")
 Content = TypeVar("Content")
 
 
@@ -83,21 +84,14 @@ def check(configuration: Path, checked: Checked, *, logs: bool = True) -> Iterat
     configuration : the file that a run is given
     checked : counts what has been looked at
     """
-    try:
-        settings = Settings.of_run(configuration)
-    except SettingsError as error:
-        yield Finding.of(error)
-        return
-    yield from _wells(settings, checked, logs)
-    yield from _start_ups(settings, checked, logs)
+    settings = yield from _read(Settings.of_run, configuration)
+    if settings is not None:
+        yield from _wells(settings, checked, logs)
+        yield from _start_ups(settings, checked, logs)
 
 
 def _wells(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
-    try:
-        listings = read_sheets(settings)
-    except SettingsError as error:
-        yield Finding.of(error)
-        return
+    listings = (yield from _read(read_sheets, settings)) or {}
     # a well whose row is refused has the sheet in place of its rig description
     rigs: dict[Path, Rig | None] = {Path(settings.wells): None}
     for listing in listings.values():
@@ -109,11 +103,7 @@ def _wells(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding
 
 def _start_ups(settings: Settings, checked: Checked, logs: bool) -> Iterator[Finding]:
     """Findings in the sheet of measured starts of rotation, if there is one, and in the files that it lists."""
-    try:
-        listings = read_start_ups(settings)
-    except SettingsError as error:
-        yield Finding.of(error)
-        return
+    listings = (yield from _read(read_start_ups, settings)) or {}
     for listing in listings.values():
         checked.start_ups += 1
         yield from map(Finding.of, listing.faults)
@@ -137,10 +127,10 @@ def _start_up(start: StartUp, where: str, logs: bool) -> Iterator[Finding]:
             yield Finding(where, f"{error.where}: {error.what}", error.remedy)
 
 
-def _read(read: Callable[[Path], Content], path: Path) -> Generator[Finding, None, Content | None]:
-    """Finding in a file that cannot be used; returns what is read of a sound one."""
+def _read(read: Callable[[Place], Content], place: Place) -> Generator[Finding, None, Content | None]:
+    """Finding in a file or sheet that cannot be used; returns what is read of a sound one."""
     try:
-        return read(path)
+        return read(place)
     except DrillidError as error:
         yield Finding.of(error)
         return None
@@ -150,11 +140,7 @@ def _well(
     listing: Listing, settings: Settings, rigs: dict[Path, Rig | None], checked: Checked, logs: bool
 ) -> Iterator[Finding]:
     if listing.rig_file not in rigs:
-        rigs[listing.rig_file] = None
-        try:
-            rigs[listing.rig_file] = listing.load_rig()
-        except SettingsError as error:
-            yield Finding.of(error)
+        rigs[listing.rig_file] = yield from _read(Listing.load_rig, listing)
     if not listing.logs and not listing.faults:
         yield Finding(settings.logs, f"well '{listing.name}' has no logs", "List its log files there")
     rig = rigs[listing.rig_file]
