@@ -1,9 +1,9 @@
 """Modes of the drilling system: its poles in the complex plane, with frequency and damping.
 
 The characteristic function F(s) is the residual of the upper boundary condition for a unit speed of the bit:
-T₁ + Y_top ω₁, or ω₁ where the top is clamped, times the denominators of further factors of drive and control. As a
-product of the sections' transfer matrices it has no poles above the real axis, with any of the damping laws but that of
-a mounted inertia, and its zeros there are the modes.
+T₁ + Y_top ω₁, or ω₁ where the top is clamped, times the denominators of further factors of drive and control and of the
+feedback of the string's torque. As a product of the sections' transfer matrices it has no poles above the real axis,
+with any of the damping laws but that of a mounted inertia, and its zeros there are the modes.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from drillid.physics.bottom_end import bit_load, chain_through_motor
 from drillid.physics.dual_numbers import Dual, derivatives
 from drillid.physics.equipment import DrillingSystem, of_window, window_shape
 from drillid.physics.line import chain_entries
-from drillid.physics.top_drive import top_admittance
+from drillid.physics.top_drive import matching_denominator, top_admittance
 
 FASTEST_DECAY = 20.0
 """1/s; modes that decay faster are not searched for."""
@@ -62,7 +62,7 @@ def characteristic_function(system: DrillingSystem, s: Complex, *, stiff: bool =
         speed, torque = a * speed + b * torque, c * speed + d * torque
     if stiff:
         return speed
-    residual = torque + top_admittance(system.top_drive, s) * speed
+    residual = (torque + top_admittance(system.top_drive, s) * speed) * matching_denominator(system.top_drive, s)
     for shaping in (system.top_drive.shaping, system.top_drive.controller.shaping):
         residual = residual if shaping is None else residual * shaping.denominator(s)
     return residual

@@ -89,10 +89,17 @@ def torque_transfers(top_drive: TopDrive, s: Complex) -> tuple[Complex, Complex]
     if controller.matching is None:
         return driven, driven * control(controller, s)
     reduction = matching_transfer(controller.matching, s)
-    loop = driven * _unfiltered(controller, s)
-    closing = 1 + loop * reduction
+    loop, closing = driven * _unfiltered(controller, s), matching_denominator(top_drive, s)
     speed_filter = 1 / (1 + s * controller.speed_filter)
     return driven / closing, loop * (speed_filter - reduction * controller.matching.inertia * s) / closing
+
+
+def matching_denominator(top_drive: TopDrive, s: Complex) -> Any:
+    """1 + D A E Z F, the denominator of W and V, dimensionless; 1 without feedback of the string's torque."""
+    controller = top_drive.controller
+    if controller.matching is None:
+        return 1.0
+    return 1 + drive(top_drive, s) * _unfiltered(controller, s) * matching_transfer(controller.matching, s)
 
 
 def top_admittance(top_drive: TopDrive, s: Complex) -> Complex:

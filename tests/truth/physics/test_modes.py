@@ -18,6 +18,7 @@ from drillid.physics.equipment import (
     Bit,
     Controller,
     DrillingSystem,
+    ImpedanceMatching,
     Motor,
     RegenerativeCutting,
     Section,
@@ -34,6 +35,9 @@ from drillid.physics.time_responses import bit_impulse_response
 REFERENCE = Path(__file__).parents[4] / "shared" / "reference"
 FREE = TopDrive(0.0, 0.0, Controller(0.0))
 DRIVE = TopDrive(1100.0, 0.04, Controller(1500.0, 800.0))
+MATCHED = TopDrive(
+    1100.0, 0.1, Controller(4800.0, 4800.0, matching=ImpedanceMatching(2.5e-4, 1100.0, low_pass=0.2, high_pass=5.0))
+)
 PIPE = Section(3000.0, 1.6e-5)
 WAVE_SPEED = np.sqrt(PIPE.shear_modulus / PIPE.density)
 
@@ -149,9 +153,10 @@ RICH = DrillingSystem(
 
 
 @pytest.mark.parametrize("shaping", [None, Shaping(pole_1=0.04, pole_2=(2 * np.pi) ** -2)])
-def test_every_mode_is_a_pole_and_none_is_missed(shaping: Shaping | None) -> None:
+@pytest.mark.parametrize("top_drive", [DRIVE, MATCHED], ids=["plain", "matched"])
+def test_every_mode_is_a_pole_and_none_is_missed(shaping: Shaping | None, top_drive: TopDrive) -> None:
     """Newton's method from a dense grid of starts finds no other pole in the rectangle."""
-    system = replace(RICH, top_drive=replace(RICH.top_drive, shaping=shaping))
+    system = replace(RICH, top_drive=replace(top_drive, shaping=shaping))
     result = modes(system)
     np.testing.assert_allclose(1 / np.abs(command_mobility(system, result.poles)), 0, atol=1e-6)
     start = (np.arange(-12.0, 0.0, 2.0)[:, None] + 2j * np.pi * np.arange(0.05, 5.0, 0.05)).ravel()
