@@ -11,6 +11,9 @@ import numpy as np
 from drillid.arrays import Floats
 from drillid.errors import SettingsError
 
+_ROUNDING = 1e-9
+"""Of the interval of held samples."""
+
 
 @dataclass(frozen=True)
 class Tone:
@@ -110,7 +113,8 @@ class Recorder:
     def _shown_times(self, rows: Floats) -> Floats:
         """Times of the signal in the rows at given times, s."""
         shown = np.asarray(rows - self.clock_offset - self.clock_drift * rows, dtype=float)
-        return np.floor(shown / self.held) * self.held if self.held > 0 else shown
+        # a row at a sample's own time holds that sample, though its quotient may round to just below a whole number
+        return np.floor(shown / self.held + _ROUNDING) * self.held if self.held > 0 else shown
 
     def _sampled(self, signal: Floats, time: Floats, every: int, shown: Floats) -> Floats:
         if self.clock_offset == 0.0 and self.clock_drift == 0.0 and self.held == 0.0:

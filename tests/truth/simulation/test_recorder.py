@@ -35,6 +35,12 @@ def test_the_clock_shows_the_signal_late_and_later() -> None:
     np.testing.assert_allclose(rows[5:], expected[5:], atol=1e-8)
 
 
+@pytest.mark.parametrize("every", [2, 3, 5, 7])
+def test_rows_hold_a_sample_from_its_own_time_until_the_next(every: int) -> None:
+    rows = Recorder(ROW, held=every * ROW).record(TIME, FINE)
+    np.testing.assert_allclose(rows, np.repeat(ROWS[::every], every)[: ROWS.size], atol=1e-9)
+
+
 @pytest.mark.parametrize("order", [1, 2, 4])
 def test_the_filter_has_its_corner_and_order(order: int) -> None:
     recorder = Recorder(ROW, filter_frequency=5.0, filter_order=order)
