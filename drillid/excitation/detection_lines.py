@@ -49,13 +49,14 @@ def distortion(speed: Floats, sweep: Floats, rate: float, period: float, edges: 
     periods = speed.size // samples
     if periods < 2:
         raise EstimationError("distortion", f"{periods} whole periods are too few", "Record two periods or more")
-    lines = np.fft.rfft(speed[: periods * samples].reshape(periods, samples)) * (np.sqrt(2) / samples)
-    power = np.abs(np.fft.rfft(sweep[:samples])) ** 2
-    number = np.arange(power.size)
+    # the mean speed is no distortion
+    lines = np.fft.rfft(speed[: periods * samples].reshape(periods, samples))[:, 1:] * (np.sqrt(2) / samples)
+    power = np.abs(np.fft.rfft(sweep[:samples])[1:]) ** 2
+    number = np.arange(1, power.size + 1)
     excited = power > _EXCITED * power.max()
     mean = np.abs(lines.mean(axis=0)) ** 2
     spread = np.sum(np.abs(lines - lines.mean(axis=0)) ** 2, axis=0) / (periods - 1)
-    kinds = (excited, ~excited & (number % 2 == 0), ~excited & (number % 2 == 1), number > 0)
+    kinds = (excited, ~excited & (number % 2 == 0), ~excited & (number % 2 == 1), np.full(number.size, True))
     values = (mean, mean, mean, spread / periods)
     frequency = number / period
     return Distortion(

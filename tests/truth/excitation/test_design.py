@@ -293,6 +293,17 @@ def test_torque_limit_shows_as_distortion_and_a_linear_rig_shows_none() -> None:
         distortion(speed[:kept], torque, RATE, 40.0, edges)
 
 
+def test_the_mean_speed_is_no_distortion_in_a_band_from_zero() -> None:
+    time = np.arange(0, 80.0, 1 / RATE)
+    torque = 200.0 * np.cos(2 * np.pi * 0.125 * time)
+    speed = 12.0 + 0.02 * np.cos(2 * np.pi * 0.125 * time + 1.0) + 1e-3 * np.cos(2 * np.pi * 0.25 * time)
+    levels = distortion(speed, torque, RATE, 40.0, np.array([0.0, 1.0]))
+    assert levels.response[0] == pytest.approx(0.02 / np.sqrt(2))
+    # of the even lines up to 1 Hz, one is distorted
+    assert levels.even[0] == pytest.approx(1e-3 / np.sqrt(2 * 20), rel=0.03)
+    assert levels.odd[0] < 1e-12
+
+
 def test_orders_of_a_sweep_show_the_torque_limit_in_the_simulator() -> None:
     """A limit of the total torque causes a third order in the speed that a linear rig does not have."""
     steps = round(80.0 / TIME_STEP)
