@@ -14,7 +14,7 @@ import numpy as np
 
 from drillid.arrays import Floats, Integers
 from drillid.errors import EstimationError, SettingsError
-from drillid.excitation.torques import Multisine, powered_sweep
+from drillid.excitation.torques import Multisine, harmonics_within, powered_sweep
 from drillid.physics.eight_parameters import KnownEquipment, command_mobility_with_derivatives, drilling_system
 from drillid.physics.parameters import PARAMETERS
 from drillid.physics.responses import bit_speed_ratio, command_mobility, laplace
@@ -145,7 +145,7 @@ class Design:
 
     def multisine(self, period: float, seed: int = 0) -> Multisine:
         """Multisine of low crest factor at all harmonics of the period in the bands, equal power within a band."""
-        harmonics = np.arange(int(np.ceil(self.edges[0] * period)), int(self.edges[-1] * period) + 1)
+        harmonics = harmonics_within((self.edges[0], self.edges[-1]), period)
         band = np.clip(np.searchsorted(self.edges, harmonics / period, side="right") - 1, 0, self.power.size - 1)
         counts = np.bincount(band, minlength=self.power.size)
         if np.any((counts == 0) & (self.power > 0)):

@@ -177,6 +177,11 @@ class Multisine:
         return best
 
 
+def harmonics_within(band: tuple[float, float], period: float) -> Integers:
+    """Numbers of the harmonics of a period (s) in a band (Hz), those at its edges included whatever their rounding."""
+    return np.arange(int(np.ceil(band[0] * period - 1e-9)), int(np.floor(band[1] * period + 1e-9)) + 1)
+
+
 def odd_multisine(
     generator: np.random.Generator, rms: float, band: tuple[float, float], period: float, group: int = 4
 ) -> tuple[Multisine, Integers]:
@@ -196,8 +201,8 @@ def odd_multisine(
     -------
     multisine, and the omitted odd lines, (groups,)
     """
-    first, last = int(np.ceil(band[0] * period)), int(np.floor(band[1] * period))
-    odd = np.arange(first + (first + 1) % 2, last + 1, 2)
+    lines = harmonics_within(band, period)
+    odd = lines[lines % 2 == 1]
     groups = odd.size // group
     if group < 2 or groups == 0:
         raise SettingsError("multisine", f"{odd.size} odd lines lie in its band", "Lengthen the period")

@@ -11,6 +11,7 @@ from drillid.arrays import Complex, Floats
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.design import (
     Criterion,
+    Design,
     Experiment,
     band_information,
     crest_factor,
@@ -114,6 +115,16 @@ def test_odd_multisine_omits_even_lines_and_one_odd_line_of_each_group() -> None
     assert power[omitted].max() < 1e-15
     assert np.all(omitted % 2 == 1)
     assert np.all(np.diff(omitted) <= 14)
+
+
+@pytest.mark.parametrize(("band", "first", "last"), [((0.14, 4.0), 7, 199), ((0.1, 0.58), 5, 29)])
+def test_lines_at_the_edges_of_a_band_belong_to_it(band: tuple[float, float], first: int, last: int) -> None:
+    """0.14 Hz × 50 s is a little more than 7 in floating point, 0.58 Hz × 50 s a little less than 29."""
+    multisine, omitted = odd_multisine(np.random.default_rng(4), 250.0, band, 50.0)
+    odd = np.union1d(multisine.harmonics, omitted)
+    assert (odd[0], odd[-1]) == (first, last)
+    equal = Design(half_octaves(*band), np.ones(half_octaves(*band).size - 1), 0.0, 0.0).multisine(50.0)
+    assert {first, last} <= set(equal.harmonics.tolist())
 
 
 def test_phases_of_low_crest_keep_the_spectrum_and_fall_well_below_random_ones() -> None:
