@@ -1,11 +1,14 @@
 """Inverse Laplace transforms against closed forms and mpmath; steps, impulses and the command's step."""
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
 
 from drillid.errors import EstimationError
 from drillid.physics.equipment import Bit, Controller, DrillingSystem, Section, Shaping, TopDrive
+from drillid.physics.modes import modes
 from drillid.physics.time_responses import (
     bit_impulse_response,
     bit_step_response,
@@ -45,6 +48,15 @@ def test_an_unstable_window_leaves_the_others() -> None:
     alone = bit_step_response(DrillingSystem(rig().top_drive, (pipe,), Bit(150.0, 20.0)), 12.0, 0.05)[1]
     np.testing.assert_allclose(speed[0], alone, rtol=1e-9, atol=1e-15)
     assert np.isnan(speed[1:, 1:]).all()
+
+
+@pytest.mark.parametrize(("inertia", "delta"), [(10.0, 2.5e8), (40.0, 1e9)])
+def test_a_light_bit_below_lossy_steel_is_not_taken_for_unstable(inertia: float, delta: float) -> None:
+    system = DrillingSystem(rig().top_drive, (replace(PIPE, delta=delta),), Bit(inertia, 40.0))
+    assert np.all(modes(system, 0.01, 5.0).poles.real < 0)
+    lags, impulse = bit_impulse_response(system, 5.0, 0.01)
+    slope = np.gradient(bit_step_response(system, 5.0, 0.01)[1], lags)
+    np.testing.assert_allclose(impulse[50:-1], slope[50:-1], atol=2e-3 * impulse[0])
 
 
 def by_mpmath(lag: float, shaping: Shaping, times: np.ndarray) -> tuple[list[float], list[float]]:
