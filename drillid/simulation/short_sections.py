@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drillid.physics.attachments import MountedInertia
 from drillid.physics.equipment import DrillingSystem, Section
 
 _MARGIN = 1 + 1e-9
@@ -15,8 +16,8 @@ def with_short_sections_extended(system: DrillingSystem, time_step: float) -> Dr
     """The system with every section that a wave passes in less than a time step extended until it takes that long.
 
     The missing length is taken from the neighbour that is more alike, which is merged if too little of it would be
-    left. Length, inertia and viscous damping of the string are kept. Waves of the sweep are far longer than what a wave
-    passes in a time step, so they do not show where inertia and damping are within that length.
+    left. Length, inertia, viscous damping and mounted inertias of the string are kept. Waves of the sweep are far
+    longer than what a wave passes in a time step, so they do not show where inertia and damping are within that length.
 
     Parameters
     ----------
@@ -53,9 +54,13 @@ def _extend(pieces: list[Section], short: int, time_step: float) -> None:
 
 
 def _joined(first: Section, second: Section) -> Section:
-    """One section with the length, inertia and viscous damping of two, and otherwise like the longer one."""
+    """One section with length, inertia, viscous damping and mounted inertias of two, otherwise like the longer one."""
     longer = max(first, second, key=lambda section: float(section.length))
     both, length = (first, second), first.length + second.length
     moment = sum(section.inertia for section in both) / (longer.density * length)
     drag = sum(section.kappa * section.polar_moment * section.length for section in both)
-    return replace(longer, length=length, polar_moment=moment, kappa=drag / (moment * length))
+    laws = [law for law in longer.laws if not isinstance(law, MountedInertia)]
+    for section in both:
+        mounted = [law for law in section.laws if isinstance(law, MountedInertia)]
+        laws += [replace(law, spread=law.spread * length / section.length) for law in mounted]
+    return replace(longer, length=length, polar_moment=moment, kappa=drag / (moment * length), laws=tuple(laws))

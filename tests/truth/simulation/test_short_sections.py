@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drillid.errors import SettingsError
+from drillid.physics.attachments import MountedInertia, with_law
 from drillid.physics.equipment import DrillingSystem
 from drillid.physics.nonlinear import NonlinearRig
 from drillid.physics.responses import command_mobility, laplace
@@ -48,3 +49,18 @@ def test_short_sections_keep_inertia_drag_and_responses(lengths: tuple[float, ..
     dropped = command_mobility(_cut(*(length for length in lengths if length > 100.0)), s)
     assert np.abs(there - here).max() < 0.02 * np.abs(here).max()
     assert np.linalg.norm(there - here) < 0.2 * np.linalg.norm(dropped - here)
+
+
+@pytest.mark.parametrize("depth", [13.0, 15.0, 2885.0, 2887.0])
+def test_an_inertia_mounted_beside_a_short_section_is_kept(depth: float) -> None:
+    """3 m or 5 m of pipe are left beside the 20 m that it is spread over."""
+    mounted = with_law(SYSTEM.string, depth, MountedInertia(300.0, 1.0, 0.1))
+    joined = with_short_sections_extended(replace(SYSTEM, string=mounted), 0.0025)
+    element_counts(NonlinearRig(joined), 0.0025)
+    laws = [(law, section) for section in joined.string for law in section.laws]
+    whole = sum(law.inertia * section.length / law.spread for law, section in laws if isinstance(law, MountedInertia))
+    assert whole == pytest.approx(300.0)
+    s = laplace(FREQUENCY)
+    there, here = command_mobility(joined, s), command_mobility(replace(SYSTEM, string=mounted), s)
+    # its place moves by less than a wave passes in a time step
+    assert np.linalg.norm(there - here) < 0.03 * np.linalg.norm(command_mobility(SYSTEM, s) - here)
