@@ -217,8 +217,7 @@ START_UPS = DatasetSchema(
             ("model",),
             gain=(
                 "1",
-                "reduction of the held-out squared error, compared with the preceding kept model, in units of "
-                "the errors' scales",
+                "reduction of the held-out squared error, as a share of that of the preceding kept model",
             ),
             gain_low=("1", "lower end of the gain's 90 % interval, a one-sided 95 % limit"),
             gain_high=("1", "upper end of the gain's 90 % interval"),

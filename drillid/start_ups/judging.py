@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
 from drillid.simulation.start_up import RATE
 from drillid.simulation.start_up_fit import MeasuredStartUp, StartUpModel
+from drillid.statistics import ONE_SIDED
 
 BLOCK_S = 4.0
 """s; strings of a few kilometres stick and slip within two to eight seconds, and most of a cycle counts."""
@@ -22,12 +22,30 @@ _LEAST_BLOCKS = 3
 DESCRIBED, FITTED = "described", "fitted"
 
 
+@dataclass(frozen=True)
+class Gain:
+    """Share of the held-out squared error that a model saves, with its 90 % interval by Student's t over blocks."""
+
+    value: float
+    half_width: float
+
+    @property
+    def low(self) -> float:
+        """Lower end, a one-sided 95 % limit."""
+        return self.value - self.half_width
+
+    @property
+    def high(self) -> float:
+        """Upper end; no model saves more than all."""
+        return min(self.value + self.half_width, 1.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Judged:
     """Models of one log, with what each saves of the held-out squared error of the best one before it."""
 
     models: Mapping[str, StartUpModel]
-    gains: Mapping[str, PredictiveGain]
+    gains: Mapping[str, Gain]
     kept: str
     """Name of the model with which to predict."""
 
@@ -35,7 +53,7 @@ class Judged:
 def judged(models: Mapping[str, StartUpModel], log: MeasuredStartUp, seen: float) -> Judged:
     """Judge models, from the simplest, on the time after `seen`, s."""
     (kept, first), *later = models.items()
-    gains, errors = {kept: NO_PREDICTIVE_GAIN}, held_out_errors(first, log, seen)
+    gains, errors = {kept: Gain(0.0, 0.0)}, held_out_errors(first, log, seen)
     for name, model in later:
         own = held_out_errors(model, log, seen)
         gains[name] = gain(errors, own)
@@ -50,9 +68,12 @@ def held_out_errors(model: StartUpModel, log: MeasuredStartUp, seen: float) -> F
     return np.array([block.mean() for block in np.array_split(errors, max(round(errors.size / RATE / BLOCK_S), 1))])
 
 
-def gain(before: Floats, after: Floats) -> PredictiveGain:
-    """Mean saving of the second of two models over blocks; its standard error is infinite below three blocks."""
-    saved = before - after
+def gain(before: Floats, after: Floats) -> Gain:
+    """Saving of the second of two models, relative to the error of the first; unbounded below three blocks."""
+    from scipy.special import ndtr, stdtrit
+
+    saved = (before - after) / max(float(before.mean()), np.finfo(float).tiny)
     if saved.size < _LEAST_BLOCKS:
-        return PredictiveGain(float(saved.mean()), np.inf, saved.size)
-    return PredictiveGain(float(saved.mean()), float(saved.std(ddof=1) / np.sqrt(saved.size)), saved.size)
+        return Gain(float(saved.mean()), np.inf)
+    error = float(saved.std(ddof=1) / np.sqrt(saved.size))
+    return Gain(float(saved.mean()), float(stdtrit(saved.size - 1, ndtr(ONE_SIDED))) * error)

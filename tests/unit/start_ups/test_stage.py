@@ -82,7 +82,9 @@ def test_the_report_has_a_row_for_it_and_for_one_that_failed(results: Path, file
     problems.columns = pd.Index(["well", "stage", "where", "what", "remedy"])
     done, failed = start_up_rows(results, listings, problems)
     assert done["verdict"].startswith("the fitted model is kept")
-    assert re.search(r"it removes \d+ to \d+ % of the squared error", done["verdict"])
+    low, high = map(int, re.findall(r"removes (-?\d+) to (\d+) % of the squared error", done["verdict"])[0])
+    errors = xr.open_zarr(results / "start_ups/B-1/start_ups.zarr")["torque_rms"].sel(span="held out").values
+    assert low < 100 * (1 - (errors[1] / errors[0]) ** 2) <= high + 0.5
     assert "kft·lbf" in done["torque"]
     assert " ft" in done["depth"]
     assert done["figure"] == "start_ups/B-1/start_up.png"
