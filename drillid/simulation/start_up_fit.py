@@ -39,6 +39,8 @@ USUAL = ("sliding", "assembly_sliding", "assembly_breakaway", "threshold", "rest
 TORQUE_SCALE, BIT_SCALE = 1.9, 21.0
 """kN m and rpm: misfits that count alike."""
 _EVALUATIONS, _STEP, _TOO_FAST = 300, 0.06, 1e6
+_STEP_FROM_BOUND = 0.25
+"""First step of a parameter that starts at its lower bound, as zero does, per range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +194,9 @@ class StartUpModel:
 
         bounds = np.log([BOUNDS[name] for name in self.fitted])
         start = np.clip(np.log(np.maximum(self.values, 1e-9)), *bounds.T)
-        signs = np.where(np.arange(start.size) % 2, _STEP, -_STEP)
-        options = {"maxfev": evaluations, "initial_simplex": np.vstack([start, start + np.diag(signs)])}
+        steps = np.where(np.arange(start.size) % 2, _STEP, -_STEP)
+        # a step below a bound would be clipped, so that the parameter never moved; close to it, it hardly acts
+        steps = np.where(start - bounds[:, 0] < _STEP, _STEP_FROM_BOUND * np.ptp(bounds, axis=1), steps)
+        options = {"maxfev": evaluations, "initial_simplex": np.vstack([start, start + np.diag(steps)])}
         result = minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
         return self.with_values(np.exp(result.x))

@@ -12,9 +12,9 @@ from benchmarks.field.well_b import EQUIPMENT, FRICTION, SURVEY
 from drillid.commands import app
 from drillid.config.described_well import DescribedWell
 from drillid.errors import SettingsError
-from drillid.simulation.start_up import rig_at, start_up
+from drillid.simulation.start_up import WellFriction, rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_start_up
-from drillid.simulation.start_up_fit import StartUpModel
+from drillid.simulation.start_up_fit import MeasuredStartUp, StartUpModel
 from drillid.units import RPM
 
 WELL = "benchmarks/field/well_b.yaml"
@@ -50,6 +50,19 @@ def test_friction_is_recovered_and_the_rest_of_the_log_foretold(log: Path, tmp_p
     assert [line.split()[0] for line in lines] == ["described", "described", "fitted", "fitted"]
     described, better = (float(lines[row].split()[6]) for row in (1, 3))
     assert better < 0.5 * described
+
+
+@pytest.mark.parametrize("fitted", [("kappa", "rest"), ("rest", "kappa")], ids=" ".join)
+def test_what_is_described_as_absent_is_found(fitted: tuple[str, ...]) -> None:
+    """Drag and friction of rest are 0 in a description that does not state them, below all bounds of the fit."""
+    speed = ramped_speed(60.0, 10.0, 20.0)
+    true = WellFriction(SLIDING, kappa=2000.0, rest=0.3, assembly_rest=0.3)
+    made = start_up(rig_at(DEPTH, SURVEY, EQUIPMENT, true), speed)
+    unmeasured = np.full(made.torque.size, np.nan)
+    measured = MeasuredStartUp(speed[: made.torque.size], made.torque, unmeasured, unmeasured)
+    found = StartUpModel(EQUIPMENT, SURVEY, DEPTH, WellFriction(SLIDING), fitted).fit(measured, 20.0, 100)
+    assert found.friction.kappa == pytest.approx(2000.0, rel=0.1)
+    assert found.friction.rest == pytest.approx(0.3, rel=0.1)
 
 
 def test_a_log_without_bit_speed_is_read(log: Path) -> None:
