@@ -15,8 +15,8 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Integers
 from drillid.errors import EstimationError
-from drillid.physics.equipment import Controller, DrillingSystem
-from drillid.physics.responses import laplace, string_admittance
+from drillid.physics.equipment import Controller, DrillingSystem, window_shape
+from drillid.physics.responses import bit_mobility, laplace, string_admittance
 from drillid.physics.top_drive import control, drive, matching_transfer
 
 Loop = Callable[[Complex], Complex]
@@ -131,15 +131,19 @@ def _phase_margins(size: Floats, turn: Floats, step: Floats, frequency: Floats) 
     return phase, delay
 
 
-def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highest: float = 200.0) -> Integers:
-    """Poles of the closed loop in the right half plane by the Nyquist criterion; L is stable but for an integrator.
+def unstable_poles(
+    loop: Loop, *, integrating: bool, open_loop: Integers | int = 0, lowest: float = 1e-4, highest: float = 200.0
+) -> Integers:
+    """Poles of the closed loop in the right half plane by the Nyquist criterion.
 
-    The phase of 1 + L changes by π/2 for a stable closed loop where L has an integrator, and by 0 where it has none,
-    less π for each unstable pole. Frequencies are inserted where the phase changes too much between neighbours.
+    Where L itself has none, the phase of 1 + L changes by π/2 for a stable closed loop where L has an integrator, and
+    by 0 where it has none, less π for each unstable pole; each pole of L adds π. Frequencies are inserted where the
+    phase changes too much between neighbours.
 
     Parameters
     ----------
     integrating : whether L grows as 1/s towards low frequency
+    open_loop : poles of L in the right half plane; of the shape of the loop's leading axes, or one for all
     lowest, highest : Hz, beyond which the phase of 1 + L must be constant
 
     Returns
@@ -158,7 +162,7 @@ def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highe
         wide = np.abs(steps) > _LARGEST_TURN
         coarse = np.flatnonzero(wide.reshape(-1, wide.shape[-1]).any(axis=0))
         if coarse.size == 0:
-            return _count(steps.sum(axis=-1), values, integrating)
+            return _count(steps.sum(axis=-1), values, integrating) + open_loop
         between = np.sqrt(frequency[coarse] * frequency[coarse + 1])
         frequency = np.insert(frequency, coarse + 1, between)
         values = np.insert(values, coarse + 1, 1 + np.asarray(loop(laplace(between)), dtype=complex), axis=-1)
@@ -170,9 +174,10 @@ def unstable_poles(loop: Loop, *, integrating: bool, lowest: float = 1e-4, highe
 
 
 def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
-    # beyond the grid 1 + L tends to −j∞ or a positive number at low frequency, and to a positive one at high
+    # beyond the grid 1 + L tends to ∓j∞ or a real number at low frequency, and to a positive one at high; +j∞ and a
+    # negative number begin half a turn away on the positive real axis of s, as for an odd number of poles
     begin = -np.pi / 2 if integrating else 0.0
-    beyond = np.angle(values[..., 0] * np.exp(-1j * begin)) - np.angle(values[..., -1])
+    beyond = np.angle((values[..., 0] * np.exp(-1j * begin)) ** 2) / 2 - np.angle(values[..., -1])
     poles = -(begin + turned + beyond) / np.pi
     whole = np.rint(poles)
     if np.max(np.abs(poles - whole)) > 1e-6:
@@ -182,11 +187,27 @@ def _count(turned: Floats, values: Complex, integrating: bool) -> Integers:
     return np.asarray(whole, dtype=np.int64)
 
 
+def growing_poles(system: DrillingSystem) -> Integers:
+    """Poles of L in the right half plane, in the shape of the system's samples.
+
+    They are the growing motion of the rig under a constant torque of its drive, which only a bit whose torque falls
+    with speed can feed. Counted by the ratio of the admittance at the bit to that with a strongly damped bit.
+    """
+    bit, shape = system.bit, window_shape(system)
+    if not bit.cutting and np.all(np.asarray(bit.damping) >= 0):
+        return np.zeros(shape, dtype=np.int64)
+    free = replace(system, top_drive=replace(system.top_drive, controller=Controller(0.0)))
+    calm = replace(free, bit=replace(bit, damping=system.string[-1].characteristic_admittance, cutting=()))
+    poles = unstable_poles(lambda s: bit_mobility(calm, s) / bit_mobility(free, s) - 1, integrating=False)
+    return np.broadcast_to(poles, shape)
+
+
 def is_stable(system: DrillingSystem) -> bool:
     """Whether every sample of the system is stable under its speed control."""
-    return is_stable_loop(lambda s: loop_transfer(system, s), system.top_drive.controller)
+    return is_stable_loop(lambda s: loop_transfer(system, s), system.top_drive.controller, growing_poles(system))
 
 
-def is_stable_loop(loop: Loop, controller: Controller) -> bool:
-    """Whether every sample of a loop under this controller is stable when closed."""
-    return not np.any(unstable_poles(loop, integrating=bool(np.all(np.asarray(controller.integral) != 0))))
+def is_stable_loop(loop: Loop, controller: Controller, open_loop: Integers | int = 0) -> bool:
+    """Whether every sample of a loop under this controller is stable when closed; see `unstable_poles`."""
+    integrating = bool(np.all(np.asarray(controller.integral) != 0))
+    return not np.any(unstable_poles(loop, integrating=integrating, open_loop=open_loop))

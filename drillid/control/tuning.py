@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from drillid.arrays import Floats
-from drillid.control.margins import Loops, Margins, is_stable_loop, margins
+from drillid.control.margins import Loops, Margins, growing_poles, is_stable_loop, margins
 from drillid.errors import EstimationError, SettingsError
 from drillid.physics.eight_parameters import KnownEquipment, drilling_system
 from drillid.physics.equipment import Controller, DrillingSystem, ImpedanceMatching, of_window, window_shape
@@ -197,7 +197,7 @@ def tune(
     """
     from scipy.optimize import minimize
 
-    margins_to_keep, loops = required or RequiredMargins(), Loops(system)
+    margins_to_keep, loops, growing = required or RequiredMargins(), Loops(system), growing_poles(system)
     build, axes = _family(system, family, stiffness)
     present = float(np.max(bit_vibration(system, goal, band)))
 
@@ -209,7 +209,7 @@ def tune(
         shortfall = margins_to_keep.shortfall(margins(loop))
         if shortfall + outside > 0:
             return _INFEASIBLE * (1 + shortfall + outside)
-        if not is_stable_loop(loop, candidate):
+        if not is_stable_loop(loop, candidate, growing):
             return 10 * _INFEASIBLE
         return float(np.max(bit_vibration(controlled_by(system, candidate), goal, band))) / present
 

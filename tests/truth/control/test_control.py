@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from drillid.arrays import Complex
-from drillid.control.margins import is_stable, loop_transfer, margins, unstable_poles
+from drillid.control.margins import growing_poles, is_stable, loop_transfer, margins, unstable_poles
 from drillid.control.stick_slip import (
     critical_slope,
     lowest_stable_speed,
@@ -31,8 +31,17 @@ from drillid.control.tuning import (
 from drillid.errors import EstimationError, SettingsError
 from drillid.excitation.torques import coloured_noise
 from drillid.figures.control import draw_bit_mobility, draw_stick_slip_map
+from drillid.physics.bottom_end import bit_load
 from drillid.physics.eight_parameters import drilling_system
-from drillid.physics.equipment import Bit, Controller, DrillingSystem, ImpedanceMatching, Section, TopDrive
+from drillid.physics.equipment import (
+    Bit,
+    Controller,
+    DrillingSystem,
+    ImpedanceMatching,
+    Section,
+    StribeckCutting,
+    TopDrive,
+)
 from drillid.physics.modes import modes
 from drillid.physics.nonlinear import Cutting, NonlinearRig, Weakening
 from drillid.physics.responses import bit_mobility, command_mobility, laplace, torque_mobility
@@ -124,6 +133,35 @@ def test_nyquist_counts_the_growing_modes() -> None:
         assert count == 2 * np.count_nonzero(growing)
         counts.append(count)
     assert counts == [0, 0, 2]
+
+
+@pytest.mark.parametrize(
+    "bit",
+    [Bit(85.0, -60.0), Bit(85.0, 0.0, (StribeckCutting(6e3, 3e3, 6.0, 8.0),))],
+    ids=["damping", "Stribeck"],
+)
+@pytest.mark.parametrize("controller", [STIFF, SOFT])
+def test_stability_is_that_of_the_modes_where_the_bit_feeds_vibration(bit: Bit, controller: Controller) -> None:
+    """Its motion grows under a constant torque of the drive, in some modes and, as drag is too weak, as a whole."""
+    system = replace(controlled_by(DEEP.system, controller), bit=bit)
+    free = controlled_by(system, Controller(0.0))
+    drag = float(bit_load(bit, laplace(np.full(1, 1e-9)))[0].real)
+    drag += sum(section.kappa * section.polar_moment * section.length for section in system.string)
+
+    def growing(which: DrillingSystem) -> int:
+        return 2 * int(np.count_nonzero(modes(which, 1e-3, 15.0, fastest_growth=30.0).poles.real > 0))
+
+    assert growing_poles(system) == growing(free) + (drag < 0)
+    count = unstable_poles(partial(loop_transfer, system), integrating=True, open_loop=growing_poles(system))
+    assert count == growing(system)
+    assert is_stable(system) == (growing(system) == 0)
+
+
+def test_tuned_control_is_stable_where_the_bit_feeds_vibration() -> None:
+    system = replace(controlled_by(DEEP.system, SOFT), bit=Bit(85.0, -40.0))
+    result = tune(system)
+    assert np.all(modes(controlled_by(system, result.controller), 1e-3, 15.0).poles.real < 0)
+    assert result.value < result.present
 
 
 def test_gain_margin_is_where_the_simulated_rig_begins_to_vibrate() -> None:
