@@ -24,8 +24,12 @@ Loop = Callable[[Complex], Complex]
 
 GRID = np.geomspace(1e-3, 50.0, 3000)
 """Hz; each mode of a string of a few kilometres spans some hundred points."""
-_LARGEST_TURN = 0.8
-"""rad; largest change of arg(1 + L) between neighbouring frequencies in the count of encirclements."""
+_LARGEST_TURN = 0.2
+"""rad; largest change of arg(1 + L) between neighbouring frequencies in the count of encirclements.
+
+A mode that the control moves just across the imaginary axis makes it turn once within a band that may be narrower
+than the first spacing of frequencies, and by little beside it.
+"""
 _MOST_HALVINGS = 24
 
 

@@ -137,8 +137,8 @@ def test_nyquist_counts_the_growing_modes() -> None:
 
 @pytest.mark.parametrize(
     "bit",
-    [Bit(85.0, -60.0), Bit(85.0, 0.0, (StribeckCutting(6e3, 3e3, 6.0, 8.0),))],
-    ids=["damping", "Stribeck"],
+    [Bit(85.0, -60.0), Bit(85.0, -250.0), Bit(85.0, 0.0, (StribeckCutting(6e3, 3e3, 6.0, 8.0),))],
+    ids=["weak", "strong", "Stribeck"],
 )
 @pytest.mark.parametrize("controller", [STIFF, SOFT])
 def test_stability_is_that_of_the_modes_where_the_bit_feeds_vibration(bit: Bit, controller: Controller) -> None:
