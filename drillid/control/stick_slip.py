@@ -33,12 +33,12 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
 
     Parameters
     ----------
-    system : of plain numbers, stable without the rock
+    system : of plain numbers, stable without the rock, or at least with a bit whose own damping is not negative
     stiff : clamp the top drive
 
     Returns
     -------
-    slope : N m s/rad, positive for a torque that falls
+    slope : N m s/rad, positive for a torque that falls; negative where the bit's own damping already feeds vibration
     frequency : Hz
 
     Raises
@@ -58,7 +58,7 @@ def critical_slope(system: DrillingSystem, *, stiff: bool = False) -> tuple[floa
     at_crossing = admittance(frequency)
     # for an undamped string the imaginary part also changes sign through infinity
     through_zero = np.abs(at_crossing.imag) < np.minimum(np.abs(imaginary[before]), np.abs(imaginary[before + 1]))
-    critical = np.where(through_zero & (at_crossing.real > 0), at_crossing.real, np.inf)
+    critical = np.where(through_zero & (at_crossing.real > min(system.bit.damping, 0.0)), at_crossing.real, np.inf)
     if not np.any(np.isfinite(critical)):
         raise EstimationError(
             "stick-slip", "no fall of torque with speed destabilises the system in the searched band", "Check it"

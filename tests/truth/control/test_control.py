@@ -279,6 +279,19 @@ def test_critical_slope_of_a_lossless_string_is_the_damping_of_its_bit() -> None
     assert np.min(np.abs(expected - frequency)) < 1e-3
 
 
+@pytest.mark.parametrize("controller", [STIFF, SOFT])
+@pytest.mark.parametrize("damping", [-20.0, -60.0, -200.0])
+def test_damping_of_the_bit_adds_to_the_critical_slope_even_below_zero(controller: Controller, damping: float) -> None:
+    """Damping is a torque that rises with speed; where the sum is below zero, some mode already grows."""
+    without, system = (
+        replace(controlled_by(DEEP.system, controller), bit=Bit(85.0, value)) for value in (0.0, damping)
+    )
+    slope, frequency = critical_slope(system)
+    assert slope == pytest.approx(critical_slope(without)[0] + damping, rel=1e-6)
+    assert frequency == pytest.approx(critical_slope(without)[1])
+    assert (slope > 0) == is_stable(system)
+
+
 @pytest.mark.parametrize("weight", [5e4, 1e5, 2e5])
 def test_lowest_speed_of_an_exponential_law(weight: float) -> None:
     """−T' = W Δ/Ω_s e^(−Ω/Ω_s) = g, so Ω = Ω_s ln(W Δ/(Ω_s g)); without enough weight no speed is unstable."""
