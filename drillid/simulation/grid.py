@@ -22,7 +22,7 @@ from drillid.simulation.parts import (
     Rock,
     SpatialGrid,
 )
-from drillid.simulation.relaxation import RATES, Relaxations, relaxations
+from drillid.simulation.relaxation import Relaxations, rates_of, relaxations
 
 _NO_LAW = LawTable(False, 0.0, 1.0, np.zeros(2), 1.0, 1.0)
 
@@ -65,10 +65,11 @@ def build(rig: NonlinearRig, counts: tuple[int, ...], time_step: float) -> Machi
             "the bit has linear cutting laws",
             "Describe cutting in a NonlinearRig, or convert the system by NonlinearRig.from_linear",
         )
-    laws = [relaxations(section) for section in rig.system.string]
+    rates = rates_of(rig.system.string)
+    laws = [relaxations(section, rates) for section in rig.system.string]
     grid = _with_ends(rig, _string(rig, laws, counts))
     _check_stable(rig, grid, time_step)
-    memory = _memory(rig, laws, counts, time_step / 2)
+    memory = _memory(rig, laws, rates, counts, time_step / 2)
     grid.viscous[:] += memory.shunt.sum(axis=0)
     grid.coupling[:] += memory.series.sum(axis=0) * time_step / 2
     mounts = _mounts(rig, counts, time_step / 2)
@@ -108,10 +109,12 @@ def _string(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...])
     return SpatialGrid(inertia, viscous, stiffness, coupling)
 
 
-def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...], half_step: float) -> Memory:
+def _memory(
+    rig: NonlinearRig, laws: list[Relaxations], rates: Floats, counts: tuple[int, ...], half_step: float
+) -> Memory:
     """Relaxations of all nodes and springs, at the rates that any law uses; gear and motor have none."""
     nodes = sum(counts) + 1
-    shunt, series = np.zeros((RATES.size, nodes)), np.zeros((RATES.size, nodes - 1))
+    shunt, series = np.zeros((rates.size, nodes)), np.zeros((rates.size, nodes - 1))
     first = 0
     for section, law, count in zip(rig.system.string, laws, counts, strict=True):
         width = section.length / count
@@ -123,7 +126,7 @@ def _memory(rig: NonlinearRig, laws: list[Relaxations], counts: tuple[int, ...],
     before, after = int(rig.gear.play > 0), int(rig.system.motor is not None)
     shunt, series = (np.pad(gains, ((0, 0), (before, after))) for gains in (shunt, series))
     used = [np.flatnonzero(gains.any(axis=1)) for gains in (shunt, series)]
-    decays = [RATES[rows] * half_step for rows in used]
+    decays = [rates[rows] * half_step for rows in used]
     # the trapezoidal rule splits each relaxation into a part from this step's mean and one from its state
     shunt, series = (gains[rows] for gains, rows in zip((shunt, series), used, strict=True))
     weights = [gains / (1 + decay[:, None]) for gains, decay in zip((shunt, series), decays, strict=True)]

@@ -13,12 +13,12 @@ import numpy as np
 
 from drillid.arrays import Array, Floats
 from drillid.errors import SettingsError
-from drillid.physics.attachments import MountedInertia
+from drillid.physics.attachments import MountedInertia, Relaxation
 from drillid.physics.damping import ConstantLossFactor, DampingLaw, HystereticLoss
 from drillid.physics.equipment import Section
 
 RATES = 2 * np.pi * np.geomspace(0.004, 60.0, 18)
-"""pₖ, rad/s."""
+"""pₖ of any law, rad/s."""
 FITTED = 2j * np.pi * np.geomspace(0.02, 15.0, 120)
 """s at which laws are fitted, rad/s."""
 LARGEST_MISFIT = 0.02
@@ -43,7 +43,13 @@ class Relaxations:
     """(rates,) gₖ, N m²/rad."""
 
 
-def relaxations(section: Section) -> Relaxations:
+def rates_of(string: Sequence[Section]) -> Floats:
+    """pₖ for a string, rad/s: RATES, and those of laws that are single relaxations themselves."""
+    own = {float(law.rate) for section in string for law in section.laws if isinstance(law, Relaxation)}
+    return np.append(RATES, sorted(rate for rate in own if rate > 0))
+
+
+def relaxations(section: Section, rates: Floats = RATES) -> Relaxations:
     """Fit all laws of a section except mounted inertias, which are simulated as bodies of their own.
 
     Ideal hysteretic damping, which is not causal, becomes a constant loss factor.
@@ -54,7 +60,7 @@ def relaxations(section: Section) -> Relaxations:
         If the sum misses a law by more than LARGEST_MISFIT.
     """
     laws = [_causal(law) for law in section.laws if not isinstance(law, MountedInertia)]
-    relaxing = 1 / (FITTED[:, None] + RATES)
+    relaxing = 1 / (FITTED[:, None] + rates)
     ones = np.ones_like(FITTED)
     shunt = _fitted([law.shunt(section, FITTED) for law in laws], [ones, FITTED], FITTED[:, None] * relaxing)
     series = _fitted([law.series(section, FITTED) for law in laws], [1 / FITTED, -1 / FITTED, ones], relaxing)
