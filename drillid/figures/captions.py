@@ -71,7 +71,7 @@ FIGURES = {
         "What stands out",
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
         "significant rise in either, and the smallest deviation that is flagged (larger in a run with more scatter). "
-        "Right: goodness of fit of each window.",
+        "Right: goodness of fit of each window, and the p-value below which normality or whiteness fails.",
     ),
     "verdicts": FigureText(
         "What the simulation gets wrong",

@@ -24,6 +24,7 @@ from drillid.config.settings import FiguresSettings, Settings
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
+from drillid.discrepancy.stage import _failed_tests
 from drillid.errors import SettingsError
 from drillid.figures import stage as figures
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, RPM_PER_KILONEWTON_METRE
@@ -246,6 +247,23 @@ def test_base_and_extended_residuals_are_both_seen(many: WellResults) -> None:
     )
     assert base.get_linewidth() > 2 * extended.get_linewidth()
     assert base.get_zorder() <= extended.get_zorder()
+
+
+def test_the_line_of_the_p_values_is_where_the_stage_lists_a_problem(many: WellResults) -> None:
+    accepted = many.fits["accepted"].copy()
+    accepted[[0, 1]] = False
+    some = replace(many, fits=many.fits.assign(accepted=accepted))
+    axis = DRAWINGS["anomaly"](some).axes[3]
+    (line,) = (each for each in axis.lines if to_rgba(each.get_color()) == to_rgba(FLAGGED))
+    level = float(np.asarray(line.get_xdata())[0])
+    tested = many.discrepancy.isel(window=accepted.values).copy(deep=True)
+    for name in ("normality_p_value", "whiteness_p_value"):
+        listed = []
+        for factor in (0.99, 1.01):
+            p_values = tested[["normality_p_value", "whiteness_p_value"]].map(np.ones_like)
+            p_values[name][3] = factor * level
+            listed.append(len(_failed_tests(tested.assign(p_values), many.error_rate)))
+        assert listed == [1, 0]
 
 
 def test_the_flagged_band_spans_the_interval(many: WellResults) -> None:
