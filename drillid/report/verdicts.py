@@ -29,7 +29,7 @@ _UNKNOWN_ACTION = "Rely less on the model at these depths, and have the part of 
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
 _FALLS = 0.98
-"""Ratio of prediction errors below which one is told to fall."""
+"""Ratio of prediction errors below which one is told to fall, or to rise from the other."""
 _SIGNED = (
     *(("more", "less"), ("higher", "lower"), ("high", "low"), ("longer", "shorter"), ("later", "earlier")),
     ("up", "down"),
@@ -79,9 +79,11 @@ class Prediction:
             return Markup(
                 "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; the noise is {} rpm."
             ).format(moved, base, extended, noise)
-        return Markup(
-            "{}A single held-out window does not show it: the error stays at {} rpm, the noise is {} rpm."
-        ).format(moved, base, noise)
+        rises = self.base < _FALLS * self.extended
+        error = Markup("rises from {} to {}").format(base, extended) if rises else Markup("stays at {}").format(base)
+        return Markup("{}A single held-out window does not show it: the error {} rpm, the noise is {} rpm.").format(
+            moved, error, noise
+        )
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,12 @@ def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
     )
 
 
+def test_an_error_that_rises_is_not_told_to_stay() -> None:
+    worse = replace(SET, prediction=Prediction(0.20, 0.35, 0.1, 0.3))
+    said = verdict_text(row(LAG), [worse]).gain
+    assert "does not show it: the error rises from 0.20 to 0.35 rpm, the noise is 0.10 rpm" in said
+
+
 def test_doubt_is_stated() -> None:
     doubtful = verdict_text(row(replace(LAG, probability=0.62)))
     assert doubtful.doubt == "Doubtful: the probability is 62 %."
