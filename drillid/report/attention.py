@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ ACT, LOOK, NOTE = 1, 2, 3
 URGENCY = {ACT: "act", LOOK: "look", NOTE: "note"}
 """Levels of urgency, in words."""
 _LIKELY = 0.8
-_LEAST_RATIO, _WHOLE_RATIO = 1.05, 3.0
+_LEAST_RATIO, _WHOLE_RATIO = 1.1, 3.0
 """Ratios below which a rise has no ratio in the text, and from which it is a whole number."""
 _FAMILIES = {
     "drive": "Top drive",
@@ -128,7 +129,7 @@ def rise_text(rise: Rise) -> Markup:
     """The parameter that rose, its value, the usual one and the ratio."""
     name, quantity = DISPLAYED_PARAMETERS[rise.parameter].name, QUANTITIES[PARAMETER_QUANTITIES[rise.parameter]]
     ratio = rise.least_ratio
-    times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
+    times = f", at least {_rounded_down(ratio)} times as much" if ratio >= _LEAST_RATIO else ""
     usual = (
         Markup("where {} is usual").format(quantity.text(rise.usual.value))
         if np.isfinite(rise.usual.value)
@@ -136,6 +137,11 @@ def rise_text(rise: Rise) -> Markup:
     )
     clear = f" ({rise.pull:.1f} standard deviations in the clearest window)"
     return Markup("{} {} {}{}{}").format(name, quantity.text(rise.there.value), usual, times, clear)
+
+
+def _rounded_down(ratio: float) -> str:
+    """A lower limit, which rounding must not raise."""
+    return number(math.floor(ratio)) if ratio >= _WHOLE_RATIO else number(math.floor(10 * ratio) / 10, 1)
 
 
 def _stick_slip(well: WellReport) -> list[Item]:

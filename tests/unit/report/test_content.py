@@ -138,6 +138,12 @@ def test_a_rise_has_the_least_ratio_within_the_errors() -> None:
     assert interval_explanation(FlaggedInterval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
 
 
+@pytest.mark.parametrize(("there", "said"), [(4.96, "4"), (2.98, "2.9"), (1.99, "1.9"), (1.1, "1.1"), (1.09, "")])
+def test_a_least_ratio_is_not_rounded_up(there: float, said: str) -> None:
+    words = rise_text(Rise("damping_bha", Estimate(there, 0.0), Estimate(1.0, 0.0), 9.0)).striptags()
+    assert (f"at least {said} times" in words) if said else ("times" not in words)
+
+
 def test_windows_that_overlap_count_their_time_once() -> None:
     start = np.array(["2025-01-01T00:00", "2025-01-01T00:30", "2025-01-01T04:00"], dtype="datetime64[ns]")
     assert covered_hours(start, start + np.timedelta64(1, "h")) == pytest.approx(2.5)
