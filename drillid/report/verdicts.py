@@ -359,8 +359,10 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
 
 
 def percent(probability: float) -> str:
-    """A probability for readers."""
-    return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
+    """A probability for readers; near zero or one, the limit that it is beyond."""
+    if probability > _NEARLY_ONE:
+        return "above 99 %"
+    return "below 1 %" if probability < 1 - _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
 def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:

@@ -49,7 +49,7 @@ from drillid.report.charts.style import (
     value_range,
 )
 from drillid.report.sentences import PARAMETER_QUANTITIES
-from drillid.report.verdicts import VerdictText
+from drillid.report.verdicts import VerdictText, percent
 
 _HEIGHT = 760
 _LEFT = 62
@@ -333,13 +333,13 @@ class _Tracks:
                 "top": [verdict.from_m for _, verdict in chosen],
                 "bottom": [max(verdict.to_m, verdict.from_m + 0.5) for _, verdict in chosen],
                 "title": [_lines(verdict.title) for _, verdict in chosen],
-                "probability": [verdict.probability for _, verdict in chosen],
+                "probability": [percent(verdict.probability) for _, verdict in chosen],
             }
             data = source(columns, {"top": "depth", "bottom": "depth"})
             quad = Quad(**_SIDES, fill_alpha=alpha, hatch_pattern=hatch)
             bars = drawn(track, data, quad, fill_color=colour, line_color=colour, hatch_color="paper")
             drawn(track, data, Text(x="text_at", y="top", text="title", **_WORDS), text_color="ink")
-            rows = [("Verdict", "@title", ""), ("Probability", "@probability{0 %}", "")]
+            rows = [("Verdict", "@title", ""), ("Probability", "@probability", "")]
             rows += [("From", "@top{0.0}", "depth"), ("To", "@bottom{0.0}", "depth")]
             track.add_tools(hover(rows, [bars]))
         label_axis(track.xaxis[0], "Verdicts")

@@ -227,6 +227,8 @@ def test_a_set_is_titled_by_the_verdicts_that_hold_in_it(many: WellResults) -> N
     assert (many.verdicts["verdict"] != "none").all()
     assert set_title(many, 0) == "1002–1028 m: regime change at 1015–1021 m, 99 %"
     assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1002–1028 m"
+    for probability, said in ((0.9999, "> 99 %"), (0.001, "< 1 %")):
+        assert set_title(replace(many, verdicts=many.verdicts.assign(probability=probability)), 0).endswith(said)
 
 
 def test_what_a_channel_did_not_test_says_so_and_has_no_bar(many: WellResults) -> None:

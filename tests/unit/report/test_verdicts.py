@@ -12,7 +12,7 @@ from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.content import Drilled
-from drillid.report.verdicts import Prediction, SetText, Visible, verdict_text, verdict_texts
+from drillid.report.verdicts import Prediction, SetText, Visible, percent, verdict_text, verdict_texts
 from drillid.report.well_report import WellReport
 from tests.verdicts import LAG
 
@@ -105,6 +105,11 @@ def test_doubt_is_stated() -> None:
     doubtful = verdict_text(row(replace(LAG, probability=0.62)))
     assert doubtful.doubt == "Doubtful: the probability is 62 %."
     assert doubtful.decisive.startswith("a sweep to higher")
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.9951, "above 99 %"), (0.0049, "below 1 %"), (0.012, "1 %")])
+def test_a_probability_is_not_rounded_to_zero_or_one(probability: float, said: str) -> None:
+    assert percent(probability) == said
 
 
 def test_the_evidence_is_apart_from_base_rates() -> None:
