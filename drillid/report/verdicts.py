@@ -155,14 +155,16 @@ def verdict_texts(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) ->
 
 
 def _all_clear(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) -> VerdictText:
-    """Text for several sets in which nothing is wrong, with the ranges of what they say."""
+    """Text for several sets in which nothing is wrong, with the ranges of what they say and the least probability."""
     texts = [verdict_text(row, sets) for row in rows]
     least, most = (percent(end(text.probability for text in texts)) for end in (min, max))
     both_ends = least if least == most else f"{least.removesuffix(' %')} to {most}"
     ends = min(text.from_m for text in texts), max(text.to_m for text in texts)
     own = [each for each in sets if ends[0] <= each.from_m and each.to_m <= ends[1]]
     doubt = f"The probability that nothing is wrong is {both_ends} in each of {len(rows)} sets of windows."
-    return replace(texts[0], from_m=ends[0], to_m=ends[1], lead=_none(rows[0], own), doubt=doubt, evidence=Markup(""))
+    lead, probability = _none(rows[0], own), min(text.probability for text in texts)
+    first = replace(texts[0], from_m=ends[0], to_m=ends[1], evidence=Markup(""))
+    return replace(first, lead=lead, doubt=doubt, probability=probability)
 
 
 def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> VerdictText:

@@ -162,6 +162,21 @@ def test_of_sets_that_name_the_same_the_last_is_told() -> None:
     assert well.titles(0) == well.titles(2) == "drive lag"
 
 
+def test_sets_that_one_clear_verdict_tells_of_have_its_title() -> None:
+    ends = [(2000.0, 2100.0), (2100.0, 2200.0), (2200.0, 2300.0)]
+    clear = replace(LAG, verdict="none", cause="", family="")
+    rows = [
+        {**row(replace(clear, probability=probability)), "from_m": top, "to_m": bottom}
+        for (top, bottom), probability in zip(ends, (0.9, 0.6, 0.8), strict=True)
+    ]
+    sets = tuple(replace(SET, from_m=top, to_m=bottom) for top, bottom in ends)
+    verdicts, nothing = verdict_texts(rows, sets), pd.DataFrame()
+    well = WellReport("A", "A", "", "", Drilled(2000.0, 2300.0, 9.0, 9.0, None), None, nothing, nothing, verdicts, sets)
+    assert [well.titles(number) for number in range(3)] == ["nothing wrong"] * 3
+    assert (well.told, well.alike) == ([2], [0, 1])
+    assert [verdict.probability for verdict in verdicts] == [0.6]
+
+
 def test_what_was_learnt_is_told_apart_from_the_evidence() -> None:
     words = "a p-value of 1e-9; learnt: an inertia hangs on the string by a spring"
     told = verdict_text(row(replace(LAG, verdict="unknown", cause="", family="bit", evidence=words)))
