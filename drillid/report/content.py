@@ -166,6 +166,11 @@ class Identified:
     comparisons: tuple[Comparison, ...]
     runs: tuple[AssemblyRun, ...]
 
+    def window_error(self, parameter: str) -> float:
+        """Typical standard error of one window, SI: mean over the runs with windows that tell it; NaN without any."""
+        errors = [run.spreads[parameter].error for run in self.runs if run.used]
+        return float(np.mean(errors)) if errors else float("nan")
+
 
 def identified(folders: WellFolders, rig: Rig) -> Identified:
     """Read what the report needs of a well that has its depth dataset."""

@@ -1,5 +1,6 @@
 """What the report reads of a well: counts, levels, comparisons, texts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from drillid.report.content import (
     Estimate,
     FlaggedInterval,
     Identified,
+    ParameterSpread,
     Rise,
     comparison,
     covered_hours,
@@ -110,6 +112,14 @@ def test_the_usual_level_is_one_number(found: Identified) -> None:
     (interval,), (run,) = found.intervals, found.runs
     for rise in interval.rises:
         assert rise.usual.value == pytest.approx(run.spreads[rise.parameter].usual)
+
+
+def test_a_run_without_accepted_fits_leaves_the_error_of_one_window_known(found: Identified) -> None:
+    (run,) = found.runs
+    unused = {name: ParameterSpread(*[np.nan] * 4, at_bound=0) for name in run.spreads}
+    runs = (run, replace(run, used=0, spreads=unused))
+    assert replace(found, runs=runs).window_error("delay") == found.window_error("delay") == run.spreads["delay"].error
+    assert np.isnan(replace(found, runs=runs[1:]).window_error("delay"))
 
 
 def test_agreement_with_the_data_sheets_is_said() -> None:
