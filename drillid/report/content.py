@@ -299,6 +299,8 @@ class Drilled:
     hours: float
     recorded_hours: float
     newest: pd.Timestamp | None
+    metres: float = 0.0
+    """Drilled in the segments, without what lies between them."""
 
 
 def drilled(segments: pd.DataFrame) -> Drilled:
@@ -311,6 +313,7 @@ def drilled(segments: pd.DataFrame) -> Drilled:
         float(drilling["duration_s"].sum() / 3600),
         float(segments["duration_s"].sum() / 3600),
         newest,
+        float((drilling["to_m"] - drilling["from_m"]).sum()),
     )
 
 

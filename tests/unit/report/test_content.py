@@ -201,6 +201,14 @@ def test_a_well_without_segments_has_drilled_nothing(tmp_path: Path) -> None:
     assert without_windows(segments).empty
 
 
+def test_metres_between_two_segments_are_not_drilled() -> None:
+    columns = ["state", "end", "from_m", "to_m", "duration_s"]
+    rows = [("drilling", 1000.0, 1010.0), ("reaming", 1010.0, 1500.0), ("drilling", 1500.0, 1520.0)]
+    found = drilled(pd.DataFrame([(state, "2025-05-01", *ends, 1800) for state, *ends in rows], columns=columns))
+    assert (found.from_m, found.to_m, found.hours, found.metres) == (1000.0, 1520.0, 1.0, 30.0)
+    assert drilled(pd.DataFrame(columns=columns)).metres == 0
+
+
 def test_numbers_are_written_for_readers() -> None:
     assert [number(value) for value in (1234.4, 12345, -3.2, -0.2, np.nan)] == [
         "1234",

@@ -142,6 +142,11 @@ def test_a_single_window_makes_no_level_and_no_anomaly(fleet: Fleet) -> None:
     assert "No run has enough windows for a usual level" in text(fleet.page("W2"))
 
 
+def test_the_fleet_has_drilled_what_its_segments_have(fleet: Fleet) -> None:
+    # 30 m of ten windows and 3 m of one; both wells and that without windows have a segment of 1 m, 1090 m deep
+    assert re.search(r"Drilled in the logs 36 m in \d", text(fleet.page()))
+
+
 def test_time_without_windows_is_listed_by_reason(fleet: Fleet) -> None:
     page = text(fleet.page("W1"))
     assert "drilling too short: 300.0 s of the 360.0 s needed 1 5.0" in page
