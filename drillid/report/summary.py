@@ -112,13 +112,16 @@ def _has_changes(results: Path) -> bool:
 def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
     kind = str(row["change"])
     depths = QUANTITIES["depth"].text(row["from_m"], row["to_m"]) if np.isfinite(row["from_m"]) else Markup("")
-    count = "" if pd.isna(row["count"]) else f"{int(row['count'])} "
+    words = kind.replace("_", " ")
+    if not pd.isna(row["count"]):
+        number_of = int(row["count"])
+        words = f"{number_of} {words.removesuffix('s')}{'s' if number_of != 1 else ''}"
     texts = [words_of(str(row[name])) for name in ("before", "now") if str(row[name])]
     return {
         "well": str(row["well"]),
         "kind": kind.replace("_", " "),
         "meaning": CHANGES.get(kind, ""),
-        "what": f"{count}{kind.replace('_', ' ')}" if count else kind.replace("_", " "),
+        "what": words,
         "depths": str(depths),
         "text": " → ".join(texts),
         "where": str(row["where"]),

@@ -377,9 +377,11 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     if own is not None and own.prediction is not None and not risen(str(row["evidence"])):
         felt = own.prediction.text + " "
     windows = int(row["held_out_windows"])
-    data = f"{windows} windows it was not fitted to" if windows else "data it was not fitted to"
+    data = f"{windows} window{'s' if windows > 1 else ''}" if windows else "data"
     ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
-    return felt + Markup("Log-likelihood gained on {}: {}{} per window.").format(data, digits(gain), ends)
+    return felt + Markup("Log-likelihood gained on {} it was not fitted to: {}{} per window.").format(
+        data, digits(gain), ends
+    )
 
 
 def _learnt(row: Mapping[Any, Any]) -> str:

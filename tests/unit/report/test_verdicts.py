@@ -86,6 +86,7 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     assert "changes the predicted speed of the top drive by 0.15 rpm." in words.gain
     assert "the error of the predicted speed falls from 0.21 to 0.12 rpm; the noise is 0.10 rpm." in words.gain
     assert "12 windows it was not fitted to: 339 (90 % interval 310 to 368) per window" in words.gain
+    assert "gained on 1 window it was not fitted to" in verdict_text(row(replace(LAG, held_out_windows=1)), [SET]).gain
 
 
 def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
