@@ -102,11 +102,12 @@ def interval_lead(interval: FlaggedInterval) -> Markup:
     """What a driller would say of a flagged interval."""
     rose = frozenset(rise.parameter for rise in interval.rises)
     what = {
+        frozenset(): "Damping or inertia of the assembly is higher here than its scatter explains",
         frozenset({"damping_bha"}): "Something drags on the assembly here",
         frozenset({"inertia_bha"}): "More mass than usual rotates with the assembly here",
     }.get(rose, "Something drags on the assembly here, and more mass rotates with it")
     action = "check the tally" if rose == {"inertia_bha"} else "check caliper, cuttings and downhole vibration"
-    likely = ", as in a washed-out hole" if rose != {"inertia_bha"} else ""
+    likely = ", as in a washed-out hole" if "damping_bha" in rose else ""
     return Markup("{}{}: {}.").format(what, likely, action)
 
 

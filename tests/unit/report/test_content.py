@@ -10,7 +10,7 @@ import xarray as xr
 
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
-from drillid.report.attention import interval_explanation, rise_text
+from drillid.report.attention import interval_explanation, interval_lead, rise_text
 from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
     EXPLANATIONS,
@@ -146,6 +146,15 @@ def test_a_rise_has_the_least_ratio_within_the_errors() -> None:
     hardly = Rise("inertia_bha", Estimate(80.0, 10.0), Estimate(75.0, 5.0), 2.1)
     assert "times" not in rise_text(hardly)
     assert interval_explanation(FlaggedInterval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
+
+
+def test_an_interval_in_which_nothing_rose_clearly_names_no_rise() -> None:
+    lead = interval_lead(FlaggedInterval(1000.0, 1010.0, 3, ()))
+    assert lead.startswith("Damping or inertia of the assembly is higher here")
+    assert "and more mass" not in lead
+    assert "washed-out" not in lead
+    both = tuple(Rise(name, Estimate(9.0, 1.0), Estimate(1.0, 1.0), 5.0) for name in ("damping_bha", "inertia_bha"))
+    assert "and more mass rotates with it, as in a washed" in interval_lead(FlaggedInterval(1.0, 2.0, 3, both))
 
 
 @pytest.mark.parametrize(("there", "said"), [(4.96, "4"), (2.98, "2.9"), (1.99, "1.9"), (1.1, "1.1"), (1.09, "")])
