@@ -205,7 +205,7 @@ def map_columns(results: WellResults) -> dict[str, Any]:
     inside = (frequency >= results.band[0]) & (frequency <= results.band[1])
     grid = np.geomspace(*results.band, int(inside.sum()))
     rows = np.abs(results.depth["bit_mobility_controlled"].values[in_order(results)]) * RPM_PER_KILONEWTON_METRE
-    edges = cell_edges(grid)
+    edges = np.exp(cell_edges(np.log(grid)))
     return {
         "image": [np.interp(grid, frequency, each)[None] for each in rows],
         "left": np.full(rows.shape[0], edges[0]),
