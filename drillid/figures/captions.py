@@ -89,7 +89,7 @@ FIGURES = {
     "distinguishability": FigureText(
         "Which causes these data distinguish",
         "Left: distance, in standard deviations, of a cause of its usual size (row) from the best fit by another one "
-        "(column), with all other unknowns fitted; below 3 the two are indistinguishable. Right: the smallest "
+        "(column), with all other unknowns fitted; below 3.3 the two are indistinguishable. Right: the smallest "
         "detectable size; left of the blue line the usual size is detectable. Both apply before any cause is added.",
     ),
     "model_residuals": FigureText(

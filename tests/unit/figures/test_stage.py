@@ -24,6 +24,7 @@ from drillid.config.settings import FiguresSettings, Settings
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
+from drillid.discrepancy.rules import DISTINCT
 from drillid.discrepancy.stage import _failed_tests
 from drillid.errors import SettingsError
 from drillid.figures import stage as figures
@@ -197,6 +198,10 @@ def test_every_axis_has_a_unit_and_depth_runs_downwards(many: WellResults, name:
             assert bottom > top
             assert top <= FIRST_DEPTH < FIRST_DEPTH + WINDOW_HEIGHT * COUNTS["many"] <= bottom
     assert any(FIGURES[name].title in text.get_text() and "many" in text.get_text() for text in figure.texts)
+
+
+def test_the_caption_states_the_engine_s_distance_of_indistinguishable_causes() -> None:
+    assert f"below {float(DISTINCT):.1f} the two are indistinguishable" in FIGURES["distinguishability"].caption
 
 
 @pytest.mark.parametrize("name", list(FIGURES))
