@@ -17,7 +17,7 @@ from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.fleet.manifest import write_whole
 from drillid.report.quantities import digits
 from drillid.report.rendering import render
-from drillid.report.verdicts import capitalised, headline, percent, signed_size
+from drillid.report.verdicts import capitalised, headline, percent, signed_size, size_name
 
 COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
 _TEXTS = ("shared", "name", "verdict", "family", "cause", "unit", "well", "standing", "reason")
@@ -80,4 +80,4 @@ def common_text(group: dict[str, Any]) -> Markup:
     more = f" These data cannot tell it from {' or '.join(others)}." if others else ""
     told = Markup("{} have in common that {}. {}: {} (95 % interval {} to {}); the probability is {}.{}")
     lead = headline({**group, "location_m": np.nan, "evidence": ""}, group["cause"])
-    return told.format(wells, lead, capitalised(cause.size.name), size, low, high, percent(group["probability"]), more)
+    return told.format(wells, lead, capitalised(size_name(cause)), size, low, high, percent(group["probability"]), more)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from drillid.arrays import Floats
     from drillid.datasets.store import WellFolders
+    from drillid.discrepancy.catalogue import Cause
 
 _UNKNOWN_ACTION = "Rely less on the model at these depths, and have the part of the rig named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
@@ -296,7 +297,8 @@ def headline(row: Mapping[Any, Any], name: str) -> Markup:
     """What a driller would say of a cause that a verdict names, with the verdict's size where that is the cause's."""
     cause = CATALOGUE[name]
     sized = name == row["cause"] and np.isfinite(row["size"])
-    if not cause.headline or ("{size}" in cause.headline and not sized):
+    of_size = ("size", *(positive for positive, _ in _SIGNED))
+    if not cause.headline or (not sized and any(f"{{{word}}}" in cause.headline for word in of_size)):
         return escape(cause.described(str(row["evidence"])))
     negative = sized and row["size"] < 0
     place = Markup(" at {}").format(QUANTITIES["depth"].text(row["location_m"])) if _has_place(row) else Markup("")
@@ -320,9 +322,9 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     cause = CATALOGUE[row["cause"]]
     parts = []
     if np.isfinite(row["size"]) and not cause.size.fixed:
-        subject = (
-            cause.size.name if "|" not in row["verdict"] else f"{cause.size.name}, if it is {words_of(row['cause'])}"
-        )
+        subject = size_name(cause)
+        if "|" in row["verdict"]:
+            subject += f", if it is {words_of(row['cause'])}"
         ends = Markup("")
         if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
             low, high = (signed_size(row[end], cause.size.unit) for end in ("size_low", "size_high"))
@@ -335,6 +337,11 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     elif members and all(member.is_place for member in members):
         parts.append(Markup("The data do not determine its location along the string."))
     return Markup(" ").join(parts)
+
+
+def size_name(cause: Cause) -> str:
+    """What the size of a cause is as it is told: not the square, where `size_text` takes the root."""
+    return cause.size.name.removesuffix(", squared")
 
 
 def signed_size(value: float, unit: str) -> Markup:

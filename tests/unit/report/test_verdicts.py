@@ -37,7 +37,8 @@ def test_every_cause_has_what_a_driller_says_and_what_to_do(name: str) -> None:
     assert lead.endswith(".")
     assert words.action
     assert not re.search(r"nan|[{}]", " ".join([lead, words.size, words.gain, words.doubt]))
-    assert cause.size.fixed or cause.size.name[1:] in words.size.unescape()
+    # the root of a square is told
+    assert cause.size.fixed or cause.size.name.removesuffix(", squared")[1:] in words.size.unescape()
 
 
 @pytest.mark.parametrize("name", list(CATALOGUE))
@@ -124,6 +125,25 @@ def test_a_class_has_what_all_its_members_would_be() -> None:
     assert words.lead.startswith("One of these, which the data cannot tell apart: the drive responds 49.4 ms late")
     assert CATALOGUE["clock_offset"].meaning in words.lead
     assert "Time constant, if it is drive lag: 49.4 ms" in words.size
+
+
+def test_a_root_is_not_called_a_square() -> None:
+    jitter = replace(
+        LAG, verdict="delay_jitter", cause="delay_jitter", unit="s²", size=4e-4, size_low=1e-4, size_high=9e-4
+    )
+    assert verdict_text(row(jitter)).size == "Root mean square: 20 ms (95 % interval 10 ms to 30 ms)."
+
+
+def test_a_member_of_a_class_without_a_size_has_no_direction() -> None:
+    drift = replace(
+        LAG, verdict="parameter_drift|regime_change", cause="parameter_drift", unit="N m s/rad", size=-150.0
+    )
+    lead = verdict_text(row(drift)).lead
+    assert "the damping at the bit drifts" in lead
+    assert CATALOGUE["regime_change"].meaning in lead
+    assert "jumps up" not in lead
+    fallen = replace(drift, verdict="regime_change", cause="regime_change")
+    assert "jumps down" in verdict_text(row(fallen)).lead
 
 
 def test_a_place_is_stated_where_the_data_determine_it() -> None:
