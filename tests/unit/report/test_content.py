@@ -10,7 +10,7 @@ import xarray as xr
 
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
-from drillid.report.attention import interval_explanation, interval_lead, rise_text
+from drillid.report.attention import interval_explanation, interval_lead, items, rise_text
 from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
     EXPLANATIONS,
@@ -32,6 +32,8 @@ from drillid.report.content import (
 from drillid.report.quantities import QUANTITIES, number, share, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, estimate_text
+from drillid.report.well_report import StickSlip, WellReport
+from drillid.units import RPM
 
 
 def test_what_was_identified_is_counted(found: Identified) -> None:
@@ -161,6 +163,18 @@ def test_an_interval_in_which_nothing_rose_clearly_names_no_rise() -> None:
 def test_a_least_ratio_is_not_rounded_up(there: float, said: str) -> None:
     words = rise_text(Rise("damping_bha", Estimate(there, 0.0), Estimate(1.0, 0.0), 9.0)).striptags()
     assert (f"at least {said} times" in words) if said else ("times" not in words)
+
+
+def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
+    nothing = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
+    for lowest, said in (
+        (119.3, "118.9 rpm where a bit with the stated torque needs 119.3 rpm"),
+        (140.0, "119 rpm where"),
+    ):
+        risk = StickSlip(1, 2, 118.9 * RPM, lowest * RPM, 1000.0, 1010.0)
+        well = WellReport("A", "A", "", "", drilled(read_segments(WellFolders(Path(), "A"))), None, nothing, nothing)
+        (item,) = (each for each in items(replace(well, stick_slip=risk)) if each.kind == "Stick-slip")
+        assert item.more.startswith(said)
 
 
 def test_windows_that_overlap_count_their_time_once() -> None:
