@@ -11,10 +11,13 @@ from markupsafe import Markup
 
 from drillid.datasets.store import WellFolders
 from drillid.report.quantities import MISSING, QUANTITIES
+from drillid.simulation.start_up_fit import BIT_SCALE, TORQUE_SCALE
 from drillid.start_ups.judging import DESCRIBED
+from drillid.units import RPM
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
     from drillid.config.listing import Listing
 
@@ -45,9 +48,9 @@ def _judged(folders: WellFolders) -> dict[str, Markup | str]:
     dataset = folders.read("start_ups", "start_ups").load()
     held, kept = dataset.isel(span=-1), int(np.flatnonzero(dataset["kept"].values)[0])
     name, first, last = str(dataset["model"].values[kept]), held.isel(model=0), held.isel(model=kept)
-    low, high = (float(dataset[end].values[kept]) for end in ("gain_low", "gain_high"))
-    saved = f"{100 * low:.0f} to {100 * high:.0f} %"
-    best = f"the {name} model is kept: it removes {saved} of the squared error on the part that was held out"
+    low, high = (float(dataset[end].values[kept]) / _squared_error(first) for end in ("gain_low", "gain_high"))
+    saved = f"{100 * low:.0f} to {100 * min(high, 1.0):.0f} % of the squared error on the part that was held out"
+    best = f"the {name} model is kept: it removes {saved} (90 % interval)"
     verdict = "the description is kept: no fitted model predicts better" if name == DESCRIBED else best
     figure = folders.stage("start_ups") / "start_up.png"
     return {
@@ -56,6 +59,12 @@ def _judged(folders: WellFolders) -> dict[str, Markup | str]:
         "bit": _both("rotation", float(first["bit_rms"]), float(last["bit_rms"])),
         "figure": figure.relative_to(folders.results).as_posix() if figure.exists() else "",
     }
+
+
+def _squared_error(held: xr.Dataset) -> float:
+    """Squared error of a model on the part that was held out, in units of the errors' scales as its gain."""
+    errors = float(held["torque_rms"]) / (1e3 * TORQUE_SCALE), float(held["bit_rms"]) / (RPM * BIT_SCALE)
+    return float(np.nansum(np.square(errors)))
 
 
 def _both(quantity: str, before: float, after: float) -> Markup | str:

@@ -18,8 +18,10 @@ from drillid.errors import SettingsError
 from drillid.report.start_ups import start_up_rows
 from drillid.simulation.start_up import rig_at, start_up
 from drillid.simulation.start_up_files import ramped_speed, read_survey, write_start_up
+from drillid.simulation.start_up_fit import BIT_SCALE, TORQUE_SCALE
 from drillid.start_ups.judging import gain
 from drillid.start_ups.stage import process
+from drillid.units import RPM
 
 WELL = """
 top_drive: {inertia: 2000 kg m^2, proportional: 30e3 N m s/rad}
@@ -82,7 +84,13 @@ def test_the_report_has_a_row_for_it_and_for_one_that_failed(results: Path, file
     problems.columns = pd.Index(["well", "stage", "where", "what", "remedy"])
     done, failed = start_up_rows(results, listings, problems)
     assert done["verdict"].startswith("the fitted model is kept")
-    assert re.search(r"it removes \d+ to \d+ % of the squared error", done["verdict"])
+    said = re.search(r"it removes (\d+) to (\d+) % of the squared error", done["verdict"])
+    assert said is not None
+    held = xr.open_zarr(results / "start_ups/B-1/start_ups.zarr").sel(span="held out").load()
+    scaled = np.array([held["torque_rms"] / (1e3 * TORQUE_SCALE), held["bit_rms"] / (RPM * BIT_SCALE)])
+    described, fitted = np.nansum(scaled**2, axis=0)
+    assert int(said[1]) - 1 <= 100 * (1 - fitted / described) <= int(said[2]) + 1
+    assert int(said[2]) <= 100
     assert "kft·lbf" in done["torque"]
     assert " ft" in done["depth"]
     assert done["figure"] == "start_ups/B-1/start_up.png"
