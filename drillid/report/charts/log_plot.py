@@ -25,7 +25,6 @@ from bokeh.models import (
     Scatter,
     Segment,
     Span,
-    Step,
     TapTool,
     Text,
     Tool,
@@ -267,7 +266,7 @@ class _Tracks:
             values.append(np.asarray(self.windows.data["lowest_rotation"]))
         across = value_range(*values, quantity=channel.quantity, zero=channel.column in ("weight", "penetration"))
         track = self._new(_NARROW, across)
-        line = Step(x=channel.column, y="depth", line_width=1.2, mode="center")
+        line = Segment(x0=channel.column, x1=channel.column, y0="cell_top", y1="cell_bottom", line_width=1.2)
         drawn(track, self.windows, line, line_color="ink")
         dots = self._dots(track, channel.column)
         rows = [(channel.name, f"@{channel.column}{{{_pattern(channel.decimals)}}}", channel.quantity)]

@@ -1,15 +1,16 @@
-"""The maps of a well: columns of an image lie at their frequencies and times."""
+"""Charts of a well: columns of a map lie at their frequencies and times, tracks hold each window's value."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from bokeh.models import Image
+from bokeh.models import Image, Segment
 
 from drillid.config.sheets import read_sheets
 from drillid.datasets.store import WellFolders
 from drillid.figures.data import WellResults
 from drillid.report.charts import well_data
+from drillid.report.charts.log_plot import log_plot
 from drillid.report.charts.maps import map_charts, map_source
 from drillid.report.charts.style import depth_range
 from tests.unit.report.conftest import Fleet
@@ -45,3 +46,11 @@ def test_columns_of_a_map_lie_at_their_frequencies_and_times(fleet: Fleet, name:
     left, right = ends if name.startswith("step") else np.log(ends)
     centres = left + (np.arange(points.size) + 0.5) / points.size * (right - left)
     assert centres == pytest.approx(points, abs=1e-9)
+
+
+def test_what_the_rig_did_is_drawn_over_the_depths_of_its_window(fleet: Fleet) -> None:
+    results = WellResults.load(read_sheets(fleet.settings)["W1"].load(), WellFolders(fleet.results, "W1"), 0.05)
+    log = log_plot(results, (), depth_range(1000.0, 1030.0))
+    drawn = [each.glyph for track, _, _ in log.chart.children for each in track.renderers]
+    upright = [glyph for glyph in drawn if isinstance(glyph, Segment) and glyph.x0 == glyph.x1 == "weight"]
+    assert [(glyph.y0, glyph.y1) for glyph in upright] == [("cell_top", "cell_bottom")]
