@@ -70,7 +70,8 @@ FIGURES = {
     "anomaly": FigureText(
         "What stands out",
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
-        "significant rise in either, and the smallest deviation that is flagged (larger in a run with more scatter). "
+        "significant rise in either, or in their neighbours on both sides, and the smallest deviation that is flagged "
+        "(larger in a run with more scatter). "
         "Right: goodness of fit of each window, and the p-value below which normality or whiteness fails.",
     ),
     "verdicts": FigureText(
