@@ -72,7 +72,7 @@ FIGURES = {
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
         "significant rise in either, or in their neighbours on both sides, and the smallest deviation that is flagged "
         "(larger in a run with more scatter). "
-        "Right: goodness of fit of each window, and the p-value below which normality or whiteness fails.",
+        "Right: goodness of fit, and the p-value below which normality or whiteness fails.",
     ),
     "verdicts": FigureText(
         "What the simulation gets wrong",
