@@ -37,6 +37,11 @@ def folder_of(name: str) -> str:
     return f"{kept[: _LONGEST - 9].strip('-._') or 'well'}-{digest}"
 
 
+def folder_apart(name: str) -> str:
+    """A folder for a name that may not have its own, as that is another's."""
+    return f"{folder_of(name)}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
 def as_seen(folder: str) -> str:
     """The folder as file systems see it that ignore case and points at its end."""
     return folder.casefold().rstrip(".")

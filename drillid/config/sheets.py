@@ -1,7 +1,6 @@
 """The two sheets a user fills in: wells with their rigs, and the log files of each well."""
 
 import difflib
-import hashlib
 import os
 import re
 from collections.abc import Collection, Iterable
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import Field, field_validator
 
-from drillid.config.folders import SAFE, Roots, as_seen, files_of, folder_of, without_links
+from drillid.config.folders import SAFE, Roots, as_seen, files_of, folder_apart, folder_of, without_links
 from drillid.config.listing import Listing, StartUpListing
 from drillid.config.sheet_rows import SheetRow, sheet_rows
 from drillid.config.validation import KeyFault, Strict
@@ -184,7 +183,7 @@ def _entries(rows: Iterable[SheetRow[Named]], kind: str) -> dict[str, _Entry[Nam
         else:
             what = f"{called}s '{other}' and '{name}' would share the folder '{folder}' where case is ignored"
             remedy = "Rename one of them, or give it another folder in a column 'folder' of this sheet"
-            entry = _Entry(_folder_apart(name), faults=[SettingsError(row.where, what, remedy)])
+            entry = _Entry(folder_apart(name), faults=[SettingsError(row.where, what, remedy)])
         entry.faults += [row.fault] if row.fault else []
         found[name] = entry
     return found
@@ -204,11 +203,6 @@ def _folder_in(row: SheetRow[Any], name: str) -> str:
     return stated if re.match(SAFE, stated) else folder_of(name)
 
 
-def _folder_apart(name: str) -> str:
-    """A folder of a well that may not have the one of its name, as that is another's."""
-    return f"{folder_of(name)}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
-
-
 def _add_logs(settings: "Settings", entries: dict[str, _Entry[WellRow]]) -> None:
     """Add the logs to their wells, and the wells that the wells sheet lacks."""
     listed, sheet = list(entries), Path(settings.logs)
@@ -221,7 +215,7 @@ def _add_logs(settings: "Settings", entries: dict[str, _Entry[WellRow]]) -> None
         name = _name_in(row, "well")
         if name not in entries:
             folder = folder_of(name)
-            entries[name] = _Entry(_folder_apart(name) if as_seen(folder) in taken else folder)
+            entries[name] = _Entry(folder_apart(name) if as_seen(folder) in taken else folder)
         entry = entries[name]
         if row.content is None:
             entry.faults += [row.fault] if row.fault else []

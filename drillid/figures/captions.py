@@ -70,8 +70,9 @@ FIGURES = {
     "anomaly": FigureText(
         "What stands out",
         "BHA damping and inertia in standard deviations from the level of their run. Orange: windows with a "
-        "significant rise in either, and the smallest deviation that is flagged (larger in a run with more scatter). "
-        "Right: goodness of fit of each window.",
+        "significant rise in either, or in their neighbours on both sides, and the smallest deviation that is flagged "
+        "(larger in a run with more scatter). "
+        "Right: goodness of fit, and the p-value below which normality or whiteness fails.",
     ),
     "verdicts": FigureText(
         "What the simulation gets wrong",
@@ -89,7 +90,7 @@ FIGURES = {
     "distinguishability": FigureText(
         "Which causes these data distinguish",
         "Left: distance, in standard deviations, of a cause of its usual size (row) from the best fit by another one "
-        "(column), with all other unknowns fitted; below 3 the two are indistinguishable. Right: the smallest "
+        "(column), with all other unknowns fitted; below 3.3 the two are indistinguishable. Right: the smallest "
         "detectable size; left of the blue line the usual size is detectable. Both apply before any cause is added.",
     ),
     "model_residuals": FigureText(

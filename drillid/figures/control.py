@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 _LOOKS = ((INK, "-"), (FLAGGED, "--"), ("#4f8f6b", "-."), (DATA_SHEET, ":"), (MUTED, (0, (5, 1, 1, 1, 1, 1))))
-"""Colours and dashes of the controllers' lines, distinguishable in greyscale too."""
+"""Colours and dashes of the controllers' lines, distinguishable in greyscale too; more controllers have them again."""
 _RPM = 30 / np.pi
 
 
@@ -34,7 +35,7 @@ def draw_stick_slip_map(stability: StickSlipMap, simulated: Mapping[str, tuple[f
         figure = Figure(figsize=(7.0, 4.4), layout="constrained")
         FigureCanvasAgg(figure)
         axis = figure.subplots()
-        for (colour, dash), (name, speed) in zip(_LOOKS, stability.speed.items(), strict=False):
+        for (colour, dash), (name, speed) in zip(cycle(_LOOKS), stability.speed.items(), strict=False):
             label = f"{name}: vibrates at {stability.frequency[name]:.2f} Hz"
             axis.plot(stability.weight / 1e3, speed * _RPM, color=colour, linestyle=dash, label=label)
             if simulated and name in simulated:
@@ -61,7 +62,7 @@ def draw_bit_mobility(systems: Mapping[str, DrillingSystem], band: tuple[float, 
         figure = Figure(figsize=(7.0, 4.4), layout="constrained")
         FigureCanvasAgg(figure)
         axis = figure.subplots()
-        for (colour, dash), (name, system) in zip(_LOOKS, systems.items(), strict=False):
+        for (colour, dash), (name, system) in zip(cycle(_LOOKS), systems.items(), strict=False):
             size = np.atleast_2d(np.abs(bit_mobility(system, laplace(frequency)))) * _RPM * 1e3
             axis.plot(frequency, size[0], color=colour, linestyle=dash, label=name)
             axis.fill_between(frequency, size.min(axis=0), size.max(axis=0), color=colour, alpha=0.15, linewidth=0)

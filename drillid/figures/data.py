@@ -35,6 +35,8 @@ _SUCCESSIVE = 6
 """Windows shown where there is no stack, as in the paper."""
 _SETS = 3
 """Sets of windows shown beside each other."""
+RESIDUAL_TESTS = {"normality_p_value": "normality", "whiteness_p_value": "whiteness"}
+"""Tests of the residuals that share the error rate, in words."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,11 @@ class WellResults:
 
         tested = sum(int(np.isfinite(self.discrepancy[name].values).sum()) for name in EVIDENCE)
         return float(-ndtri(CHANGES_SHARE * self.error_rate / tested)) if tested else float("nan")
+
+    def residual_level(self) -> float:
+        """p-value below which a test of the residuals fails: tests and accepted windows share the error rate."""
+        accepted = int(np.count_nonzero(self.fits["accepted"].values))
+        return self.error_rate / (len(RESIDUAL_TESTS) * accepted) if accepted else float("nan")
 
 
 def stored_results(settings: Settings, name: str) -> WellResults:

@@ -8,7 +8,7 @@ import numpy as np
 
 from drillid.arrays import Booleans, Floats
 from drillid.figures.captions import DISPLAYED_PARAMETERS, LENGTH_LESS_DEPTH
-from drillid.figures.data import DepthCells, WellResults, drilled_length
+from drillid.figures.data import RESIDUAL_TESTS, DepthCells, WellResults, drilled_length
 from drillid.figures.layout import Margins, new_figure, panels, room_for_marks
 from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis, horizontal
 from drillid.physics.parameters import BOUNDS, PARAMETERS
@@ -156,17 +156,15 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Booleans, limi
 
 def _p_value_track(axis: Axes, results: WellResults) -> None:
     discrepancy, depth = results.discrepancy, results.windows["hole_depth"].values
-    tests = (
-        ("chi2_p_value", "size", "o"),
-        ("normality_p_value", "normality", "s"),
-        ("whiteness_p_value", "whiteness", "^"),
-    )
-    for (name, label, marker), colour in zip(tests, (INK, DATA_SHEET, "#5a9367"), strict=True):
+    tests, looks = {"chi2_p_value": "size"} | RESIDUAL_TESTS, (("o", INK), ("s", DATA_SHEET), ("^", "#5a9367"))
+    for (name, label), (marker, colour) in zip(tests.items(), looks, strict=True):
         p_value = np.maximum(discrepancy[name].values, _SMALLEST_P_VALUE)
         axis.plot(p_value, depth, marker, color=colour, markersize=3.6, label=label)
     axis.set_xscale("log")
     axis.set_xlim(_SMALLEST_P_VALUE / 2, 2)
-    axis.axvline(results.error_rate / (3 * depth.size), color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
+    level = results.residual_level()
+    if np.isfinite(level):
+        axis.axvline(level, color=FLAGGED, linewidth=1.2, linestyle=(0, (4, 2)))
     axis.set_xlabel("p-value of the residuals\nunder the model [–]")
     axis.legend(loc="upper left", fontsize=7.5, handletextpad=0.1)
 

@@ -65,7 +65,10 @@ def set_title(results: WellResults, number: int) -> str:
     verdict = words_of(first["verdict"])
     place = f" at {first['from_m']:.0f}–{first['to_m']:.0f} m" if _narrower(first, begin, end) else ""
     more = f", and {len(chosen) - 1} more" if len(chosen) > 1 else ""
-    return f"{words}: {verdict}{place}, {100 * first['probability']:.0f} %{more}"
+    # no probability is rounded to zero or one
+    percent = 100 * first["probability"]
+    probability = "> 99" if percent >= 99.5 else "< 1" if percent < 0.5 else f"{percent:.0f}"
+    return f"{words}: {verdict}{place}, {probability} %{more}"
 
 
 def _narrower(row: pd.Series, begin: float, end: float) -> bool:

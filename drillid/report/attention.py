@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ ACT, LOOK, NOTE = 1, 2, 3
 URGENCY = {ACT: "act", LOOK: "look", NOTE: "note"}
 """Levels of urgency, in words."""
 _LIKELY = 0.8
-_LEAST_RATIO, _WHOLE_RATIO = 1.05, 3.0
+_LEAST_RATIO, _WHOLE_RATIO = 1.1, 3.0
 """Ratios below which a rise has no ratio in the text, and from which it is a whole number."""
 _FAMILIES = {
     "drive": "Top drive",
@@ -101,11 +102,12 @@ def interval_lead(interval: FlaggedInterval) -> Markup:
     """What a driller would say of a flagged interval."""
     rose = frozenset(rise.parameter for rise in interval.rises)
     what = {
+        frozenset(): "Damping or inertia of the assembly is higher here than its scatter explains",
         frozenset({"damping_bha"}): "Something drags on the assembly here",
         frozenset({"inertia_bha"}): "More mass than usual rotates with the assembly here",
     }.get(rose, "Something drags on the assembly here, and more mass rotates with it")
     action = "check the tally" if rose == {"inertia_bha"} else "check caliper, cuttings and downhole vibration"
-    likely = ", as in a washed-out hole" if rose != {"inertia_bha"} else ""
+    likely = ", as in a washed-out hole" if "damping_bha" in rose else ""
     return Markup("{}{}: {}.").format(what, likely, action)
 
 
@@ -128,7 +130,7 @@ def rise_text(rise: Rise) -> Markup:
     """The parameter that rose, its value, the usual one and the ratio."""
     name, quantity = DISPLAYED_PARAMETERS[rise.parameter].name, QUANTITIES[PARAMETER_QUANTITIES[rise.parameter]]
     ratio = rise.least_ratio
-    times = f", at least {number(ratio, int(ratio < _WHOLE_RATIO))} times as much" if ratio > _LEAST_RATIO else ""
+    times = f", at least {_rounded_down(ratio)} times as much" if ratio >= _LEAST_RATIO else ""
     usual = (
         Markup("where {} is usual").format(quantity.text(rise.usual.value))
         if np.isfinite(rise.usual.value)
@@ -138,6 +140,11 @@ def rise_text(rise: Rise) -> Markup:
     return Markup("{} {} {}{}{}").format(name, quantity.text(rise.there.value), usual, times, clear)
 
 
+def _rounded_down(ratio: float) -> str:
+    """A lower limit, which rounding must not raise."""
+    return number(math.floor(ratio)) if ratio >= _WHOLE_RATIO else number(math.floor(10 * ratio) / 10, 1)
+
+
 def _stick_slip(well: WellReport) -> list[Item]:
     risk = well.stick_slip
     if risk is None:
@@ -145,8 +152,12 @@ def _stick_slip(well: WellReport) -> list[Item]:
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
     lead = Markup("Risk of stick-slip: raise the speed, reduce the weight on bit or {}.").format(remedy)
+    speeds = (risk.speed, risk.lowest)
+    # as many decimal places as tell the two apart
+    places = next((more for more in range(3) if len({rotation.text(each, more=more) for each in speeds}) > 1), 3)
+    speed, lowest = (rotation.text(each, more=places) for each in speeds)
     more = Markup("{} where a bit with the stated torque needs {}; {} of {} windows are below their limit.").format(
-        rotation.text(risk.speed), rotation.text(risk.lowest), risk.windows, risk.judged
+        speed, lowest, risk.windows, risk.judged
     )
     share = risk.windows / max(risk.judged, 1)
     return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]

@@ -166,6 +166,11 @@ class Identified:
     comparisons: tuple[Comparison, ...]
     runs: tuple[AssemblyRun, ...]
 
+    def window_error(self, parameter: str) -> float:
+        """Typical standard error of one window, SI: mean over the runs with windows that tell it; NaN without any."""
+        errors = [run.spreads[parameter].error for run in self.runs if run.used]
+        return float(np.mean(errors)) if errors else float("nan")
+
 
 def identified(folders: WellFolders, rig: Rig) -> Identified:
     """Read what the report needs of a well that has its depth dataset."""
@@ -294,6 +299,8 @@ class Drilled:
     hours: float
     recorded_hours: float
     newest: pd.Timestamp | None
+    metres: float = 0.0
+    """Drilled in the segments, without what lies between them."""
 
 
 def drilled(segments: pd.DataFrame) -> Drilled:
@@ -306,6 +313,7 @@ def drilled(segments: pd.DataFrame) -> Drilled:
         float(drilling["duration_s"].sum() / 3600),
         float(segments["duration_s"].sum() / 3600),
         newest,
+        float((drilling["to_m"] - drilling["from_m"]).sum()),
     )
 
 

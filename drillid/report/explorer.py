@@ -6,6 +6,7 @@ A Bokeh server holds the page, so that every window is shown at the full resolut
 from __future__ import annotations
 
 import functools
+import html
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -132,7 +133,7 @@ class Explorer:
             order = in_order(results)
             spectra.data = spectrum_columns(results, order[rows] if rows.size else order)
             words.append(f"{select.value}: spectra of {rows.size or order.size} of {order.size} windows")
-        self.told.text = "<br>".join(words)
+        self.told.text = "<br>".join(map(html.escape, words))
 
     def _track(self, name: str, words: str) -> Any:
         chart = figure(height=430, width=200, y_range=self.depths, tools=_TOOLS, x_axis_location="above", name=name)
@@ -205,7 +206,7 @@ def map_columns(results: WellResults) -> dict[str, Any]:
     inside = (frequency >= results.band[0]) & (frequency <= results.band[1])
     grid = np.geomspace(*results.band, int(inside.sum()))
     rows = np.abs(results.depth["bit_mobility_controlled"].values[in_order(results)]) * RPM_PER_KILONEWTON_METRE
-    edges = cell_edges(grid)
+    edges = np.exp(cell_edges(np.log(grid)))
     return {
         "image": [np.interp(grid, frequency, each)[None] for each in rows],
         "left": np.full(rows.shape[0], edges[0]),

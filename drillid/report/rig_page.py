@@ -11,13 +11,13 @@ import pandas as pd
 from markupsafe import Markup
 
 import drillid
-from drillid.config.folders import folder_of
+from drillid.config.folders import as_seen, folder_apart, folder_of
 from drillid.datasets.tables import read_table
 from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.fleet.manifest import write_whole
 from drillid.report.quantities import digits
 from drillid.report.rendering import render
-from drillid.report.verdicts import capitalised, headline, percent, signed_size
+from drillid.report.verdicts import capitalised, headline, percent, signed_size, size_name
 
 COMMON_CAUSES, STANDINGS = "common_causes.csv", "well_standings.csv"
 _TEXTS = ("shared", "name", "verdict", "family", "cause", "unit", "well", "standing", "reason")
@@ -36,18 +36,21 @@ def write_rig_pages(results: Path, pages: Path, folders: Mapping[str, str]) -> l
     if not (results / COMMON_CAUSES).exists():
         return []
     groups, standings = _read(results / COMMON_CAUSES), _read(results / STANDINGS)
-    links = []
+    links, taken = [], {as_seen(folder) for folder in folders.values()}
     for group in groups.to_dict("records"):
         named = {str(name): value for name, value in group.items()}
-        file = f"{named['shared']}-{folder_of(named['name'])}.html"
-        own = standings[(standings["shared"] == named["shared"]) & (standings["name"] == named["name"])]
+        own, apart = (f"{named['shared']}-{folder(named['name'])}" for folder in (folder_of, folder_apart))
+        stem = apart if as_seen(own) in taken else own
+        taken.add(as_seen(stem))
+        file = f"{stem}.html"
+        rows = standings[(standings["shared"] == named["shared"]) & (standings["name"] == named["name"])]
         page = render(
             "rig.html.j2",
             group=named,
             text=common_text(named),
             heading=heading(named),
             p_values={name: digits(float(named[name]), 2) for name in ("p_value", "heterogeneity_p_value")},
-            standings=own.to_dict("records"),
+            standings=rows.to_dict("records"),
             folders=folders,
             version=drillid.__version__,
         )
@@ -77,4 +80,4 @@ def common_text(group: dict[str, Any]) -> Markup:
     more = f" These data cannot tell it from {' or '.join(others)}." if others else ""
     told = Markup("{} have in common that {}. {}: {} (95 % interval {} to {}); the probability is {}.{}")
     lead = headline({**group, "location_m": np.nan, "evidence": ""}, group["cause"])
-    return told.format(wells, lead, capitalised(cause.size.name), size, low, high, percent(group["probability"]), more)
+    return told.format(wells, lead, capitalised(size_name(cause)), size, low, high, percent(group["probability"]), more)

@@ -46,8 +46,8 @@ def _judged(folders: WellFolders) -> dict[str, Markup | str]:
     held, kept = dataset.isel(span=-1), int(np.flatnonzero(dataset["kept"].values)[0])
     name, first, last = str(dataset["model"].values[kept]), held.isel(model=0), held.isel(model=kept)
     low, high = (float(dataset[end].values[kept]) for end in ("gain_low", "gain_high"))
-    saved = f"{100 * low:.0f} to {100 * high:.0f} %"
-    best = f"the {name} model is kept: it removes {saved} of the squared error on the part that was held out"
+    saved = f"{100 * low:.0f} to {100 * high:.0f} % of the squared error on the part that was held out"
+    best = f"the {name} model is kept: it removes {saved} (90 % interval)"
     verdict = "the description is kept: no fitted model predicts better" if name == DESCRIBED else best
     figure = folders.stage("start_ups") / "start_up.png"
     return {

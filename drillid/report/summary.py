@@ -49,8 +49,8 @@ def summary(well: WellReport, results: WellResults | None) -> dict[str, Any]:
         "level": min((item.level for item in found), default=4),
         "newest": "" if drilled.newest is None else f"{drilled.newest:%Y-%m-%d %H:%M} UTC",
         "from_m": _or_none(drilled.from_m),
-        "to_m": _or_none(drilled.to_m),
         "depths": str(QUANTITIES["depth"].text(drilled.from_m, drilled.to_m)),
+        "metres": drilled.metres,
         "hours": drilled.hours,
         "windows": identified.windows if identified else 0,
         "window_hours": identified.hours if identified else 0.0,
@@ -87,12 +87,11 @@ def _track(well: WellReport, curve: tuple[Any, Any], marked: Sequence[Item]) -> 
 
 def totals(wells: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Sums over the fleet."""
-    metres = sum(well["to_m"] - well["from_m"] for well in wells if None not in (well["to_m"], well["from_m"]))
-    sums = {name: sum(well[name] for well in wells) for name in ("hours", "windows", "window_hours", "accepted")}
+    added = ("metres", "hours", "windows", "window_hours", "accepted")
+    sums = {name: sum(well[name] for well in wells) for name in added}
     urgent = sum(item["level"] == 1 for well in wells for item in well["items"])
     return {
         **sums,
-        "metres": metres,
         "urgent": urgent,
         "attention": sum(well["level"] <= 2 for well in wells),
         "failed": sum(well["status"] == _STATUS["failed"] for well in wells),
@@ -113,13 +112,16 @@ def _has_changes(results: Path) -> bool:
 def _change(row: Mapping[Any, Any]) -> dict[str, Any]:
     kind = str(row["change"])
     depths = QUANTITIES["depth"].text(row["from_m"], row["to_m"]) if np.isfinite(row["from_m"]) else Markup("")
-    count = "" if pd.isna(row["count"]) else f"{int(row['count'])} "
+    words = kind.replace("_", " ")
+    if not pd.isna(row["count"]):
+        number_of = int(row["count"])
+        words = f"{number_of} {words.removesuffix('s')}{'s' if number_of != 1 else ''}"
     texts = [words_of(str(row[name])) for name in ("before", "now") if str(row[name])]
     return {
         "well": str(row["well"]),
         "kind": kind.replace("_", " "),
         "meaning": CHANGES.get(kind, ""),
-        "what": f"{count}{kind.replace('_', ' ')}" if count else kind.replace("_", " "),
+        "what": words,
         "depths": str(depths),
         "text": " → ".join(texts),
         "where": str(row["where"]),

@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 
     from drillid.arrays import Floats
     from drillid.datasets.store import WellFolders
+    from drillid.discrepancy.catalogue import Cause
 
 _UNKNOWN_ACTION = "Rely less on the model at these depths, and have the part of the rig named here inspected."
 _CLEAR, _LIKELY = 0.95, 0.8
 _NEARLY_ONE = 0.99
 _FALLS = 0.98
-"""Ratio of prediction errors below which one is told to fall."""
+"""Ratio of prediction errors below which one is told to fall, or to rise from the other."""
 _SIGNED = (
     *(("more", "less"), ("higher", "lower"), ("high", "low"), ("longer", "shorter"), ("later", "earlier")),
     ("up", "down"),
@@ -79,9 +80,11 @@ class Prediction:
             return Markup(
                 "{}In a held-out window the error of the predicted speed falls from {} to {} rpm; the noise is {} rpm."
             ).format(moved, base, extended, noise)
-        return Markup(
-            "{}A single held-out window does not show it: the error stays at {} rpm, the noise is {} rpm."
-        ).format(moved, base, noise)
+        rises = self.base < _FALLS * self.extended
+        error = Markup("rises from {} to {}").format(base, extended) if rises else Markup("stays at {}").format(base)
+        return Markup("{}A single held-out window does not show it: the error {} rpm, the noise is {} rpm.").format(
+            moved, error, noise
+        )
 
 
 @dataclass(frozen=True)
@@ -153,14 +156,16 @@ def verdict_texts(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) ->
 
 
 def _all_clear(rows: Sequence[Mapping[Any, Any]], sets: Sequence[SetText]) -> VerdictText:
-    """Text for several sets in which nothing is wrong, with the ranges of what they say."""
+    """Text for several sets in which nothing is wrong, with the ranges of what they say and the least probability."""
     texts = [verdict_text(row, sets) for row in rows]
     least, most = (percent(end(text.probability for text in texts)) for end in (min, max))
     both_ends = least if least == most else f"{least.removesuffix(' %')} to {most}"
     ends = min(text.from_m for text in texts), max(text.to_m for text in texts)
     own = [each for each in sets if ends[0] <= each.from_m and each.to_m <= ends[1]]
     doubt = f"The probability that nothing is wrong is {both_ends} in each of {len(rows)} sets of windows."
-    return replace(texts[0], from_m=ends[0], to_m=ends[1], lead=_none(rows[0], own), doubt=doubt, evidence=Markup(""))
+    lead, probability = _none(rows[0], own), min(text.probability for text in texts)
+    first = replace(texts[0], from_m=ends[0], to_m=ends[1], evidence=Markup(""))
+    return replace(first, lead=lead, doubt=doubt, probability=probability)
 
 
 def verdict_text(row: Mapping[Any, Any], sets: Sequence[SetText] = ()) -> VerdictText:
@@ -292,7 +297,8 @@ def headline(row: Mapping[Any, Any], name: str) -> Markup:
     """What a driller would say of a cause that a verdict names, with the verdict's size where that is the cause's."""
     cause = CATALOGUE[name]
     sized = name == row["cause"] and np.isfinite(row["size"])
-    if not cause.headline or ("{size}" in cause.headline and not sized):
+    of_size = ("size", *(positive for positive, _ in _SIGNED))
+    if not cause.headline or (not sized and any(f"{{{word}}}" in cause.headline for word in of_size)):
         return escape(cause.described(str(row["evidence"])))
     negative = sized and row["size"] < 0
     place = Markup(" at {}").format(QUANTITIES["depth"].text(row["location_m"])) if _has_place(row) else Markup("")
@@ -316,9 +322,9 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     cause = CATALOGUE[row["cause"]]
     parts = []
     if np.isfinite(row["size"]) and not cause.size.fixed:
-        subject = (
-            cause.size.name if "|" not in row["verdict"] else f"{cause.size.name}, if it is {words_of(row['cause'])}"
-        )
+        subject = size_name(cause)
+        if "|" in row["verdict"]:
+            subject += f", if it is {words_of(row['cause'])}"
         ends = Markup("")
         if np.isfinite(row["size_low"]) and np.isfinite(row["size_high"]):
             low, high = (signed_size(row[end], cause.size.unit) for end in ("size_low", "size_high"))
@@ -331,6 +337,11 @@ def _size(row: Mapping[Any, Any]) -> Markup:
     elif members and all(member.is_place for member in members):
         parts.append(Markup("The data do not determine its location along the string."))
     return Markup(" ").join(parts)
+
+
+def size_name(cause: Cause) -> str:
+    """What the size of a cause is as it is told: not the square, where `size_text` takes the root."""
+    return cause.size.name.removesuffix(", squared")
 
 
 def signed_size(value: float, unit: str) -> Markup:
@@ -357,8 +368,10 @@ def _doubt(row: Mapping[Any, Any], kind: str) -> str:
 
 
 def percent(probability: float) -> str:
-    """A probability for readers."""
-    return "above 99 %" if probability > _NEARLY_ONE else f"{100 * probability:.0f} %"
+    """A probability for readers; near zero or one, the limit that it is beyond."""
+    if probability > _NEARLY_ONE:
+        return "above 99 %"
+    return "below 1 %" if probability < 1 - _NEARLY_ONE else f"{100 * probability:.0f} %"
 
 
 def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
@@ -371,9 +384,11 @@ def _gain(row: Mapping[Any, Any], own: SetText | None) -> Markup:
     if own is not None and own.prediction is not None and not risen(str(row["evidence"])):
         felt = own.prediction.text + " "
     windows = int(row["held_out_windows"])
-    data = f"{windows} windows it was not fitted to" if windows else "data it was not fitted to"
+    data = f"{windows} window{'s' if windows > 1 else ''}" if windows else "data"
     ends = f" (90 % interval {digits(low)} to {digits(high)})" if np.isfinite(low) and np.isfinite(high) else ""
-    return felt + Markup("Log-likelihood gained on {}: {}{} per window.").format(data, digits(gain), ends)
+    return felt + Markup("Log-likelihood gained on {} it was not fitted to: {}{} per window.").format(
+        data, digits(gain), ends
+    )
 
 
 def _learnt(row: Mapping[Any, Any]) -> str:

@@ -90,12 +90,11 @@ class WellReport:
         return [verdict for verdict in self.verdicts if verdict.wrong]
 
     def titles(self, number: int) -> str:
-        """What the verdicts of a set of windows name."""
+        """What the verdicts of a set of windows name; one verdict may tell of several sets that are clear."""
         each = self.sets[number]
-        named = [
-            verdict.title for verdict in self.verdicts if each.from_m <= verdict.from_m and verdict.to_m <= each.to_m
-        ]
-        return ", ".join(dict.fromkeys(named))
+        inside = [verdict for verdict in self.verdicts if _within(verdict, each)]
+        around = [verdict for verdict in self.verdicts if _within(each, verdict)]
+        return ", ".join(dict.fromkeys(verdict.title for verdict in inside or around))
 
     def between_windows(self, number: int) -> list[VerdictText]:
         """Verdicts in a set that are on an interval that stands out of its run."""
@@ -138,6 +137,10 @@ class WellReport:
         """Flagged intervals without a verdict of their own."""
         intervals = self.identified.intervals if self.identified else ()
         return [each for each in intervals if not any(_same(each, verdict) for verdict in self.wrong)]
+
+
+def _within(one: SetText | VerdictText, other: SetText | VerdictText) -> bool:
+    return other.from_m <= one.from_m and one.to_m <= other.to_m
 
 
 def _same(interval: FlaggedInterval, verdict: VerdictText) -> bool:

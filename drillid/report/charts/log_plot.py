@@ -25,7 +25,6 @@ from bokeh.models import (
     Scatter,
     Segment,
     Span,
-    Step,
     TapTool,
     Text,
     Tool,
@@ -49,7 +48,7 @@ from drillid.report.charts.style import (
     value_range,
 )
 from drillid.report.sentences import PARAMETER_QUANTITIES
-from drillid.report.verdicts import VerdictText
+from drillid.report.verdicts import VerdictText, percent
 
 _HEIGHT = 760
 _LEFT = 62
@@ -267,7 +266,7 @@ class _Tracks:
             values.append(np.asarray(self.windows.data["lowest_rotation"]))
         across = value_range(*values, quantity=channel.quantity, zero=channel.column in ("weight", "penetration"))
         track = self._new(_NARROW, across)
-        line = Step(x=channel.column, y="depth", line_width=1.2, mode="center")
+        line = Segment(x0=channel.column, x1=channel.column, y0="cell_top", y1="cell_bottom", line_width=1.2)
         drawn(track, self.windows, line, line_color="ink")
         dots = self._dots(track, channel.column)
         rows = [(channel.name, f"@{channel.column}{{{_pattern(channel.decimals)}}}", channel.quantity)]
@@ -333,13 +332,13 @@ class _Tracks:
                 "top": [verdict.from_m for _, verdict in chosen],
                 "bottom": [max(verdict.to_m, verdict.from_m + 0.5) for _, verdict in chosen],
                 "title": [_lines(verdict.title) for _, verdict in chosen],
-                "probability": [verdict.probability for _, verdict in chosen],
+                "probability": [percent(verdict.probability) for _, verdict in chosen],
             }
             data = source(columns, {"top": "depth", "bottom": "depth"})
             quad = Quad(**_SIDES, fill_alpha=alpha, hatch_pattern=hatch)
             bars = drawn(track, data, quad, fill_color=colour, line_color=colour, hatch_color="paper")
             drawn(track, data, Text(x="text_at", y="top", text="title", **_WORDS), text_color="ink")
-            rows = [("Verdict", "@title", ""), ("Probability", "@probability{0 %}", "")]
+            rows = [("Verdict", "@title", ""), ("Probability", "@probability", "")]
             rows += [("From", "@top{0.0}", "depth"), ("To", "@bottom{0.0}", "depth")]
             track.add_tools(hover(rows, [bars]))
         label_axis(track.xaxis[0], "Verdicts")

@@ -22,7 +22,7 @@ from bokeh.models import (
 
 from drillid.arrays import Floats
 from drillid.figures.captions import RPM_PER_KILONEWTON_METRE
-from drillid.figures.data import WellResults
+from drillid.figures.data import WellResults, cell_edges
 from drillid.report.charts import well_data
 from drillid.report.charts.style import FONT, drawn, hover, label_axis, new_chart, source, tagged
 from drillid.report.charts.well_data import Maps
@@ -81,7 +81,8 @@ def map_charts(results: WellResults, maps: Maps, rows: ColumnDataSource, depths:
         )
         points = maps.lag if over_time else maps.frequency
         mapper = _colours(name, maps)
-        across = {"x": float(points[0]), "dw": float(points[-1] - points[0])}
+        edges = cell_edges(points) if over_time else np.exp(cell_edges(np.log(points)))
+        across = {"x": float(edges[0]), "dw": float(edges[-1] - edges[0])}
         image = drawn(chart, rows, Image(image=name, y="cell_top", dh="cell_height", color_mapper=mapper, **across))
         if not over_time and not name.startswith("residual"):
             _mode_lines(chart, maps, rows)

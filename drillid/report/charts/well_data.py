@@ -9,7 +9,7 @@ import numpy as np
 
 from drillid.arrays import Complex, Floats, Integers
 from drillid.datasets.codes import Gate
-from drillid.figures.data import WellResults
+from drillid.figures.data import WellResults, cell_edges
 from drillid.figures.windows import degrees
 from drillid.report.quantities import QUANTITIES
 from drillid.statistics import TWO_SIDED
@@ -183,7 +183,7 @@ def maps(results: WellResults) -> Maps:
         "bit_controlled": np.abs(controlled),
         "step_stiff": depth["bit_step_stiff"].values[:, ::stride],
         "step_controlled": depth["bit_step_controlled"].values[:, ::stride],
-        **_residuals(results, chosen, nearest),
+        **_residuals(results, chosen, grid),
     }
     modes = [_modes(row, frequency) for row in depth["bit_mobility_controlled"].values]
     return Maps(rows, grid, lag[::stride], images, modes)
@@ -194,25 +194,30 @@ def _between(rows: Complex, frequency: Floats, grid: Floats) -> Complex:
     return np.array([np.interp(grid, frequency, row) for row in rows], dtype=complex)
 
 
-def _residuals(results: WellResults, chosen: Integers, nearest: Integers) -> dict[str, Floats]:
+def _residuals(results: WellResults, chosen: Integers, grid: Floats) -> dict[str, Floats]:
     """Amplitude of the residuals in standard deviations; 'after' only where a cause extends a model."""
     examined = results.examination
     if not examined.sizes["set"]:
         return {}
+    frequency = results.depth["frequency"].values
     before = np.abs(examined["residual_before"].values[chosen]) / np.sqrt(2)
-    residuals = {"residual_before": _mean_near(before, nearest)}
+    residuals = {"residual_before": _mean_near(before, frequency, grid)}
     if examined.sizes["extension"]:
         after = np.abs(examined["residual_after"].values[chosen]) / np.sqrt(2)
-        residuals["residual_after"] = _mean_near(after, nearest)
+        residuals["residual_after"] = _mean_near(after, frequency, grid)
     return residuals
 
 
-def _mean_near(values: Floats, nearest: Integers) -> Floats:
-    """Root mean square of the columns from each chosen one to the next."""
+def _mean_near(values: Floats, frequency: Floats, grid: Floats) -> Floats:
+    """Root mean square of the columns around each frequency of the grid; of the nearest one where it is finer."""
+    edges, nearest = np.exp(cell_edges(np.log(grid))), np.abs(frequency[:, None] - grid).argmin(axis=0)
+    first = np.minimum(np.searchsorted(frequency, edges[:-1]), nearest)
+    end = np.maximum(np.searchsorted(frequency, edges[1:]), nearest + 1)
     square, counted = np.nan_to_num(values**2), np.isfinite(values).astype(float)
-    total, count = (np.add.reduceat(each, nearest, axis=1) for each in (square, counted))
+    sums = (np.pad(np.cumsum(each, axis=1), ((0, 0), (1, 0))) for each in (square, counted))
+    total, count = (each[:, end] - each[:, first] for each in sums)
     mean_square: Floats = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    return np.sqrt(mean_square)
+    return np.sqrt(np.maximum(mean_square, 0.0))
 
 
 def _modes(bit_mobility: Complex, frequency: Floats) -> Floats:

@@ -124,6 +124,20 @@ def test_wells_and_groups_of_any_name_are_named_and_linked_as_the_sheet_does(
     assert f"<td>{names[1]}</td>" in page
 
 
+def test_groups_and_wells_whose_names_give_one_folder_have_pages_of_their_own(tmp_path: Path) -> None:
+    blank = dict.fromkeys((each.name for each in fields(CommonVerdict)), float("nan"))
+    names = ("12 1/4 in", "12-1-4 in", "12-1-4 IN", "8.50")
+    rows = [blank | {"shared": "section", "name": name, "verdict": "none", "wells": 2} for name in names]
+    write_table(pd.DataFrame(rows), tmp_path / COMMON_CAUSES)
+    write_table(standing_table([]), tmp_path / STANDINGS)
+    links = write_rig_pages(tmp_path, tmp_path, {"a well": "section-8.50"})
+    files = [link["file"] for link in links]
+    assert files[0] == "section-12-1-4-in.html"
+    assert len({file.lower() for file in [*files, "section-8.50.html"]}) == len(names) + 1
+    for name, file in zip(names, files, strict=True):
+        assert f"<h1>Section {name}</h1>" in (tmp_path / file).read_text()
+
+
 def test_what_wells_share_is_told_as_a_driller_would() -> None:
     group = {"shared": "rig", "wells": 5, "cause": "drive_lag", "verdict": "drive_lag|clock_offset", "unit": "s"}
     said = common_text({**group, "size": 0.05, "size_low": 0.048, "size_high": 0.052, "probability": 0.93})

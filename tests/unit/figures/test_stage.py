@@ -24,6 +24,8 @@ from drillid.config.settings import FiguresSettings, Settings
 from drillid.datasets.codes import Gate
 from drillid.datasets.examined import EXAMINATIONS
 from drillid.datasets.store import WellFolders
+from drillid.discrepancy.rules import DISTINCT
+from drillid.discrepancy.stage import _failed_tests
 from drillid.errors import SettingsError
 from drillid.figures import stage as figures
 from drillid.figures.captions import DISPLAYED_PARAMETERS, FIGURES, RPM_PER_KILONEWTON_METRE
@@ -198,6 +200,10 @@ def test_every_axis_has_a_unit_and_depth_runs_downwards(many: WellResults, name:
     assert any(FIGURES[name].title in text.get_text() and "many" in text.get_text() for text in figure.texts)
 
 
+def test_the_caption_states_the_engine_s_distance_of_indistinguishable_causes() -> None:
+    assert f"below {float(DISTINCT):.1f} the two are indistinguishable" in FIGURES["distinguishability"].caption
+
+
 @pytest.mark.parametrize("name", list(FIGURES))
 def test_figures_of_a_well_without_an_accepted_fit_and_without_a_stack(many: WellResults, name: str) -> None:
     nothing = {"value": np.nan, "standard_error": np.nan, "chi2_per_dof": np.nan, "fit_p_value": np.nan}
@@ -226,6 +232,8 @@ def test_a_set_is_titled_by_the_verdicts_that_hold_in_it(many: WellResults) -> N
     assert (many.verdicts["verdict"] != "none").all()
     assert set_title(many, 0) == "1002–1028 m: regime change at 1015–1021 m, 99 %"
     assert set_title(replace(many, verdicts=many.verdicts.iloc[:0]), 0) == "1002–1028 m"
+    for probability, said in ((0.9999, "> 99 %"), (0.001, "< 1 %")):
+        assert set_title(replace(many, verdicts=many.verdicts.assign(probability=probability)), 0).endswith(said)
 
 
 def test_what_a_channel_did_not_test_says_so_and_has_no_bar(many: WellResults) -> None:
@@ -246,6 +254,23 @@ def test_base_and_extended_residuals_are_both_seen(many: WellResults) -> None:
     )
     assert base.get_linewidth() > 2 * extended.get_linewidth()
     assert base.get_zorder() <= extended.get_zorder()
+
+
+def test_the_line_of_the_p_values_is_where_the_stage_lists_a_problem(many: WellResults) -> None:
+    accepted = many.fits["accepted"].copy()
+    accepted[[0, 1]] = False
+    some = replace(many, fits=many.fits.assign(accepted=accepted))
+    axis = DRAWINGS["anomaly"](some).axes[3]
+    (line,) = (each for each in axis.lines if to_rgba(each.get_color()) == to_rgba(FLAGGED))
+    level = float(np.asarray(line.get_xdata())[0])
+    tested = many.discrepancy.isel(window=accepted.values).copy(deep=True)
+    for name in ("normality_p_value", "whiteness_p_value"):
+        listed = []
+        for factor in (0.99, 1.01):
+            p_values = tested[["normality_p_value", "whiteness_p_value"]].map(np.ones_like)
+            p_values[name][3] = factor * level
+            listed.append(len(_failed_tests(tested.assign(p_values), many.error_rate)))
+        assert listed == [1, 0]
 
 
 def test_the_flagged_band_spans_the_interval(many: WellResults) -> None:

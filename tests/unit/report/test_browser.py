@@ -1,14 +1,17 @@
 """The pages in Chromium: they load without a fault, charts are drawn, units, search and windows can be chosen."""
 
+import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Literal
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, sync_playwright
 
+from drillid.report.page import fleet_page
 from tests.unit.report.conftest import Fleet
 
 CHROMIUM = shutil.which("chromium")
@@ -157,3 +160,18 @@ def test_search_kind_and_order_choose_wells(browser: Any, fleet: Fleet) -> None:
         assert [name[:2] for name in page.evaluate(shown)] == ["W1", "W2", "W3", "W4"]
         page.click("#wells th button >> text=Well")
         assert [name[:2] for name in page.evaluate(shown)] == ["W4", "W3", "W2", "W1"]
+
+
+def test_wells_are_ordered_by_their_shares_of_accepted_fits(browser: Any, fleet: Fleet, tmp_path: Path) -> None:
+    shares = ["0 %", "< 1 %", "5 %", "> 99 %", "100 %"]
+    wells = [
+        {**json.loads((fleet.results / "report/W1.json").read_text()), "name": said, "accepted_share": said}
+        | {"accepted": accepted, "windows": 1000}
+        for said, accepted in zip(shares, (0, 1, 50, 999, 1000), strict=True)
+    ]
+    shown = "[...document.querySelectorAll('#wells tbody tr')].map(r => r.cells[0].innerText.split('\\n')[0])"
+    with opened(browser, fleet) as page:
+        (tmp_path / "fleet.html").write_text(fleet_page(fleet.settings, fleet.results, wells[::2] + wells[1::2]))
+        page.goto((tmp_path / "fleet.html").as_uri())
+        page.click("#wells th button >> text=Fits accepted")
+        assert page.evaluate(shown) == shares

@@ -1,5 +1,6 @@
 """What the report reads of a well: counts, levels, comparisons, texts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
-from drillid.report.attention import interval_explanation, rise_text
+from drillid.report.attention import interval_explanation, interval_lead, items, rise_text
 from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
     EXPLANATIONS,
@@ -17,6 +18,7 @@ from drillid.report.content import (
     Estimate,
     FlaggedInterval,
     Identified,
+    ParameterSpread,
     Rise,
     comparison,
     covered_hours,
@@ -30,6 +32,8 @@ from drillid.report.content import (
 from drillid.report.quantities import QUANTITIES, number, share, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, estimate_text
+from drillid.report.well_report import StickSlip, WellReport
+from drillid.units import RPM
 
 
 def test_what_was_identified_is_counted(found: Identified) -> None:
@@ -112,6 +116,14 @@ def test_the_usual_level_is_one_number(found: Identified) -> None:
         assert rise.usual.value == pytest.approx(run.spreads[rise.parameter].usual)
 
 
+def test_a_run_without_accepted_fits_leaves_the_error_of_one_window_known(found: Identified) -> None:
+    (run,) = found.runs
+    unused = {name: ParameterSpread(*[np.nan] * 4, at_bound=0) for name in run.spreads}
+    runs = (run, replace(run, used=0, spreads=unused))
+    assert replace(found, runs=runs).window_error("delay") == found.window_error("delay") == run.spreads["delay"].error
+    assert np.isnan(replace(found, runs=runs[1:]).window_error("delay"))
+
+
 def test_agreement_with_the_data_sheets_is_said() -> None:
     compared = (
         Comparison("delay", Estimate(0.030, 0.001), Estimate(0.0405, 0.0001)),
@@ -136,6 +148,33 @@ def test_a_rise_has_the_least_ratio_within_the_errors() -> None:
     hardly = Rise("inertia_bha", Estimate(80.0, 10.0), Estimate(75.0, 5.0), 2.1)
     assert "times" not in rise_text(hardly)
     assert interval_explanation(FlaggedInterval(1.0, 2.0, 1, (hardly,))) == EXPLANATIONS[frozenset({"inertia_bha"})]
+
+
+def test_an_interval_in_which_nothing_rose_clearly_names_no_rise() -> None:
+    lead = interval_lead(FlaggedInterval(1000.0, 1010.0, 3, ()))
+    assert lead.startswith("Damping or inertia of the assembly is higher here")
+    assert "and more mass" not in lead
+    assert "washed-out" not in lead
+    both = tuple(Rise(name, Estimate(9.0, 1.0), Estimate(1.0, 1.0), 5.0) for name in ("damping_bha", "inertia_bha"))
+    assert "and more mass rotates with it, as in a washed" in interval_lead(FlaggedInterval(1.0, 2.0, 3, both))
+
+
+@pytest.mark.parametrize(("there", "said"), [(4.96, "4"), (2.98, "2.9"), (1.99, "1.9"), (1.1, "1.1"), (1.09, "")])
+def test_a_least_ratio_is_not_rounded_up(there: float, said: str) -> None:
+    words = rise_text(Rise("damping_bha", Estimate(there, 0.0), Estimate(1.0, 0.0), 9.0)).striptags()
+    assert (f"at least {said} times" in words) if said else ("times" not in words)
+
+
+def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
+    nothing = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
+    for lowest, said in (
+        (119.3, "118.9 rpm where a bit with the stated torque needs 119.3 rpm"),
+        (140.0, "119 rpm where"),
+    ):
+        risk = StickSlip(1, 2, 118.9 * RPM, lowest * RPM, 1000.0, 1010.0)
+        well = WellReport("A", "A", "", "", drilled(read_segments(WellFolders(Path(), "A"))), None, nothing, nothing)
+        (item,) = (each for each in items(replace(well, stick_slip=risk)) if each.kind == "Stick-slip")
+        assert item.more.startswith(said)
 
 
 def test_windows_that_overlap_count_their_time_once() -> None:
@@ -183,6 +222,14 @@ def test_a_well_without_segments_has_drilled_nothing(tmp_path: Path) -> None:
     assert (nothing.hours, nothing.newest) == (0.0, None)
     assert np.isnan(nothing.from_m)
     assert without_windows(segments).empty
+
+
+def test_metres_between_two_segments_are_not_drilled() -> None:
+    columns = ["state", "end", "from_m", "to_m", "duration_s"]
+    rows = [("drilling", 1000.0, 1010.0), ("reaming", 1010.0, 1500.0), ("drilling", 1500.0, 1520.0)]
+    found = drilled(pd.DataFrame([(state, "2025-05-01", *ends, 1800) for state, *ends in rows], columns=columns))
+    assert (found.from_m, found.to_m, found.hours, found.metres) == (1000.0, 1520.0, 1.0, 30.0)
+    assert drilled(pd.DataFrame(columns=columns)).metres == 0
 
 
 def test_numbers_are_written_for_readers() -> None:

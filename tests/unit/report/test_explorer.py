@@ -58,6 +58,12 @@ def test_another_well_takes_the_place_of_the_first_and_none_that_of_the_second(p
     assert len(page.windows[0].data["depth"]) == 10
 
 
+def test_the_name_of_a_well_is_no_markup(fleet: Fleet) -> None:
+    explorer = Explorer({"A<1> & B": (fleet.settings, "W1")})
+    explorer.load()
+    assert explorer.told.text == "A&lt;1&gt; &amp; B: spectra of 10 of 10 windows"
+
+
 def test_without_results_there_is_nothing_to_view(tmp_path: Path) -> None:
     for name in ("wells", "logs"):
         (tmp_path / f"{name}.tsv").write_text({"wells": "well\trig\nA\trig\n", "logs": "well\tlog\nA\ta.csv\n"}[name])

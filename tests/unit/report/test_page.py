@@ -142,6 +142,11 @@ def test_a_single_window_makes_no_level_and_no_anomaly(fleet: Fleet) -> None:
     assert "No run has enough windows for a usual level" in text(fleet.page("W2"))
 
 
+def test_the_fleet_has_drilled_what_its_segments_have(fleet: Fleet) -> None:
+    # 30 m of ten windows and 3 m of one; both wells and that without windows have a segment of 1 m, 1090 m deep
+    assert re.search(r"Drilled in the logs 36 m in \d", text(fleet.page()))
+
+
 def test_time_without_windows_is_listed_by_reason(fleet: Fleet) -> None:
     page = text(fleet.page("W1"))
     assert "drilling too short: 300.0 s of the 360.0 s needed 1 5.0" in page
@@ -237,10 +242,15 @@ def test_what_is_new_since_the_last_report_is_first(tmp_path: Path) -> None:
         "count": 3,
         "reason": "new log c.csv",
     }
-    changes = pd.DataFrame([row], columns=list(CHANGE_COLUMNS))
+    one = {"well": "A", "change": "removed_windows", "count": 1, "from_m": 990.0, "to_m": 993.0, "reason": ""}
+    kinds = [{"well": "A", "change": "new_problem", "count": count, "now": f"kind {count}"} for count in (1, 2)]
+    changes = pd.DataFrame([row, one, *kinds], columns=list(CHANGE_COLUMNS))
     write_table(changes, fleet.results / "changes.csv")
     fleet.write()
-    assert "New since the last report A : 3 new windows at 1000–1030 m reason: new log c.csv" in text(fleet.page())
+    said = text(fleet.page())
+    assert "New since the last report A : 3 new windows at 1000–1030 m reason: new log c.csv" in said
+    assert "A : 1 removed window at 990–993 m" in said
+    assert "A : 1 new problem: kind 1 A : 2 new problems: kind 2" in said
 
 
 def test_a_first_report_says_so_and_a_later_one_that_nothing_has_changed(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from drillid.discrepancy import CATALOGUE, Verdict
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.content import Drilled
-from drillid.report.verdicts import Prediction, SetText, Visible, verdict_text, verdict_texts
+from drillid.report.verdicts import Prediction, SetText, Visible, percent, verdict_text, verdict_texts
 from drillid.report.well_report import WellReport
 from tests.verdicts import LAG
 
@@ -37,7 +37,8 @@ def test_every_cause_has_what_a_driller_says_and_what_to_do(name: str) -> None:
     assert lead.endswith(".")
     assert words.action
     assert not re.search(r"nan|[{}]", " ".join([lead, words.size, words.gain, words.doubt]))
-    assert cause.size.fixed or cause.size.name[1:] in words.size.unescape()
+    # the root of a square is told
+    assert cause.size.fixed or cause.size.name.removesuffix(", squared")[1:] in words.size.unescape()
 
 
 @pytest.mark.parametrize("name", list(CATALOGUE))
@@ -86,6 +87,7 @@ def test_numbers_have_their_intervals_and_the_gain_is_in_rpm_first() -> None:
     assert "changes the predicted speed of the top drive by 0.15 rpm." in words.gain
     assert "the error of the predicted speed falls from 0.21 to 0.12 rpm; the noise is 0.10 rpm." in words.gain
     assert "12 windows it was not fitted to: 339 (90 % interval 310 to 368) per window" in words.gain
+    assert "gained on 1 window it was not fitted to" in verdict_text(row(replace(LAG, held_out_windows=1)), [SET]).gain
 
 
 def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
@@ -95,10 +97,21 @@ def test_an_error_that_noise_hides_is_not_told_as_a_gain() -> None:
     )
 
 
+def test_an_error_that_rises_is_not_told_to_stay() -> None:
+    worse = replace(SET, prediction=Prediction(0.20, 0.35, 0.1, 0.3))
+    said = verdict_text(row(LAG), [worse]).gain
+    assert "does not show it: the error rises from 0.20 to 0.35 rpm, the noise is 0.10 rpm" in said
+
+
 def test_doubt_is_stated() -> None:
     doubtful = verdict_text(row(replace(LAG, probability=0.62)))
     assert doubtful.doubt == "Doubtful: the probability is 62 %."
     assert doubtful.decisive.startswith("a sweep to higher")
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.9951, "above 99 %"), (0.0049, "below 1 %"), (0.012, "1 %")])
+def test_a_probability_is_not_rounded_to_zero_or_one(probability: float, said: str) -> None:
+    assert percent(probability) == said
 
 
 def test_the_evidence_is_apart_from_base_rates() -> None:
@@ -112,6 +125,25 @@ def test_a_class_has_what_all_its_members_would_be() -> None:
     assert words.lead.startswith("One of these, which the data cannot tell apart: the drive responds 49.4 ms late")
     assert CATALOGUE["clock_offset"].meaning in words.lead
     assert "Time constant, if it is drive lag: 49.4 ms" in words.size
+
+
+def test_a_root_is_not_called_a_square() -> None:
+    jitter = replace(
+        LAG, verdict="delay_jitter", cause="delay_jitter", unit="s²", size=4e-4, size_low=1e-4, size_high=9e-4
+    )
+    assert verdict_text(row(jitter)).size == "Root mean square: 20 ms (95 % interval 10 ms to 30 ms)."
+
+
+def test_a_member_of_a_class_without_a_size_has_no_direction() -> None:
+    drift = replace(
+        LAG, verdict="parameter_drift|regime_change", cause="parameter_drift", unit="N m s/rad", size=-150.0
+    )
+    lead = verdict_text(row(drift)).lead
+    assert "the damping at the bit drifts" in lead
+    assert CATALOGUE["regime_change"].meaning in lead
+    assert "jumps up" not in lead
+    fallen = replace(drift, verdict="regime_change", cause="regime_change")
+    assert "jumps down" in verdict_text(row(fallen)).lead
 
 
 def test_a_place_is_stated_where_the_data_determine_it() -> None:
@@ -149,6 +181,21 @@ def test_of_sets_that_name_the_same_the_last_is_told() -> None:
     well = WellReport("A", "A", "", "", Drilled(2000.0, 2300.0, 9.0, 9.0, None), None, nothing, nothing, verdicts, sets)
     assert (well.told, well.alike) == ([1, 2], [0])
     assert well.titles(0) == well.titles(2) == "drive lag"
+
+
+def test_sets_that_one_clear_verdict_tells_of_have_its_title() -> None:
+    ends = [(2000.0, 2100.0), (2100.0, 2200.0), (2200.0, 2300.0)]
+    clear = replace(LAG, verdict="none", cause="", family="")
+    rows = [
+        {**row(replace(clear, probability=probability)), "from_m": top, "to_m": bottom}
+        for (top, bottom), probability in zip(ends, (0.9, 0.6, 0.8), strict=True)
+    ]
+    sets = tuple(replace(SET, from_m=top, to_m=bottom) for top, bottom in ends)
+    verdicts, nothing = verdict_texts(rows, sets), pd.DataFrame()
+    well = WellReport("A", "A", "", "", Drilled(2000.0, 2300.0, 9.0, 9.0, None), None, nothing, nothing, verdicts, sets)
+    assert [well.titles(number) for number in range(3)] == ["nothing wrong"] * 3
+    assert (well.told, well.alike) == ([2], [0, 1])
+    assert [verdict.probability for verdict in verdicts] == [0.6]
 
 
 def test_what_was_learnt_is_told_apart_from_the_evidence() -> None:
