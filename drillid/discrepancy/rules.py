@@ -168,6 +168,12 @@ LINE_KEPT = Rule(
     "exponential in noise: one line in e² = 7 exceeds it; enough for pooling, at little storage",
     _DETECTORS + "test_windows_tell_a_faint_tone_together_unless_it_repeats_with_the_sweep",
 )
+IMAGES_RATE = Rule(
+    0.01,
+    "chance in noise below which strong lines, or those in one place beside all harmonics, are images of the sweep",
+    "one set in a hundred without images needs a tone to stand out of its strongest lines of noise",
+    "tests/unit/discrepancy/test_pooling.py::test_one_of_many_lines_of_all_heights_is_no_tone",
+)
 TONE_WITH_SIZE = Rule(
     2.0,
     "score from which a tone has a size, and is tested for motion of the rig",

@@ -22,7 +22,8 @@ nearer."""
 _LIKELY = 0.5
 """The same from which a rival is fitted from all its shapes and sizes."""
 _BENT = 2.0
-"""Squared distance to first order, per squared distance, from which linear theory says nothing of what is near."""
+"""Squared distance to first order, per squared distance, or that of the whole cause per four times that of its half,
+from which linear theory says nothing of what is near."""
 _STARTS, _PAIRS = 2, 12
 """Number of starts for each cause, and of pairs in all, with a non-linear fit: those that leave least in the linear
 approximation."""
@@ -64,13 +65,15 @@ def same(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> froze
 def likely(ideal: Ideal, hidden: Hidden, beside: tuple[Hidden, ...] = ()) -> list[str]:
     """Causes that may come near a hidden one: at some size and shape they explain a good part of it to first order.
 
-    Where the nuisances take up far more of the cause than they would to first order, that says nothing, and any may.
+    Where the nuisances take up far more of the cause than they would to first order, or of its half than of the whole,
+    that says nothing, and any may.
     """
     if not ideal.effects[hidden.name].linear or hidden.name == "sign_or_unit":
         return []
     beside = tuple(cause for cause in beside if ideal.effects[cause.name].linear)
     linearised = _Linearised.of(ideal, hidden, beside)
-    bent = float(linearised.target @ linearised.target) > _BENT * ideal.noncentrality((hidden,), beside)
+    whole, half = (ideal.noncentrality((sized,), beside) for sized in (hidden, replace(hidden, size=hidden.size / 2)))
+    bent = float(linearised.target @ linearised.target) > _BENT * whole or whole > 4 * _BENT * half
     return linearised.explaining(0.0 if bent else _LIKELY)
 
 

@@ -62,6 +62,8 @@ class Detector:
     accuracy: ClassVar[float] = 0.0
     """Relative standard uncertainty of sizes that all windows have in common: that of the model by which they are read
     off the record, as sizes deviate in simulated rigs of little noise."""
+    least_shown: ClassVar[float] = 1.0
+    """Least share of a cause's size that its detection may show, where the law that the cause follows is not known."""
     least: ClassVar[float] = 0.0
     """Size that any rig may have: a smaller one is no cause, however surely many windows show it."""
 

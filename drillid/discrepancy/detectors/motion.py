@@ -104,6 +104,9 @@ def _centred(series: Floats) -> Floats:
 class WeakeningBitDetector(Detector):
     """Friction at the bit that weakens with speed."""
 
+    # of one slope, an exponential, a Gaussian and a rational law are curved differently
+    least_shown = 0.1
+
     def candidate(self, name: str, inspection: Inspection) -> Candidate:
         """Speed due to the curvature of the friction at the bit."""
         response = _response_to_squared_speed(inspection.cached(Motion), 1.0)

@@ -5,12 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, gammaincc, log_ndtr, ndtr, ndtri_exp
+from scipy.special import chdtrc, gammainc, gammaincc, log_ndtr, ndtr, ndtri_exp
 
+from drillid.arrays import Floats
 from drillid.discrepancy.catalogue import CATALOGUE
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
 from drillid.discrepancy.predictive_gain import NO_PREDICTIVE_GAIN, PredictiveGain
-from drillid.discrepancy.rules import LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
+from drillid.discrepancy.rules import IMAGES_RATE, LARGEST_COUNTEREVIDENCE, LINE_KEPT, SCATTER_RATE
+
+_STRONGEST, _LEAKAGE = 20, 6
+"""Number of strongest lines that show images of the sweep, and half lines by which they are apart at least."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +38,15 @@ class PooledDetection:
     def evidence_for(self, size: float) -> float:
         """Log-likelihood ratio of the detections for the size found in the linear responses, against size zero.
 
-        In favour it is bounded by the evidence of the p-value, against by LARGEST_COUNTEREVIDENCE.
+        In favour it is bounded by the evidence of the p-value, against by LARGEST_COUNTEREVIDENCE. Where the law of the
+        cause is not known, the share of its size that the detections show is the likeliest.
         """
         if not (np.isfinite(self.size_error) and self.size_error > 0):
             return self.log_evidence
-        ratio = (self.size**2 - (self.size - size) ** 2) / (2 * self.size_error**2)
+        detector = CATALOGUE[self.cause].detector
+        least_shown = detector.least_shown if detector else 1.0
+        shown = float(np.clip(self.size, *sorted((least_shown * size, size))))
+        ratio = (self.size**2 - (self.size - shown) ** 2) / (2 * self.size_error**2)
         return float(np.clip(ratio, -LARGEST_COUNTEREVIDENCE, max(self.log_evidence, 0.0)))
 
 
@@ -204,11 +212,10 @@ def _at_shape(detection: Detection, shape: int) -> Detection:
 def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | None:
     """Detections at the line that stands out most over all windows, and its Bonferroni-corrected p-value.
 
-    In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. Lines of
-    windows of another length have other frequencies: those of the commonest length count. None where windows have none.
+    In noise a line exceeds LINE_KEPT in a binomial number of windows, by an exponentially distributed amount. A tone
+    stands out of the next strongest lines as well, as images of the response to the sweep do not. Lines of windows of
+    another length have other frequencies: those of the commonest length count. None where windows have none.
     """
-    from scipy.stats import binom
-
     lines = [detection.lines for detection in own if detection.lines is not None]
     if len(lines) < len(own):
         return None
@@ -218,8 +225,8 @@ def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | 
     total = np.zeros(max(int(window.place.max(initial=0)) for window in lines) + 1)
     for window in lines:
         total[window.place] += window.log_ratio - LINE_KEPT
-    best, number = int(np.argmax(total)), np.arange(1, len(own) + 1)
-    p_value = float(np.sum(binom.pmf(number, len(own), np.exp(-LINE_KEPT)) * gammaincc(number, total[best])))
+    best, tried = int(np.argmax(total)), max(window.tried for window in lines)
+    p_value = max(tried * _p_value_of_line(total[best], len(own)), _p_value_among_images(total, tried, len(own)))
     common = [_at_line(detection, window, best) for detection, window in zip(own, lines, strict=True)]
     same_line = [
         bool(np.isfinite(detection.size_error) and abs(window.strongest - best) <= 1)
@@ -231,7 +238,36 @@ def at_common_line(own: Sequence[Detection]) -> tuple[list[Detection], float] | 
             replace(at_line, size=detection.size, size_error=detection.size_error) if same else at_line
             for at_line, detection, same in zip(common, own, same_line, strict=True)
         ]
-    return common, min(1.0, max(window.tried for window in lines) * p_value)
+    return common, min(1.0, p_value)
+
+
+def _p_value_of_line(total: float, windows: int) -> float:
+    """Chance that a line of noise exceeds a total over windows."""
+    from scipy.stats import binom
+
+    number = np.arange(1, windows + 1)
+    return float(np.sum(binom.pmf(number, windows, np.exp(-LINE_KEPT)) * gammaincc(number, total)))
+
+
+def _p_value_among_images(total: Floats, tried: int, windows: int) -> float:
+    """Chance that the strongest of many images of the sweep stands out so much; 0 where no images are seen.
+
+    Images are seen where more lines stand out than noise has, and than a few tones would be. Above the weakest of the
+    strongest their heights are taken as exponential (Pickands 1975, Annals of Statistics 3, 119–131), with the scale
+    that their median gives.
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    apart = total[(total == maximum_filter1d(total, 2 * _LEAKAGE + 1)) & (total > 0)]
+    strongest = np.sort(apart)[-_STRONGEST:]
+    if strongest.size < _STRONGEST:
+        return 0.0
+    in_noise = tried * _p_value_of_line(strongest[0], windows)
+    if gammainc(_STRONGEST, in_noise) > IMAGES_RATE:
+        return 0.0
+    excess = strongest - strongest[0]
+    scale = max(float(np.median(excess)) / np.log(2), np.finfo(float).tiny)
+    return float(-np.expm1(_STRONGEST * np.log1p(-np.exp(-excess[-1] / scale))))
 
 
 def _at_line(detection: Detection, lines: SpectralLines, place: int) -> Detection:

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, rfft, rfftfreq
+from scipy.special import fdtri
 
 from drillid.arrays import Booleans, Complex, Floats, Indices
 from drillid.discrepancy.detectors.detection import SpectralLines
 from drillid.discrepancy.detectors.detector import Detector, Inspection, is_clear
 from drillid.discrepancy.detectors.residual_record import ResidualRecord
 from drillid.discrepancy.detectors.score import Score, normal_of_p_value
-from drillid.discrepancy.rules import LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZE
+from drillid.discrepancy.rules import IMAGES_RATE, LINE_KEPT, RESPONSE_MISSING, TONE_WITH_SIZE
 from drillid.physics.top_drive import control
 from drillid.records.quality import quantisation_step
 
@@ -86,7 +87,12 @@ def strongest_line(residual: ResidualRecord, explained: Floats | None = None) ->
     around = np.maximum(*(_mean_beside(powers[0], reach) for reach in (_CLOSE_LINES, _FAR_LINES)))
     noise = np.tile(around, (len(methods), 1))
     if residual.periods:
-        noise[1] = np.maximum(noise[1], _of_harmonics(powers[1], residual.periods))
+        # images of the sweep and of its response, as of samples that are held, lie beside all harmonics alike
+        own_leakage = -(-_OWN_LINES // residual.periods)
+        alike = _beside_harmonics(powers[0], residual.periods, own_leakage, missing=0.0)
+        noise[0] = np.where(alike > fdtri(_FREEDOM, _FREEDOM, 1 - IMAGES_RATE) * around, alike, around)
+        interpolated = _beside_harmonics(powers[1], residual.periods, _NEAR_HARMONICS, missing=np.inf)
+        noise[1] = np.maximum(noise[1], interpolated)
     tried = np.stack([usable & np.isfinite(method.noise) for method in methods])
     own = tried.copy()
     own[0] &= ~_is_image(residual, spectra[0])
@@ -216,14 +222,16 @@ def _mean_beside(power: Floats, reach: int) -> Floats:
     return np.convolve(power, weights / weights.sum(), "same")
 
 
-def _of_harmonics(power: Floats, periods: int) -> Floats:
-    """Mean power of the half lines in the same position beside farther harmonics; infinite where these are too few."""
+def _beside_harmonics(power: Floats, periods: int, nearest: int, *, missing: float) -> Floats:
+    """Mean power of the half lines in the same position beside harmonics farther off than the `nearest`; `missing`
+    where these are too few.
+    """
     window = np.zeros(4 * _FAR_HARMONICS * periods + 1)
     window[:: 2 * periods] = 1
-    near = 2 * _NEAR_HARMONICS * periods
+    near = 2 * nearest * periods
     window[window.size // 2 - near : window.size // 2 + near + 1] = 0
     count, total = (np.convolve(values, window, "same") for values in ((power > 0).astype(float), power))
-    return np.where(count >= window.sum() / 2, total / np.maximum(count, 1.0), np.inf)
+    return np.where(count >= window.sum() / 2, total / np.maximum(count, 1.0), missing)
 
 
 def _interpolated(residual: ResidualRecord, explained: Floats) -> _Residual:

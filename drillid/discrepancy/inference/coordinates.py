@@ -39,6 +39,9 @@ DATA_SHEET = (2, 3, 4, 5, 8, 9, 10)
 """Indices of the coordinates that data sheets state with a tolerance."""
 RELATIVE = (2, 3, 8, 9)
 """Indices of the coordinates that are relative changes."""
+IMPEDANCES = (3, 5, 6, 8, 9)
+"""Indices of the coordinates by which torques per speed grow: with all of these and the inertias of collars and bit
+times a factor, mobilities are divided by it."""
 HEAVY_TAILED: tuple[int, ...] = (3, 4, 5, 7, 8, 9)
 """Indices of the coordinates whose values are now and then plainly wrong, as the drilling crew measures none of them:
 their prior is Student's t with STUDENT_TAIL degrees of freedom."""
@@ -112,6 +115,12 @@ class Point:
         count, shapes = SHARED + len(extensions), np.zeros(len(extensions))
         shapes[fitted_shapes(extensions)] = coordinates[count:]
         return Point(coordinates[:SHARED], local, coordinates[SHARED:count], shapes)
+
+    def at_impedances(self, factor: float) -> "Point":
+        """The point with impedances times a factor; those of the collars, which a tally states, remain."""
+        offset = np.isin(np.arange(SHARED), RELATIVE).astype(float)
+        scaled = np.where(np.isin(np.arange(SHARED), IMPEDANCES), factor * (self.shared + offset) - offset, self.shared)
+        return replace(self, shared=scaled, local=self.local * np.where(np.isin(LOCAL, IMPEDANCES), factor, 1.0))
 
     def without(self, place: int) -> "Point":
         """The point without one of the causes."""

@@ -28,8 +28,8 @@ _SPREAD = 6
 """Number of other values of a continuous shape that are tried where the linear evidence is not reliable."""
 _FINEST = 0.1
 """Fraction of its initial length down to which the step of a shape is halved."""
-_MOST_FIXED = 2
-"""Number of shapes that are fitted for a cause without a size."""
+_MOST_FACTORS = 2
+"""Number of factors that are fitted of a cause without a size."""
 _SELDOM, _SMALLER = 0.01, 0.1
 """Control interval, s, from which a fit is also started at a base model moved to make room for the cause, and the
 cause's size at that start, relative to the usual size.
@@ -93,7 +93,7 @@ def search(
     fitted += [fitter.time_varying(cause, time_varying[cause.name], _least_cost(fitted)) for cause in varying]
     if obvious:
         fixed = [cause for cause in catalogue if cause.is_linear and cause.size.fixed and cause.name not in taken]
-        fitted += [fitter.best_shape(fitter.closest_shapes(cause), _least_cost(fitted)) for cause in fixed]
+        fitted += [fitter.best_factor(cause, _least_cost(fitted)) for cause in fixed]
     # a cause that fits only at a bound of its size is never named, and does not set the standard
     top = max((cause.log_evidence for cause in fitted if not cause.at_bound), default=-np.inf)
     near = min(top - FOLLOWED_WITHIN, CONTENDER * top)
@@ -194,8 +194,21 @@ class _CauseFitter:
         fit = without_outlier_windows(self.model, cause.fit, (*self.extensions, cause.extension))
         return FittedCause(cause.extension, fit, _evidence(self.base, fit, cause.extension.cause))
 
-    def closest_shapes(self, cause: Cause) -> list[Extension]:
-        """The shapes of a cause without a size that fit best with all else as in the data sheets or the base fit."""
+    def best_factor(self, cause: Cause, least: float) -> FittedCause:
+        """The best of the closest factors of a cause without a size, each fitted from the optimum of the best one too,
+        with the impedances that give the same record.
+        """
+        closest = self._closest_factors(cause)
+        best = self.best_shape(closest, least)
+        again = [
+            self._fit_from(other, [best.fit.point.at_impedances(other.shape / best.extension.shape)], best.fit.cost)
+            for other in closest
+            if other.shape / best.extension.shape > 0 and other is not best.extension
+        ]
+        return max([best, *again], key=lambda fitted: fitted.log_evidence)
+
+    def _closest_factors(self, cause: Cause) -> list[Extension]:
+        """The factors that fit best with all else as in the data sheets or the base fit."""
         shapes = [Extension(cause, shape) for shape in cause.shapes]
         sizes, present = np.append(self.base.point.sizes, cause.size.high), self.base.point.shapes
         origins = (self.base.point, self.model.expected())
@@ -206,7 +219,7 @@ class _CauseFitter:
             )
             for shape in shapes
         }
-        return sorted(shapes, key=lambda shape: misfit[shape])[:_MOST_FIXED]
+        return sorted(shapes, key=lambda shape: misfit[shape])[:_MOST_FACTORS]
 
     def _fit_shape(self, further: Extension, least: float) -> FittedCause:
         """The fit at a shape, made once; `least` falls from call to call, so that the first is followed longest."""

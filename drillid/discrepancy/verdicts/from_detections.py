@@ -126,7 +126,8 @@ def _distorts_responses(examination: Examination, detections: list[PooledDetecti
     if all(verdict.verdict == UNKNOWN for verdict in linear):
         return True
     # no linear cause explains a distorted response; one that does must have the evidence of a second cause
-    evidence = remaining_evidence(examination.before)
+    unscreened = [verdict.evidence_nats for verdict in linear if verdict.cause and CATALOGUE[verdict.cause].size.fixed]
+    evidence = max(remaining_evidence(examination.before), *unscreened, 0.0)
     stands = evidence > examination.base_rates.pair_penalty and examination.after.p_value >= CLOSURE_RATE
     return not stands and sum(detection.log_evidence for detection in distorting) > evidence
 

@@ -250,6 +250,13 @@ def test_images_of_the_sweep_in_held_rows_are_no_tone(null_records: list[WindowR
     assert pooled.p_value > 0.01
 
 
+@pytest.mark.usefixtures("_tones_alone")
+def test_images_of_the_speed_where_it_alone_is_held_are_no_tone(null_records: list[WindowRecord]) -> None:
+    held = [replace(r, speed=of_slower_samples(r, 0.0281, held=True).speed) for r in null_records[:NULL_WINDOWS]]
+    [pooled] = [each for each in pool(all_detections(held)) if each.cause == "aliased_tone"]
+    assert pooled.p_value > 0.01
+
+
 def test_a_bit_that_sticks_and_slips() -> None:
     weight, threshold = 1e5, 3.0
     steepness = 0.6 * float(SHALLOW.pipe.characteristic_admittance)

@@ -10,10 +10,13 @@ from benchmarks.blind import world
 from benchmarks.blind.engines import evidence_of
 from benchmarks.blind.other_world.cases import plain_case
 from drillid.discrepancy.catalogue import CATALOGUE
+from drillid.discrepancy.detectors.detection import Detection
 from drillid.discrepancy.evidence import Evidence
 from drillid.discrepancy.inference.base_fit import fit_base
+from drillid.discrepancy.inference.coordinates import Extension
 from drillid.discrepancy.inference.screen import screen
 from drillid.discrepancy.inference.search import search
+from drillid.discrepancy.inference.set_model import SetModel
 from drillid.discrepancy.verdicts.engine import examine
 from drillid.physics.responses import laplace
 
@@ -63,11 +66,34 @@ def test_an_interval_that_no_data_sheet_states_is_found(evidence: Evidence) -> N
 def test_a_wrong_unit_is_named_though_the_base_model_takes_another_interval_for_a_part_of_it(
     evidence: Evidence,
 ) -> None:
-    rpm = 30 / np.pi
-    sheet = replace(evidence.data_sheet, control_interval=np.nan, delay=evidence.data_sheet.delay - LATE)
-    mobility, variance = evidence.mobility * rpm, evidence.variance * rpm**2
-    wrong = replace(evidence, data_sheet=sheet, mobility=mobility, variance=variance, detections=())
+    wrong = in_wrong_unit(evidence, 30 / np.pi)
     assert [verdict.verdict for verdict in examine(wrong).verdicts] == ["sign_or_unit"]
+
+
+@pytest.mark.parametrize("evidence", [UNLOGGED], ids=["no command"], indirect=True)
+def test_what_changes_within_a_window_does_not_take_the_place_of_a_wrong_unit(evidence: Evidence) -> None:
+    wrong = in_wrong_unit(evidence, 1.3558)
+    jumps = tuple(Detection("regime_change", window, 6.0, 50.0, 8.0, 18.0) for window in range(wrong.windows))
+    found = examine(replace(wrong, detections=jumps)).verdicts
+    assert [verdict.verdict for verdict in found] == ["sign_or_unit|speed_scale", "regime_change"]
+
+
+def in_wrong_unit(evidence: Evidence, factor: float) -> Evidence:
+    """Evidence whose speed is recorded so many times too large, without detections and the control's interval."""
+    sheet = replace(evidence.data_sheet, control_interval=np.nan, delay=evidence.data_sheet.delay - LATE)
+    mobility, variance = evidence.mobility * factor, evidence.variance * factor**2
+    return replace(evidence, data_sheet=sheet, mobility=mobility, variance=variance, detections=())
+
+
+@pytest.mark.parametrize("evidence", [UNLOGGED], ids=["no command"], indirect=True)
+def test_impedances_times_a_factor_are_a_record_divided_by_it(evidence: Evidence) -> None:
+    sheet = replace(evidence.data_sheet, collar_length=0.0)
+    model = SetModel(replace(evidence, data_sheet=sheet))
+    point = model.start()
+    point = replace(point, shared=np.where(np.arange(point.shared.size) == 7, 0.0, point.shared))
+    unit = Extension(CATALOGUE["sign_or_unit"], 6.2832)
+    scaled = replace(point.at_impedances(unit.shape), sizes=np.ones(1), shapes=np.zeros(1))
+    np.testing.assert_allclose(model.residual(scaled, (unit,)), model.residual(point, ()), rtol=1e-9)
 
 
 def test_no_cause_fits_worse_than_none_does(evidence: Evidence) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
+from drillid.arrays import Floats
 from drillid.discrepancy.detectors.detection import Detection, SpectralLines
-from drillid.discrepancy.detectors.pooling import detection_gain, pool
+from drillid.discrepancy.detectors.pooling import PooledDetection, at_common_line, detection_gain, pool
 from drillid.discrepancy.rules import LINE_KEPT, STAMPED_TO
 
 
@@ -57,12 +58,13 @@ def test_windows_that_do_not_tell_a_size_leave_it_to_the_others() -> None:
     assert pool([with_size, without_size])[0].size == pytest.approx(5.0)
 
 
-def tones(generator: np.random.Generator, windows: int, ratio: float) -> list[Detection]:
-    """A tone upon one of 5000 lines, its power so many times the noise's."""
+def tones(generator: np.random.Generator, windows: int, ratio: float, others: Floats | None = None) -> list[Detection]:
+    """A tone upon one of 5000 lines, its power so many times the noise's, and other lines."""
     own = []
     for window in range(windows):
         noise = generator.standard_normal((5000, 2)) / np.sqrt(2)
         noise[1234] += np.sqrt(ratio) * np.array([np.cos(window), np.sin(window)])
+        noise[:, 0] += 0.0 if others is None else np.sqrt(others)
         log_ratio = np.sum(noise**2, axis=1)
         place, best = np.flatnonzero(log_ratio > LINE_KEPT), int(np.argmax(log_ratio))
         size, error = np.sqrt(np.maximum(2 * log_ratio - 2, 0.0))[place], np.ones(place.size)
@@ -89,6 +91,27 @@ def test_a_tone_that_is_shared_is_no_surer_by_p_value_than_it_says() -> None:
     p_values = np.array([pool(tones(generator, windows, 0.0))[0].p_value for windows in (2, 8, 24) for _ in range(100)])
     assert np.mean(p_values < 0.05) < 0.08
     assert np.mean(p_values < 0.3) < 0.35
+
+
+def test_one_of_many_lines_of_all_heights_is_no_tone() -> None:
+    generator = np.random.default_rng(2)
+    heights = np.where(np.arange(5000) % 10 == 3, generator.lognormal(0.5, 0.5, 5000), 0.0)
+    heights[1233] = 8.0
+    alone = np.where(heights == 8.0, heights, 0.0)
+    many, one = (at_common_line(tones(np.random.default_rng(3), 12, 0.0, lines)) for lines in (heights, alone))
+    assert one is not None
+    assert many is not None
+    assert one[1] < 1e-8
+    assert many[1] > 0.01
+
+
+@pytest.mark.parametrize(("cause", "supports"), [("stribeck_cutting", True), ("length_growth", False)])
+def test_a_detection_of_a_third_of_the_size_supports_a_cause_whose_law_is_not_known(cause: str, supports: bool) -> None:
+    found = PooledDetection(cause, 1e-20, 40.0, 20.0, 2.0, 12)
+    assert (found.evidence_for(60.0) > 0) is supports
+    assert found.evidence_for(20.0) > 0 > found.evidence_for(-20.0)
+    # a hundredth of it does not
+    assert found.evidence_for(2000.0) < 0
 
 
 def jumps(generator: np.random.Generator, windows: int, size: float) -> list[Detection]:
