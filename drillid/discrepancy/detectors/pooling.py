@@ -45,7 +45,8 @@ class PooledDetection:
             return self.log_evidence
         detector = CATALOGUE[self.cause].detector
         least_shown = detector.least_shown if detector else 1.0
-        shown = float(np.clip(self.size, *sorted((least_shown * size, size))))
+        low, high = sorted((least_shown * size, size))
+        shown = float(np.clip(self.size, low, high))
         ratio = (self.size**2 - (self.size - shown) ** 2) / (2 * self.size_error**2)
         return float(np.clip(ratio, -LARGEST_COUNTEREVIDENCE, max(self.log_evidence, 0.0)))
 
