@@ -181,6 +181,10 @@ def judge(
         for verdict in answer.verdicts
         if verdict.verdict != NONE and (set(verdict.members) & case.hidden_names or not set(verdict.members) & beside)
     ]
+    if stands:
+        # what makes it stand is named, and that it stands is no second cause
+        others = [verdict for verdict in verdicts if verdict.members != (_REGIME,)]
+        verdicts = others if any(_named(alike, others) for alike in ideal.same) else verdicts
     world, right = world_of(case), [_named(alike, verdicts) for alike in ideal.same]
     families = {CAUSES[cause.name].family for cause in case.hidden if cause.name in CAUSES}
     single = case.hidden[0] if len(case.hidden) == 1 and not case.removed else None

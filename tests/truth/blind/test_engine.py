@@ -155,6 +155,15 @@ def test_a_bit_that_never_stands_has_no_stick_slip() -> None:
         assert judge(case, always("stuck_slip_regimes"), ideal, stands=stands).right
 
 
+def test_that_the_bit_stands_is_no_second_cause_beside_what_makes_it_stand() -> None:
+    regime, maker, other = (Claim(name, 1.0, cause=name) for name in ("stuck_slip_regimes", "drive_lag", "mud_drag"))
+    both, wrong = Answer((maker, regime)), Answer((other, regime))
+    case = hidden_case("drive_lag")
+    for stands in (True, False):
+        assert judge(case, both, known("drive_lag"), stands=stands).right is stands
+        assert not judge(case, wrong, known("drive_lag"), stands=stands).right
+
+
 def test_a_bit_that_never_stands_has_the_ideal_test_of_a_torque_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
     case = replace(other_plain_case(1, 1)[0], hidden=(Hidden("stuck_slip_regimes", 0.6, 0.5),))
     for stands in (False, True):
