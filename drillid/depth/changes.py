@@ -22,7 +22,8 @@ from drillid.datasets.tables import read_table, write_table
 from drillid.depth.joint_levels import joint_levels, moved_levels
 from drillid.depth.origin import origin, reason
 from drillid.discrepancy.sets import read_verdicts
-from drillid.fleet.manifest import stored, write_whole
+from drillid.fleet.manifest import write_whole
+from drillid.fleet.outcome import stored_name
 
 _STATE = "reported.json"
 _MUCH = 0.1
@@ -102,8 +103,8 @@ def _state(
 ) -> dict[str, Any]:
     """State of a well now; one that failed keeps the results that it had."""
     folders = WellFolders(results, well)
-    name = str(stored(folders.stage("records")).get("name", well))
-    own = problems[problems["well"].isin([name, well])]
+    name = stored_name(folders)
+    own = problems[problems["well"] == name]
     rows = own[["stage", "where", "what"]].astype(str).values.tolist()
     return _kept(folders, well in failed, earlier or {}) | {
         "name": name,

@@ -19,6 +19,11 @@ _NAMED = 5
 """Failed wells, or missing logs, that the closing line names."""
 
 
+def stored_name(folders: WellFolders) -> str:
+    """The well's name, which its rows of problems hold; the keys of its stages state it where its folder differs."""
+    return next((str(key["name"]) for key in map(stored, _folders(folders).values()) if "name" in key), folders.well)
+
+
 def failed_wells(results: Path, wells: Sequence[str]) -> dict[str, str]:
     """Reason for each well that failed in a stage."""
     reasons = {well: _reason(_folders(WellFolders(results, well))) for well in wells}

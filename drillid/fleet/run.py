@@ -32,7 +32,8 @@ from drillid.fleet.aside import clear, forget_aside, set_aside
 from drillid.fleet.children import mapped_apart
 from drillid.fleet.explain import attributes_of, inputs_behind, inputs_of, known_inputs, remember_inputs
 from drillid.fleet.lock import end_with_run, held
-from drillid.fleet.manifest import AGAIN, KEY, PROBLEMS, stored, stored_key, write_manifest, write_whole
+from drillid.fleet.manifest import AGAIN, KEY, PROBLEMS, stored_key, write_manifest, write_whole
+from drillid.fleet.outcome import stored_name
 from drillid.fleet.progress import SHOWN
 from drillid.fleet.provenance import PACKAGE, digest, numerical_versions, package_hash
 from drillid.fleet.stages import ALL_STAGES, STAGES, START_UPS, Stage, failed_on, fingerprint
@@ -196,7 +197,7 @@ def drop_damaged(results: Path, wells: Sequence[str]) -> None:
             for store in sorted(folders.stage(stage).glob("*.zarr")):
                 check(store, stage)
         except DamageError as error:
-            name = str(stored(folders.stage(stage)).get("name", well))
+            name = stored_name(folders)
             clear(folders, stage)
             write_table(problems_table(name, stage, [Problem.of(error)]), folders.stage(stage) / PROBLEMS)
 

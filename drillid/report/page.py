@@ -98,7 +98,7 @@ def _summary(
     """What the fleet's page needs of a well; its own page is written unless it is there as it would be."""
     pages = folders.results / PAGES
     page, remembered = pages / f"{folders.well}.html", pages / f"{folders.well}.json"
-    own = problems[problems["well"].isin([listing.name, listing.folder])]
+    own = problems[problems["well"] == listing.name]
     stages = [stored_key(folders.stage(stage)) for stage in STAGES]
     known = digest([basis, stages, own.to_numpy().tolist(), listing.name, listing.description, neighbours])
     if all(stages) and page.exists():

@@ -164,7 +164,7 @@ def well_report(folders: WellFolders, listing: Listing, problems: pd.DataFrame) 
         "description": listing.description,
         "drilled": drilled(segments),
         "unused": without_windows(segments),
-        "problems": problems[problems["well"].isin([listing.name, listing.folder])],
+        "problems": problems[problems["well"] == listing.name],
     }
     if not has_results:
         return WellReport(rig="", identified=None, **common)

@@ -196,6 +196,24 @@ def test_problems_that_differ_in_their_numbers_are_one_kind(tmp_path: Path) -> N
     assert (row["change"], row["stage"], row["where"], row["count"]) == ("new_problem", "fits", "window 0 at 0.5 m", 3)
 
 
+@pytest.mark.parametrize("finished", [STAGES, list(STAGES)[1:]], ids=["all", "all but records"])
+def test_a_well_whose_name_is_the_folder_of_another_keeps_its_problems(tmp_path: Path, finished: list[str]) -> None:
+    """W2 has the folder W1, and W1 the folder W3; problems and keys hold the names."""
+    for name, folder in (("W2", "W1"), ("W1", "W3")):
+        make(tmp_path, folder)
+        for stage in finished:
+            path = WellFolders(tmp_path, folder).stage(stage) / "key.json"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps({"key": "k", **KEY, "name": name}))
+    changes(tmp_path, "W1", "W3")
+    other = ("W2", "records", "row 7", "is damaged", "Copy it again")
+    rows = changes(tmp_path, "W1", "W3", problems=(PROBLEM, other))
+    assert [(row["well"], row["change"], row["where"]) for row in rows] == [
+        ("W2", "new_problem", "row 7"),
+        ("W1", "new_problem", "sample 3"),
+    ]
+
+
 def test_numbers_of_windows_that_a_late_log_shifts_are_no_new_problem(tmp_path: Path) -> None:
     make(tmp_path)
     before, after = (

@@ -232,6 +232,20 @@ def test_the_page_of_a_well_that_is_listed_no_more_goes(tmp_path: Path) -> None:
     assert {path.suffix for path in (fleet.results / "report").glob("B.*")} == set()
 
 
+def test_a_well_whose_name_is_the_folder_of_another_keeps_its_problems(tmp_path: Path) -> None:
+    (tmp_path / "wells.tsv").write_text("well\trig\tfolder\nW2\tr\tW1\nW1\tr\tW3\n")
+    (tmp_path / "logs.tsv").write_text("well\tlog\nW1\ta.csv\nW2\tb.csv\n")
+    names = {name: str(tmp_path / f"{name}.tsv") for name in ("wells", "logs")}
+    settings = Settings.checked({**names, "results": str(tmp_path), "rigs": str(tmp_path)}, "test")
+    rows = [("W1", "records", "a.csv", "is empty", "Copy it again"), ("W2", "records", "b.csv", "is locked", "Open it")]
+    write_table(pd.DataFrame(rows, columns=list(PROBLEM_COLUMNS)), tmp_path / "problems.csv")
+    report.write_report(settings, tmp_path, ["W1", "W3"])
+    summaries = [json.loads((tmp_path / f"report/{folder}.json").read_text()) for folder in ("W1", "W3")]
+    assert [(each["name"], each["problems"]) for each in summaries] == [("W2", 1), ("W1", 1)]
+    pages = [text((tmp_path / f"report/{folder}.html").read_text()) for folder in ("W1", "W3")]
+    assert ["is empty" in page for page in pages] == [False, True]
+
+
 def test_what_is_new_since_the_last_report_is_first(tmp_path: Path) -> None:
     fleet = small_fleet(tmp_path, ["A"])
     row = {
