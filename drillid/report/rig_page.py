@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,8 @@ def _read(path: Path) -> pd.DataFrame:
 def heading(group: Mapping[str, Any]) -> str:
     """Kind and name of a group, the kind once: 'Rig 7', 'Tool motor 5'."""
     kind, name = str(group["shared"]), str(group["name"])
-    return name if name.lower().startswith(kind.lower()) else f"{kind.capitalize()} {name}"
+    named = re.match(rf"{re.escape(kind)}(?![^\W\d_])", name, re.IGNORECASE)
+    return name if named else f"{kind.capitalize()} {name}"
 
 
 def common_text(group: dict[str, Any]) -> Markup:

@@ -124,6 +124,22 @@ def test_wells_and_groups_of_any_name_are_named_and_linked_as_the_sheet_does(
     assert f"<td>{names[1]}</td>" in page
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "said"),
+    [
+        ("rig", "Rigel", "Rig Rigel"),
+        ("rig", "Rig 7", "Rig 7"),
+        ("rig", "RIG-7", "RIG-7"),
+        ("rig", "rig_7", "rig_7"),
+        ("rig", "Rig7", "Rig7"),
+        ("tool", "Toolbox", "Tool Toolbox"),
+        ("tool", "motor 5", "Tool motor 5"),
+    ],
+)
+def test_the_kind_of_a_group_is_in_its_heading_once(kind: str, name: str, said: str) -> None:
+    assert heading({"shared": kind, "name": name}) == said
+
+
 def test_groups_and_wells_whose_names_give_one_folder_have_pages_of_their_own(tmp_path: Path) -> None:
     blank = dict.fromkeys((each.name for each in fields(CommonVerdict)), float("nan"))
     names = ("12 1/4 in", "12-1-4 in", "12-1-4 IN", "8.50")
