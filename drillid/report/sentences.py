@@ -91,8 +91,13 @@ def estimate_text(estimate: Estimate, parameter: str) -> Markup:
 
 def _estimate(estimate: Estimate, factor: float, usual_decimals: int, unit: str) -> str:
     value, error = estimate.value / factor, estimate.error / factor
-    decimals = max(0, 1 - int(np.floor(np.log10(error)))) if error > 0 else usual_decimals
+    decimals = _decimals(error, usual_decimals)
     return f"{number(value, decimals)} ± {number(error, decimals)} {unit}"
+
+
+def _decimals(error: float, usual: int) -> int:
+    """Decimal places of two digits of an error; the usual ones where it is zero or unknown."""
+    return max(0, 1 - int(np.floor(np.log10(error)))) if 0 < error < np.inf else usual
 
 
 def spread_text(spread: ParameterSpread, parameter: str) -> Markup:
@@ -103,8 +108,9 @@ def spread_text(spread: ParameterSpread, parameter: str) -> Markup:
 
 
 def error_text(error: float, parameter: str) -> Markup:
-    """A standard error in the parameter's unit."""
-    return both(*(number(error / factor, decimals) for factor, decimals, _ in scales(parameter)))
+    """A standard error in the parameter's unit, to two digits."""
+    scaled = [(error / factor, usual) for factor, usual, _ in scales(parameter)]
+    return both(*(number(each, _decimals(each, usual)) for each, usual in scaled))
 
 
 def unit_text(parameter: str) -> Markup:

@@ -31,7 +31,7 @@ from drillid.report.content import (
 )
 from drillid.report.quantities import QUANTITIES, number, share, size_text
 from drillid.report.rendering import bar_length
-from drillid.report.sentences import data_sheet_verdict, deviations_text, estimate_text
+from drillid.report.sentences import data_sheet_verdict, deviations_text, error_text, estimate_text
 from drillid.report.well_report import StickSlip, WellReport
 from drillid.units import RPM
 
@@ -250,6 +250,14 @@ def test_numbers_are_written_for_readers() -> None:
     assert estimate_text(Estimate(0.040523, 0.000018), "delay") == "40.523 ± 0.018 ms"
     inertia = estimate_text(Estimate(1100.0, 55.0), "inertia_td")
     assert all(text in inertia for text in ("1100 ± 55 kg m²", "26\u202f103 ± 1305 lb·ft²"))
+
+
+def test_an_error_is_told_to_two_digits() -> None:
+    assert error_text(1.8e-8, "delay") == "0.000018"
+    assert error_text(0.0, "delay") == "0.00"
+    assert error_text(np.nan, "delay") == "–"
+    inertia = error_text(55.0, "inertia_td")
+    assert all(text in inertia for text in (">55<", ">1305<"))
 
 
 def test_quantities_are_in_both_units() -> None:
