@@ -189,7 +189,7 @@ def identified(folders: WellFolders, rig: Rig) -> Identified:
         chi2=(float(np.median(chi2)), float(chi2.min()), float(chi2.max())) if chi2.size else (np.nan,) * 3,
         judged=bool(np.isfinite(discrepancy["damping_pull"].values).any()),
         intervals=tuple(_interval(row, windows, fits, discrepancy, run, quiet) for row in table.to_dict("records")),
-        comparisons=tuple(comparison(fits, name, quiet) for name in PARAMETERS if _stated(fits, name)),
+        comparisons=comparisons(fits, quiet),
         runs=tuple(_run(number, rig, windows, fits, run, quiet) for number in np.unique(run)),
     )
 
@@ -200,8 +200,9 @@ def covered_hours(start: NDArray[np.datetime64], end: NDArray[np.datetime64]) ->
     return float(np.sum((until - start) / np.timedelta64(1, "h")))
 
 
-def _stated(fits: xr.Dataset, name: str) -> bool:
-    return bool(np.isfinite(fits["prior"].sel(parameter=name).values).any())
+def _stated(fits: xr.Dataset, name: str, member: Booleans) -> bool:
+    stated = np.isfinite(fits["prior"].sel(parameter=name).values)
+    return bool((stated[member] if member.any() else stated).any())
 
 
 def _interval(
@@ -237,6 +238,12 @@ def weighted_mean(value: Floats, error: Floats) -> Estimate:
         return Estimate(float("nan"), float("nan"))
     weight = 1 / error**2
     return Estimate(float(np.sum(weight * value) / np.sum(weight)), float(np.sum(weight) ** -0.5))
+
+
+def comparisons(fits: xr.Dataset, member: Booleans) -> tuple[Comparison, ...]:
+    """Every parameter that the data sheets state in the windows that are compared, or in any where these are none."""
+    names = fits["parameter"].values.tolist()
+    return tuple(comparison(fits, name, member) for name in names if _stated(fits, name, member))
 
 
 def comparison(fits: xr.Dataset, name: str, member: Booleans) -> Comparison:

@@ -21,6 +21,7 @@ from drillid.report.content import (
     ParameterSpread,
     Rise,
     comparison,
+    comparisons,
     covered_hours,
     drilled,
     joined,
@@ -96,6 +97,16 @@ def test_data_that_add_nothing_to_the_data_sheet_determine_nothing() -> None:
     fits = fits_of([1000.0] * 4, 30.0 * (1 - 1e-4), 1000.0, 30.0)
     assert comparison(fits, "inertia_td", np.ones(4, dtype=bool)).verdict == "not determined by the data"
     assert comparison(fits, "inertia_td", np.zeros(4, dtype=bool)).data_sheet == Estimate(1000.0, 30.0)
+
+
+def test_a_parameter_without_data_sheet_in_the_windows_that_are_compared_is_left_out() -> None:
+    fits, compared = fits_of([1000.0] * 4, 20.0, 1000.0, 30.0), np.array([True, True, False, False])
+    assert [each.parameter for each in comparisons(fits, compared)] == ["inertia_td"]
+    fits["prior"][compared], fits["prior_error"][compared] = np.nan, np.nan
+    assert comparisons(fits, compared) == ()
+    assert comparisons(fits, np.ones(4, dtype=bool))[0].data_sheet == Estimate(1000.0, 30.0)
+    # without any accepted window the data sheets are told alone
+    assert comparisons(fits, np.zeros(4, dtype=bool))[0].verdict == "not determined by the data"
 
 
 def fits_of(values: list[float], error: float, data_sheet: float, tolerance: float) -> xr.Dataset:
