@@ -86,7 +86,7 @@ def _of_verdict(well: WellReport, verdict: VerdictText) -> Item:
     lead = verdict.lead
     more = Markup("{} {}").format(verdict.size, verdict.gain) if verdict.kind == "named" else escape(verdict.doubt)
     if interval is not None:
-        kind, lead = "Wash-out", interval_lead(interval)
+        kind, lead = _interval_kind(interval), interval_lead(interval)
         more = Markup("{} {}").format(interval_text(interval), interval_gain(interval))
     level = ACT if verdict.kind == "named" and verdict.probability >= _LIKELY else LOOK
     return Item(level, kind, lead, more, verdict.from_m, verdict.to_m, verdict.probability, "verdicts")
@@ -95,7 +95,13 @@ def _of_verdict(well: WellReport, verdict: VerdictText) -> Item:
 def _of_interval(interval: FlaggedInterval) -> Item:
     strength = max((rise.pull for rise in interval.rises), default=0.0) / 100
     lead, more = interval_lead(interval), interval_text(interval)
-    return Item(LOOK, "Wash-out", lead, more, interval.from_m, interval.to_m, strength, "verdicts")
+    kind = _interval_kind(interval)
+    return Item(LOOK, kind, lead, more, interval.from_m, interval.to_m, strength, "verdicts")
+
+
+def _interval_kind(interval: FlaggedInterval) -> str:
+    """A washed-out hole raises the damping; an inertia that rises alone does not tell of one."""
+    return "Wash-out" if any(rise.parameter == "damping_bha" for rise in interval.rises) else "Bit and assembly"
 
 
 def interval_lead(interval: FlaggedInterval) -> Markup:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
+from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.catalogue import CATALOGUE, words_of
 from drillid.discrepancy.catalogue.time import risen
 from drillid.discrepancy.rules import EVEN_ODDS
@@ -296,7 +297,7 @@ def _lead(row: Mapping[Any, Any]) -> Markup:
 def headline(row: Mapping[Any, Any], name: str) -> Markup:
     """What a driller would say of a cause that a verdict names, with the verdict's size where that is the cause's."""
     cause = CATALOGUE[name]
-    sized = name == row["cause"] and np.isfinite(row["size"])
+    sized = name == row["cause"] and _is_sized(row)
     of_size = ("size", *(positive for positive, _ in _SIGNED))
     if not cause.headline or (not sized and any(f"{{{word}}}" in cause.headline for word in of_size)):
         return escape(cause.described(str(row["evidence"])))
@@ -305,6 +306,12 @@ def headline(row: Mapping[Any, Any], name: str) -> Markup:
     words = {positive: opposite if negative else positive for positive, opposite in _SIGNED}
     size = size_text(row["size"], cause.size.unit) if sized else Markup("")
     return Markup(cause.headline).format(size=size, place=place, **words)
+
+
+def _is_sized(row: Mapping[Any, Any]) -> bool:
+    """Whether the size is known and of what the verdict is on: that of an interval is of its damping, whatever rose."""
+    names = risen(str(row["evidence"]))
+    return bool(np.isfinite(row["size"])) and (not names or EVIDENCE["damping_pull"] in names)
 
 
 def _has_place(row: Mapping[Any, Any]) -> bool:
@@ -321,7 +328,7 @@ def _size(row: Mapping[Any, Any]) -> Markup:
         return Markup("")
     cause = CATALOGUE[row["cause"]]
     parts = []
-    if np.isfinite(row["size"]) and not cause.size.fixed:
+    if _is_sized(row) and not cause.size.fixed:
         subject = size_name(cause)
         if "|" in row["verdict"]:
             subject += f", if it is {words_of(row['cause'])}"

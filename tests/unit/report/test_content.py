@@ -1,5 +1,6 @@
 """What the report reads of a well: counts, levels, comparisons, texts."""
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import xarray as xr
 
 from drillid.datasets.registry import PROBLEM_COLUMNS
 from drillid.datasets.store import WellFolders
+from drillid.discrepancy.sets import verdict_table
 from drillid.report.attention import interval_explanation, interval_lead, items, rise_text
 from drillid.report.charts.style import clear_ticks
 from drillid.report.content import (
@@ -33,8 +35,14 @@ from drillid.report.content import (
 from drillid.report.quantities import QUANTITIES, number, share, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, error_text, estimate_text
+from drillid.report.verdicts import verdict_text
 from drillid.report.well_report import StickSlip, WellReport
 from drillid.units import RPM
+from tests.verdicts import LAG
+
+NOTHING = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
+WELL = WellReport("A", "A", "", "", drilled(read_segments(WellFolders(Path(), "A"))), None, NOTHING, NOTHING)
+"""Without results."""
 
 
 def test_what_was_identified_is_counted(found: Identified) -> None:
@@ -170,6 +178,27 @@ def test_an_interval_in_which_nothing_rose_clearly_names_no_rise() -> None:
     assert "and more mass rotates with it, as in a washed" in interval_lead(FlaggedInterval(1.0, 2.0, 3, both))
 
 
+@pytest.mark.parametrize(
+    ("rose", "kind"),
+    [
+        ((), "Bit and assembly"),
+        (("inertia_bha",), "Bit and assembly"),
+        (("damping_bha",), "Wash-out"),
+        (("damping_bha", "inertia_bha"), "Wash-out"),
+    ],
+)
+def test_only_a_rise_of_damping_is_listed_as_a_wash_out(rose: tuple[str, ...], kind: str) -> None:
+    rises = tuple(Rise(name, Estimate(9.0, 1.0), Estimate(1.0, 1.0), 5.0) for name in rose)
+    interval = FlaggedInterval(1000.0, 1010.0, 3, rises)
+    change = replace(LAG, verdict="regime_change", cause="regime_change", from_m=1000.0, to_m=1010.0)
+    verdict = verdict_text(verdict_table("A", [change]).to_dict("records")[0])
+    found = Identified(10, 1.7, 10, Counter(), (1.0, 1.0, 1.0), True, (interval,), (), ())
+    for verdicts in ((), (verdict,)):
+        (item,) = items(replace(WELL, identified=found, verdicts=verdicts))
+        assert item.kind == kind
+        assert ("washed-out" in item.lead) == (kind == "Wash-out")
+
+
 @pytest.mark.parametrize(("there", "said"), [(4.96, "4"), (2.98, "2.9"), (1.99, "1.9"), (1.1, "1.1"), (1.09, "")])
 def test_a_least_ratio_is_not_rounded_up(there: float, said: str) -> None:
     words = rise_text(Rise("damping_bha", Estimate(there, 0.0), Estimate(1.0, 0.0), 9.0)).striptags()
@@ -177,14 +206,12 @@ def test_a_least_ratio_is_not_rounded_up(there: float, said: str) -> None:
 
 
 def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
-    nothing = pd.DataFrame(columns=list(PROBLEM_COLUMNS))
     for lowest, said in (
         (119.3, "118.9 rpm where a bit with the stated torque needs 119.3 rpm"),
         (140.0, "119 rpm where"),
     ):
         risk = StickSlip(1, 2, 118.9 * RPM, lowest * RPM, 1000.0, 1010.0)
-        well = WellReport("A", "A", "", "", drilled(read_segments(WellFolders(Path(), "A"))), None, nothing, nothing)
-        (item,) = (each for each in items(replace(well, stick_slip=risk)) if each.kind == "Stick-slip")
+        (item,) = (each for each in items(replace(WELL, stick_slip=risk)) if each.kind == "Stick-slip")
         assert item.more.startswith(said)
 
 

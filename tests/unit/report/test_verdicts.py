@@ -9,6 +9,7 @@ import pytest
 from markupsafe import Markup
 
 from drillid.discrepancy import CATALOGUE, Verdict
+from drillid.discrepancy.catalogue.time import rise
 from drillid.discrepancy.sets import verdict_table
 from drillid.discrepancy.verdicts.verdict import UNPROVED
 from drillid.report.content import Drilled
@@ -53,6 +54,20 @@ def test_the_lead_has_the_size_in_units_that_one_feels_and_its_sign_in_words() -
     assert verdict_text(row(LAG)).lead == "The drive responds 49.4 ms late: have its torque loop checked."
     weak = replace(LAG, verdict="actuator_gain", cause="actuator_gain", size=-0.2, unit="1")
     assert "delivers 20 % less torque than commanded" in verdict_text(row(weak)).lead
+
+
+@pytest.mark.parametrize("size", [12.0, -12.0])
+def test_an_interval_in_which_the_inertia_alone_rose_has_no_size_of_damping(size: float) -> None:
+    sized = replace(LAG, family="disturbance", unit="N m s/rad", size=size, size_low=size - 30, size_high=size + 30)
+    change = replace(sized, verdict="regime_change", cause="regime_change", evidence=rise("BHA inertia", 5.0))
+    words = verdict_text(row(change))
+    assert words.title == "rise of BHA inertia"
+    assert "damping" not in words.lead
+    assert "BHA inertia up by 5.0 standard deviations" in words.lead
+    assert words.size == ""
+    both = replace(change, size=12.0, evidence=f"{rise('BHA damping', 4.0)}; {rise('BHA inertia', 5.0)}")
+    assert verdict_text(row(both)).lead.startswith("The damping at the assembly jumps up")
+    assert "12 N m s/rad" in verdict_text(row(both)).size.striptags()
 
 
 def test_none_that_is_likelier_wrong_does_not_say_that_all_is_well() -> None:
