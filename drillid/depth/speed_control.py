@@ -57,15 +57,21 @@ def tuned_rows(depth: Floats, accepted: Booleans, interval_m: float) -> Booleans
 
 
 def _stability(system: DrillingSystem, rock: Cutting, weight: float) -> dict[str, float]:
-    """Critical fall of torque, and the speed below which the rock's law falls faster."""
+    """Critical fall of torque, and the speed below which the rock's law falls faster; infinite where it always does."""
     try:
         slope, frequency = critical_slope(system)
-        stability = {"critical_slope": slope, "critical_frequency": frequency}
-        if np.isfinite(weight) and weight > 0:
-            stability["lowest_stable_speed"] = lowest_stable_speed(rock, weight, slope)
     except EstimationError:
-        # no fall of torque destabilises it, or it is unstable at every speed
+        # no fall of torque destabilises it
         return {}
+    stability = {"critical_slope": slope, "critical_frequency": frequency}
+    if slope < 0:
+        # the bit feeds vibration by itself, whatever the weight on it
+        stability["lowest_stable_speed"] = np.inf
+    elif np.isfinite(weight) and weight > 0:
+        try:
+            stability["lowest_stable_speed"] = lowest_stable_speed(rock, weight, slope)
+        except EstimationError:
+            stability["lowest_stable_speed"] = np.inf
     return stability
 
 

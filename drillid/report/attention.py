@@ -157,15 +157,18 @@ def _stick_slip(well: WellReport) -> list[Item]:
         return []
     rotation = QUANTITIES["rotation"]
     remedy = "set the speed control as advised" if well.control else "have the speed control tuned"
+    share = risk.windows / max(risk.judged, 1)
+    below = f"{risk.windows} of {risk.judged} windows are below their limit."
+    if risk.lowest == math.inf:
+        lead = Markup("Risk of stick-slip at every speed: reduce the weight on bit or {}.").format(remedy)
+        more = Markup("With a bit of the stated torque no speed is stable; {}").format(below)
+        return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]
     lead = Markup("Risk of stick-slip: raise the speed, reduce the weight on bit or {}.").format(remedy)
     speeds = (risk.speed, risk.lowest)
     # as many decimal places as tell the two apart
     places = next((more for more in range(3) if len({rotation.text(each, more=more) for each in speeds}) > 1), 3)
     speed, lowest = (rotation.text(each, more=places) for each in speeds)
-    more = Markup("{} where a bit with the stated torque needs {}; {} of {} windows are below their limit.").format(
-        speed, lowest, risk.windows, risk.judged
-    )
-    share = risk.windows / max(risk.judged, 1)
+    more = Markup("{} where a bit with the stated torque needs {}; {}").format(speed, lowest, below)
     return [Item(LOOK, "Stick-slip", lead, more, risk.from_m, risk.to_m, share, "control")]
 
 

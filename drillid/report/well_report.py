@@ -41,7 +41,7 @@ class StickSlip:
     speed: float
     """Of the window that is furthest below."""
     lowest: float
-    """The lowest stable speed there."""
+    """The lowest stable speed there; infinite where no speed is stable."""
     from_m: float
     to_m: float
 
@@ -194,7 +194,7 @@ def stick_slip(depth: xr.Dataset, speed: Floats) -> StickSlip | None:
     place = depth["depth"].values[below]
     return StickSlip(
         int(below.sum()),
-        int(np.isfinite(lowest).sum()),
+        int((~np.isnan(lowest)).sum()),
         float(speed[worst]),
         float(lowest[worst]),
         float(place.min()),

@@ -60,6 +60,17 @@ def test_without_weight_no_speed_is_stated_and_more_weight_needs_more() -> None:
     assert 0 < light < heavy
 
 
+@pytest.mark.parametrize("weight", [1e5, np.nan])
+def test_a_bit_that_feeds_vibration_by_itself_has_no_stable_speed(weight: float) -> None:
+    """Whatever the weight on it: its own damping is negative beyond what string and top drive take up."""
+    slope = critical_slope(SHALLOW.system)[0]
+    system = replace(SHALLOW.system, bit=replace(SHALLOW.system.bit, damping=SHALLOW.system.bit.damping - 2 * slope))
+    values = speed_control([WindowModel(system, Recording())], [None], np.array([weight]), DepthSettings())
+    assert values["critical_slope"][0] == pytest.approx(-slope, rel=1e-6)
+    assert values["critical_frequency"][0] > 0
+    assert values["lowest_stable_speed"][0] == np.inf
+
+
 def test_a_bit_whose_torque_rises_with_speed_is_refused() -> None:
     with pytest.raises(SettingsError, match="above the torque at standstill"):
         DepthSettings.checked({"bit_torque_fast_m": 0.1}, "test")

@@ -36,7 +36,7 @@ from drillid.report.quantities import QUANTITIES, number, share, size_text
 from drillid.report.rendering import bar_length
 from drillid.report.sentences import data_sheet_verdict, deviations_text, error_text, estimate_text
 from drillid.report.verdicts import verdict_text
-from drillid.report.well_report import StickSlip, WellReport
+from drillid.report.well_report import StickSlip, WellReport, stick_slip
 from drillid.units import RPM
 from tests.verdicts import LAG
 
@@ -213,6 +213,19 @@ def test_a_speed_below_its_limit_does_not_read_the_same() -> None:
         risk = StickSlip(1, 2, 118.9 * RPM, lowest * RPM, 1000.0, 1010.0)
         (item,) = (each for each in items(replace(WELL, stick_slip=risk)) if each.kind == "Stick-slip")
         assert item.more.startswith(said)
+
+
+def test_windows_that_no_speed_makes_stable_are_told() -> None:
+    depth = xr.Dataset(
+        {"lowest_stable_speed": ("depth", np.array([np.nan, np.inf, 130 * RPM, 100 * RPM]))},
+        {"depth": [1000.0, 1010.0, 1020.0, 1030.0]},
+    )
+    risk = stick_slip(depth, np.full(4, 119 * RPM))
+    assert risk is not None
+    assert (risk.windows, risk.judged, risk.from_m, risk.to_m) == (2, 3, 1010.0, 1020.0)
+    (item,) = (each for each in items(replace(WELL, stick_slip=risk)) if each.kind == "Stick-slip")
+    assert item.lead == "Risk of stick-slip at every speed: reduce the weight on bit or have the speed control tuned."
+    assert item.more == "With a bit of the stated torque no speed is stable; 2 of 3 windows are below their limit."
 
 
 def test_windows_that_overlap_count_their_time_once() -> None:
