@@ -34,6 +34,11 @@ if TYPE_CHECKING:
 
 
 _REMEDY = "The noise or the model is not as assumed there; treat its stated errors with caution"
+RESIDUAL_TESTS = {
+    "normality_p_value": "are not Gaussian",
+    "whiteness_p_value": "depend on their neighbours in frequency",
+}
+"""Tests of the whitened residuals that share the error rate, and what a failure says of these."""
 _LAGS = 5
 """Largest lag, in frequencies, over which residuals are tested for correlation."""
 
@@ -142,17 +147,18 @@ def _estimate(fits: xr.Dataset, parameter: str) -> tuple[Floats, Floats]:
     return chosen["value"].values, chosen["standard_error"].values
 
 
+def residual_level(error_rate: float, windows: int) -> float:
+    """p-value below which a test of the residuals fails: tests and accepted windows share the error rate."""
+    return error_rate / max(len(RESIDUAL_TESTS) * windows, 1)
+
+
 def _failed_tests(dataset: xr.Dataset, error_rate: float) -> list[Problem]:
     """One row for the windows of a verdict whose residuals fail a test at the error rate, shared among windows and
     tests.
     """
-    names = {
-        "normality_p_value": "are not Gaussian",
-        "whiteness_p_value": "depend on their neighbours in frequency",
-    }
-    bound = error_rate / max(len(names) * dataset.sizes["window"], 1)
+    bound = residual_level(error_rate, dataset.sizes["window"])
     problems = []
-    for name, meaning in names.items():
+    for name, meaning in RESIDUAL_TESTS.items():
         verdicts = dataset["verdict"].values
         failed = np.flatnonzero(dataset[name].values < bound)
         for verdict in dict.fromkeys(verdicts[failed].tolist()):

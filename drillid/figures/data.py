@@ -19,6 +19,7 @@ from drillid.datasets.store import WellFolders
 from drillid.discrepancy import EVIDENCE
 from drillid.discrepancy.rules import CHANGES_SHARE
 from drillid.discrepancy.sets import read_verdicts
+from drillid.discrepancy.stage import residual_level
 from drillid.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -35,8 +36,6 @@ _SUCCESSIVE = 6
 """Windows shown where there is no stack, as in the paper."""
 _SETS = 3
 """Sets of windows shown beside each other."""
-RESIDUAL_TESTS = {"normality_p_value": "normality", "whiteness_p_value": "whiteness"}
-"""Tests of the residuals that share the error rate, in words."""
 
 
 @dataclass(frozen=True)
@@ -124,9 +123,9 @@ class WellResults:
         return float(-ndtri(CHANGES_SHARE * self.error_rate / tested)) if tested else float("nan")
 
     def residual_level(self) -> float:
-        """p-value below which a test of the residuals fails: tests and accepted windows share the error rate."""
+        """p-value below which a test of the residuals fails; NaN without any accepted window."""
         accepted = int(np.count_nonzero(self.fits["accepted"].values))
-        return self.error_rate / (len(RESIDUAL_TESTS) * accepted) if accepted else float("nan")
+        return residual_level(self.error_rate, accepted) if accepted else float("nan")
 
 
 def stored_results(settings: Settings, name: str) -> WellResults:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drillid.arrays import Booleans, Floats
+from drillid.discrepancy.stage import RESIDUAL_TESTS
 from drillid.figures.captions import DISPLAYED_PARAMETERS, LENGTH_LESS_DEPTH
-from drillid.figures.data import RESIDUAL_TESTS, DepthCells, WellResults, drilled_length
+from drillid.figures.data import DepthCells, WellResults, drilled_length
 from drillid.figures.layout import Margins, new_figure, panels, room_for_marks
 from drillid.figures.style import CHANGE, DATA_SHEET, FLAGGED, INK, JOINT, MUTED, REJECTED, ROOM, depth_axis, horizontal
 from drillid.physics.parameters import BOUNDS, PARAMETERS
@@ -156,7 +157,8 @@ def _pull_track(axis: Axes, depth: Floats, pull: Floats, flagged: Booleans, limi
 
 def _p_value_track(axis: Axes, results: WellResults) -> None:
     discrepancy, depth = results.discrepancy, results.windows["hole_depth"].values
-    tests, looks = {"chi2_p_value": "size"} | RESIDUAL_TESTS, (("o", INK), ("s", DATA_SHEET), ("^", "#5a9367"))
+    labels = {name: name.removesuffix("_p_value") for name in RESIDUAL_TESTS}
+    tests, looks = {"chi2_p_value": "size"} | labels, (("o", INK), ("s", DATA_SHEET), ("^", "#5a9367"))
     for (name, label), (marker, colour) in zip(tests.items(), looks, strict=True):
         p_value = np.maximum(discrepancy[name].values, _SMALLEST_P_VALUE)
         axis.plot(p_value, depth, marker, color=colour, markersize=3.6, label=label)

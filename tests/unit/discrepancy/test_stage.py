@@ -13,8 +13,9 @@ from drillid.datasets.codes import Gate
 from drillid.datasets.examined import DISCREPANCIES
 from drillid.discrepancy import Verdict, intervals, runs
 from drillid.discrepancy.sets import COLUMNS, ExaminedSet, window_sets, window_verdicts
-from drillid.discrepancy.stage import _failed_tests
+from drillid.discrepancy.stage import RESIDUAL_TESTS, _failed_tests
 from drillid.discrepancy.verdicts.intervals import change_verdict, probability
+from drillid.figures.data import WellResults
 from tests.simulated import RIG, Processed
 
 
@@ -130,6 +131,23 @@ def test_windows_of_one_verdict_that_fail_a_test_are_one_row() -> None:
     assert of_cause.remedy.endswith("the verdict there is drive_lag")
     assert of_none.where == "window 7 at 1040.0 m"
     assert "verdict" not in of_none.remedy
+
+
+@pytest.mark.parametrize("further", [{}, {"chi2_p_value": "are too large"}], ids=["as it is", "with a further test"])
+def test_a_test_fails_below_the_level_that_the_figure_draws(
+    further: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, meaning in further.items():
+        monkeypatch.setitem(RESIDUAL_TESTS, name, meaning)
+    accepted = np.array([True, False, True, True, False])
+    drawn: Any = SimpleNamespace(fits={"accepted": xr.DataArray(accepted)}, error_rate=0.05)
+    level = WellResults.residual_level(drawn)
+    tracks: dict[str, Any] = {name: [0.5] * 3 for name in RESIDUAL_TESTS}
+    tracks |= {"hole_depth": [1000.0, 1010.0, 1020.0], "verdict": ["none"] * 3}
+    tracks["normality_p_value"] = [0.999 * level, 1.001 * level, 0.5]
+    dataset = xr.Dataset({name: ("window", values) for name, values in tracks.items()}, {"window": [0, 2, 3]})
+    (failed,) = _failed_tests(dataset, 0.05)
+    assert failed.where == "window 0 at 1000.0 m"
 
 
 def test_a_damping_that_leaves_its_run_is_an_interval(
