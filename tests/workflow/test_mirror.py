@@ -147,6 +147,8 @@ def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finis
     assert f"results/main is not there; a run begins with its copy in {share}" in output
     assert "records W1" in jobs_in(output)
     assert not results.exists()
+    finished.run("--summary", *words)
+    assert not results.exists()
     release = hold_mirror(finished.root / "elsewhere", str(share))
     assert "another machine works on the copy" in finished.run(*words, expect=1)
     assert not results.exists()
