@@ -158,6 +158,26 @@ def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finis
     assert finished.journal() == []
 
 
+def test_a_run_that_another_machine_keeps_away_leaves_the_results_as_they_were(finished: Checkout) -> None:
+    results, words = finished.root / "results/main", ("--config", f"mirror={finished.root / 'share'}")
+    finished.run(*words)
+    shutil.rmtree(results / "spectra/W1")
+    before = files_in(results)
+    release = mirror_lock.hold(LocalFileSystem(), str(finished.root / "share"), finished.root / "elsewhere")
+    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    assert files_in(results) == before
+    release()
+    finished.journal()
+    finished.run(*words)
+    assert finished.journal() == ["spectra W1"]
+
+
+def files_in(results: Path) -> dict[str, tuple[int, bytes]]:
+    """Time and content of everything in the results but the lock."""
+    files = [path for path in sorted(results.rglob("*")) if path.is_file() and path.name != ".lock"]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in files}
+
+
 def test_results_that_do_not_go_on_from_the_copy_never_overwrite_it(results: Path, tmp_path: Path) -> None:
     mirror, other = str(tmp_path / "share/main"), tmp_path / "other/main"
     update_mirror(results, mirror, results / "mirror.json")
