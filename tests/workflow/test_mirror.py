@@ -12,6 +12,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 from drillid.errors import SettingsError
 from drillid.fleet import mirror_lock
+from drillid.fleet.command import OUTCOME
 from drillid.fleet.crate import CRATE
 from drillid.fleet.manifest import KEY
 from drillid.fleet.mirror import Changes, hold_mirror, restore, update_mirror
@@ -138,7 +139,9 @@ def test_another_machine_waits_until_the_first_is_done_or_gone(
     hold_mirror(other, mirror)()
 
 
-def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finished: Checkout) -> None:
+def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(
+    finished: Checkout, monkeypatch: pytest.MonkeyPatch
+) -> None:
     share, results = finished.root / "share", finished.root / "results/main"
     words = ("--config", f"mirror={share}")
     finished.run(*words)
@@ -150,7 +153,11 @@ def test_a_dry_run_and_a_run_that_another_machine_keeps_away_fetch_nothing(finis
     finished.run("--summary", *words)
     assert not results.exists()
     release = hold_mirror(finished.root / "elsewhere", str(share))
-    assert "another machine works on the copy" in finished.run(*words, expect=1)
+    with monkeypatch.context() as told:
+        told.setenv(OUTCOME, str(finished.root / "outcome.json"))
+        assert "another machine works on the copy" in finished.run(*words, expect=1)
+    outcome = json.loads((finished.root / "outcome.json").read_text())
+    assert outcome["line"].startswith("Nothing was done: mirror: another machine works on the copy")
     assert not results.exists()
     release()
     finished.journal()

@@ -34,13 +34,18 @@ def hand_over(outcome):
     return OUTCOME in os.environ
 
 
+def refuse(reason):
+    """End a run that does nothing, with the reason."""
+    hand_over({"line": f"Nothing was done: {reason}"})
+    raise WorkflowError(str(reason)) from None
+
+
 prepare_environment(CHECKOUT if CHECKOUT.is_dir() else workflow_of_library())
 try:
     PLAN = Plan.from_config(config, workflow.configfiles)
     SIMULATED = PLAN.simulated_logs()
 except DrillidError as error:
-    hand_over({"line": f"Nothing was done: {error}"})
-    raise WorkflowError(str(error)) from None
+    refuse(error)
 
 BATCHES = PLAN.batches
 RELEASES = contextlib.ExitStack()
@@ -161,12 +166,12 @@ def mirrored():
 def begin():
     """Keep other runs away from the results, and other machines from their copy."""
     for refusal in REFUSALS:
-        raise WorkflowError(refusal)
+        refuse(refusal)
     try:
         hold_results(Path(PLAN.settings.results))
         RELEASES.callback(PLAN.hold_mirror())
     except DrillidError as error:
-        raise WorkflowError(str(error)) from None
+        refuse(error)
     if workflow.local_exec:
         RELEASES.enter_context(served({job.rule.name for job in workflow.dag.needrun_jobs()}))
 
